@@ -1,0 +1,62 @@
+"""What the compiler hands to the runner and the judge: plain data in SI units, nothing of YAML and nothing of the engine.
+
+Frame W: z up against gravity. A tilted scene is turned as a whole, so gravity always points down.
+"""
+
+from dataclasses import dataclass
+
+from stability.model import BodyId, Brick, Pose, Vec3
+
+
+@dataclass(frozen=True, slots=True)
+class Plane:
+    """A fixed half-space that bricks rest on or lean against: the ground, or a wall."""
+
+    id: BodyId
+    point_W: Vec3  # any point of the surface [m]
+    normal_W: Vec3  # unit, out of the solid
+    friction: float  # Coulomb coefficient of a brick on it
+
+
+@dataclass(frozen=True, slots=True)
+class World:
+    """What does not move."""
+
+    gravity: float  # [m/s2], along -z
+    friction: float  # Coulomb coefficient of brick on brick
+    planes: tuple[Plane, ...]  # the ground first
+
+
+@dataclass(frozen=True, slots=True)
+class Placement:
+    """One brick set down, or let go in the air if `drop`, at rest at a time."""
+
+    time: float  # [s]
+    brick: Brick
+    level: int  # storey, counted from 1
+    pose: Pose
+    drop: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Timeline:
+    """All that happens to the structure, in order of time."""
+
+    world: World
+    placements: tuple[Placement, ...]  # by time, then in the author's order
+    hold: float  # how long the structure is watched after the last placement [s]
+
+    @property
+    def built(self) -> float:
+        """When the last brick is placed [s]."""
+        return self.placements[-1].time
+
+    @property
+    def end(self) -> float:
+        """Until when the structure is watched [s]."""
+        return self.built + self.hold
+
+    @property
+    def levels(self) -> int:
+        """The number of the highest level."""
+        return max(placement.level for placement in self.placements)

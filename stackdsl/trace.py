@@ -1,0 +1,101 @@
+"""What happened when a timeline was played: plain data that the judge, the snapshot and the report read."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+
+from stability.model import BodyId, Brick, Pose
+
+# A brick that had come to rest has left its place beyond these (DESIGN, "collapse").
+COLLAPSE_SHARE_OF_SMALLEST_SIDE = 0.5  # its centre sank or shifted by more than this share of its smallest side
+COLLAPSE_TILT = 0.2617993877991494  # [rad], 15 deg
+
+
+class EventKind(StrEnum):
+    """What can happen to bricks."""
+
+    PLACED = "placed"
+    FROZEN = "frozen"
+    WOKEN = "woken"
+    COLLAPSED = "collapsed"
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """Something that happened to bricks at one time."""
+
+    time: float  # [s]
+    kind: EventKind
+    bricks: tuple[BodyId, ...]
+    reason: str = ""
+    margin: float | None = None  # least tipping margin of the stack after it [m]; None where no model computes one
+
+
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """The upper brick is carried by the lower body through a contact."""
+
+    upper: BodyId
+    lower: BodyId
+    share: float  # part of what the upper brick carries, itself included, that goes to the lower body
+
+
+class BrickState(StrEnum):
+    """How a brick ended."""
+
+    FROZEN = "frozen"  # stands, held fixed by the extension
+    STANDING = "standing"  # stands in the hands of the engine
+    FALLEN = "fallen"  # left its place
+    UNPLACED = "unplaced"  # the structure fell before its turn
+
+
+@dataclass(frozen=True, slots=True)
+class BrickTrack:
+    """One brick from its placement to the end."""
+
+    brick: Brick
+    level: int
+    state: BrickState
+    placed: Pose
+    rest: Pose  # where it came to rest; where it was placed if it was set down at rest
+    final: Pose
+    shift: float  # largest distance of its centre from `rest` afterwards, over the whole run [m]
+    tilt: float  # largest turn of its axes out of `rest` afterwards [rad]
+
+
+@dataclass(frozen=True, slots=True)
+class Collapse:
+    """The first time that a brick which had come to rest left its place."""
+
+    time: float  # [s]
+    level: int  # level under construction
+    brick: BodyId  # the brick that left first
+    gave_way: BodyId | None = None  # the brick whose support test failed, where a model names it
+
+
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """What a run took."""
+
+    wall_time: float  # [s]
+    simulated_time: float  # of the scenario's clock [s]
+    steps: int  # engine steps
+    judgements: int  # passes of the stability extension
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """A whole run."""
+
+    events: tuple[Event, ...]
+    tracks: Mapping[BodyId, BrickTrack]  # in order of placement
+    edges: tuple[Edge, ...]  # who rests on whom at the end, among bricks that stand; by upper, then lower
+    collapse: Collapse | None
+    cost: Cost
+    # Who carried each brick once it had been judged or had settled, at the next placement; for snapshots.
+    edges_when_placed: Mapping[BodyId, tuple[Edge, ...]]
+
+    @property
+    def drift(self) -> float:
+        """Largest shift of any placed brick after it came to rest [m]."""
+        return max((track.shift for track in self.tracks.values()), default=0.0)
