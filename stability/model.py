@@ -1,4 +1,4 @@
-"""The facts that every part of the extension shares: bricks, poses, motions, contacts. SI units, world frame W, z up."""
+"""The facts that every part of the extension shares: bodies, poses, motions, contacts. SI units, frame W, z up."""
 
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -26,6 +26,16 @@ class Brick:
     id: BodyId
     size: Vec3  # full lengths along the body axes [m]
     mass: float  # [kg]
+
+
+@dataclass(frozen=True, slots=True)
+class Plane:
+    """A fixed half-space that bricks rest on or lean against: the ground, or a wall."""
+
+    id: BodyId
+    point_W: Vec3  # any point of the surface [m]
+    normal_W: Vec3  # unit, out of the solid
+    friction: float  # Coulomb coefficient of a brick on it
 
 
 @dataclass(frozen=True, slots=True)

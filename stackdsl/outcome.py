@@ -1,4 +1,4 @@
-"""What a run came to: one outcome an expectation, one result a variant, one report a call. Renderers only read these."""
+"""What a run came to: one outcome an expectation, one result a variant, one report a call. Renderers only read."""
 
 from dataclasses import dataclass, field
 from enum import StrEnum

@@ -1,21 +1,11 @@
-"""What the compiler hands to the runner and the judge: plain data in SI units, nothing of YAML and nothing of the engine.
+"""What the compiler hands to the runner and the judge: plain data in SI units, without YAML and without engine.
 
 Frame W: z up against gravity. A tilted scene is turned as a whole, so gravity always points down.
 """
 
 from dataclasses import dataclass
 
-from stability.model import BodyId, Brick, Pose, Vec3
-
-
-@dataclass(frozen=True, slots=True)
-class Plane:
-    """A fixed half-space that bricks rest on or lean against: the ground, or a wall."""
-
-    id: BodyId
-    point_W: Vec3  # any point of the surface [m]
-    normal_W: Vec3  # unit, out of the solid
-    friction: float  # Coulomb coefficient of a brick on it
+from stability.model import Brick, Plane, Pose
 
 
 @dataclass(frozen=True, slots=True)

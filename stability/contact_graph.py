@@ -1,0 +1,46 @@
+"""Who rests on whom: orders and neighbourhoods of the brick graph. Nodes are bricks, edges point down to supports."""
+
+from collections.abc import Iterable, Mapping
+from heapq import heapify, heappop, heappush
+
+from stability.model import BodyId
+
+
+def carried_by(rests_on: Mapping[BodyId, Iterable[BodyId]]) -> dict[BodyId, list[BodyId]]:
+    """For each brick the bricks that rest directly on it, by name. Supports that are no bricks (ground) are left out."""
+    above: dict[BodyId, list[BodyId]] = {brick: [] for brick in rests_on}
+    for upper in sorted(rests_on):
+        for lower in rests_on[upper]:
+            if lower in above:
+                above[lower].append(upper)
+    return above
+
+
+def from_the_top(rests_on: Mapping[BodyId, Iterable[BodyId]]) -> list[BodyId]:
+    """Every brick after all that it carries, so that loads can be summed in one pass; ties by name."""
+    waiting = {lower: len(uppers) for lower, uppers in carried_by(rests_on).items()}
+    ready = [brick for brick, count in waiting.items() if count == 0]
+    heapify(ready)
+    order = []
+    while ready:
+        brick = heappop(ready)
+        order.append(brick)
+        for lower in rests_on[brick]:
+            if lower in waiting:
+                waiting[lower] -= 1
+                if waiting[lower] == 0:
+                    heappush(ready, lower)
+    return order
+
+
+def with_all_above(rests_on: Mapping[BodyId, Iterable[BodyId]], roots: Iterable[BodyId]) -> set[BodyId]:
+    """`roots` and everything that rests on them, directly or through others."""
+    above = carried_by(rests_on)
+    found: set[BodyId] = set()
+    waiting = list(roots)
+    while waiting:
+        brick = waiting.pop()
+        if brick not in found:
+            found.add(brick)
+            waiting.extend(above[brick])
+    return found

@@ -1,0 +1,21 @@
+"""Everything about a rigid-body engine that changes what comes out, in one value, so that nothing is left to defaults."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class EngineSettings:
+    """How the engine steps. Times and lengths are those of the scene; `scale` is applied inside the adapter."""
+
+    time_step: float  # [s]
+    iterations: int  # of the contact solver, per step
+    contact_erp: float  # share of a contact's overlap that one step takes back
+    breaking_threshold: float  # [m] contacts further apart than this are dropped
+    # Froude scaling: the engine sees lengths x scale and times x sqrt(scale), which leaves gravity and physics as they
+    # are and lifts small bricks clear of the solver's absolute thresholds.
+    scale: float = 1.0
+    linear_damping: float = 0.0  # [1/s] share of the velocity lost a second
+    angular_damping: float = 0.0  # [1/s]
+    residual_threshold: float = 0.0  # the solver stops early below this; 0 makes it use all its iterations
+    friction_anchor: bool = False  # springs in the contact plane that hold resting contacts in place
+    warm_starting: bool = True

@@ -1,0 +1,163 @@
+"""The shell: after each step of the engine, read it, judge, and write back who is frozen and who is woken.
+
+Source: the stack-stability thesis, section 3.3.1: collect contacts, test the bricks that may be at rest one by one,
+add the stable ones, update what is above each brick, test the whole stack, wake what fails and all above it.
+"""
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from stability.contact import ContactArea, contact_area, main_contact
+from stability.contact_graph import with_all_above
+from stability.engine import Engine
+from stability.freezing import Activity, Evidence, RestLimits, next_activity
+from stability.model import BodyId, BodyState, ContactPoint, Vec3
+from stability.support import Load, StackedBrick, failing, lies_above, loads_above, tipping_margin
+
+
+@dataclass(frozen=True, slots=True)
+class ContactLimits:
+    """Which of the engine's contact points carry weight."""
+
+    gap: float = 5e-4  # [m] engines report points that do not touch yet; settled planks are within 0.1 mm
+    # z of the normal towards the carried brick: steeper than 60 deg is a side touch, which the base model leaves out.
+    upward: float = 0.5
+    impact_speed: float = 0.05  # [m/s] a point that approaches faster is an impact, not a support
+
+
+@dataclass(frozen=True, slots=True)
+class Update:
+    """What one pass changed; bricks by name."""
+
+    frozen: tuple[BodyId, ...] = ()
+    woken: tuple[BodyId, ...] = ()
+    failed: tuple[BodyId, ...] = ()  # those of `woken` whose own test failed; the rest stood on them
+
+
+@dataclass
+class StackStability:
+    """Watches the bricks of one engine. Call `update` after each of its steps."""
+
+    engine: Engine
+    rest: RestLimits = field(default_factory=RestLimits)
+    contact: ContactLimits = field(default_factory=ContactLimits)
+    stack: dict[BodyId, StackedBrick] = field(default_factory=dict, init=False)
+    loads: dict[BodyId, Load] = field(default_factory=dict, init=False)
+    _activity: dict[BodyId, Activity] = field(default_factory=dict, init=False)
+    _slow_since: dict[BodyId, float] = field(default_factory=dict, init=False)
+
+    def awake(self) -> list[BodyId]:
+        """The bricks that the engine moves, by name."""
+        return sorted(brick for brick in self.engine.masses() if brick not in self.stack)
+
+    def least_margin(self) -> float | None:
+        """The smallest tipping margin in the stack [m]; None if the stack is empty."""
+        return min((tipping_margin(brick, self.loads[name]) for name, brick in self.stack.items()), default=None)
+
+    def update(self) -> Update:
+        """One pass of the published method over what the engine has just done."""
+        lost = self._forget_removed()
+        awake = self.awake()
+        if not awake:
+            return Update(woken=lost)
+        states = self.engine.states(awake)
+        self._follow(awake, states)
+        added = self._newly_stable(awake, states)
+        if not added:
+            return Update(woken=lost)
+        self._freeze(added)
+        self.loads = loads_above(self.stack)
+        failed = failing(self.stack, self.loads)
+        return Update(tuple(brick.id for brick in added), lost + self._wake(failed), failed)
+
+    def wake(self, bricks: Iterable[BodyId]) -> tuple[BodyId, ...]:
+        """Give these bricks and all that rests on them back to the engine (section 3.3.7); returns those woken."""
+        return self._wake([brick for brick in bricks if brick in self.stack])
+
+    def _forget_removed(self) -> tuple[BodyId, ...]:
+        """Drop bricks that the engine no longer has, and wake what rested on them."""
+        masses = self.engine.masses()
+        removed = {brick for brick in self.stack if brick not in masses}
+        if not removed:
+            return ()
+        orphans = [name for name, brick in self.stack.items() if name not in removed and removed & {*brick.rests_on}]
+        for brick in removed:
+            del self.stack[brick]
+        return self._wake(orphans)
+
+    def _follow(self, awake: Collection[BodyId], states: Mapping[BodyId, BodyState]) -> None:
+        now = self.engine.time()
+        for brick in awake:
+            if not self.rest.slow(states[brick]):
+                self._slow_since.pop(brick, None)
+                continue
+            since = self._slow_since.setdefault(brick, now)
+            self._step(brick, Evidence(slow_for=now - since))
+
+    def _step(self, brick: BodyId, seen: Evidence) -> None:
+        self._activity[brick] = next_activity(self._activity.get(brick, Activity.FREE), seen, self.rest)
+
+    def _newly_stable(self, awake: Collection[BodyId], states: Mapping[BodyId, BodyState]) -> list[StackedBrick]:
+        """The slow bricks that rest stably on what was in the stack before this pass."""
+        potential = [
+            brick for brick in awake if brick in self._slow_since and self._activity[brick] is not Activity.UNSTABLE
+        ]
+        if not potential:
+            return []
+        masses = self.engine.masses()
+        points = self._supporting_points(potential, awake, states)
+        tested = (
+            stacked_brick(brick, masses[brick], states[brick].pose.position_W, points[brick])
+            for brick in potential
+            if points[brick]
+        )
+        return [brick for brick in tested if lies_above((brick.com_W[0], brick.com_W[1]), brick.main)]
+
+    def _supporting_points(
+        self, potential: Collection[BodyId], awake: Collection[BodyId], states: Mapping[BodyId, BodyState]
+    ) -> dict[BodyId, dict[BodyId, list[Vec3]]]:
+        """The points at which each potential brick rests on the stack or on something fixed, by support."""
+        moving = set(awake)
+        found: dict[BodyId, dict[BodyId, list[Vec3]]] = {brick: {} for brick in potential}
+        for point in self.engine.contacts(potential):
+            for upper, lower, upward in ((point.a, point.b, 1.0), (point.b, point.a, -1.0)):
+                # Two bricks that are both outside the stack cannot be resting on a part of it.
+                if upper not in found or lower in moving or point.gap > self.contact.gap:
+                    continue
+                if upward * point.normal_BA_W[2] < self.contact.upward:
+                    continue
+                if approach_speed(states[upper], point) <= self.contact.impact_speed:
+                    found[upper].setdefault(lower, []).append(point.position_W)
+        return found
+
+    def _freeze(self, added: Sequence[StackedBrick]) -> None:
+        for brick in added:
+            self.engine.freeze(brick.id)
+            self.stack[brick.id] = brick
+            self._step(brick.id, Evidence(stands=True))
+
+    def _wake(self, failed: Sequence[BodyId]) -> tuple[BodyId, ...]:
+        woken = sorted(with_all_above({name: brick.rests_on for name, brick in self.stack.items()}, failed))
+        for brick in woken:
+            self.engine.wake(brick)
+            del self.stack[brick]
+            self._slow_since.pop(brick, None)
+            self._step(brick, Evidence(fails=True))
+        if woken:
+            self.loads = loads_above(self.stack)
+        return tuple(woken)
+
+
+def stacked_brick(brick: BodyId, mass: float, com_W: Vec3, points: Mapping[BodyId, Sequence[Vec3]]) -> StackedBrick:
+    """A brick with its contact areas, supports by name."""
+    areas: tuple[ContactArea, ...] = tuple(contact_area(on, points[on]) for on in sorted(points))
+    return StackedBrick(brick, mass, com_W, areas, main_contact(areas))
+
+
+def approach_speed(state: BodyState, point: ContactPoint) -> float:
+    """Speed of a brick's material point along the contact normal [m/s], the other body being at rest."""
+    vx, vy, vz = state.velocity_W
+    ox, oy, oz = state.angular_velocity_W
+    rx, ry, rz = (p - c for p, c in zip(point.position_W, state.pose.position_W, strict=True))
+    point_velocity = (vx + oy * rz - oz * ry, vy + oz * rx - ox * rz, vz + ox * ry - oy * rx)
+    return abs(sum(v * n for v, n in zip(point_velocity, point.normal_BA_W, strict=True)))

@@ -1,0 +1,56 @@
+"""When a brick may be frozen and when it is woken: one enum, one pure transition.
+
+Frozen means held fixed in the engine because the model says that it stands; it still collides.
+"""
+
+from dataclasses import dataclass
+from enum import Enum
+from math import hypot
+
+from stability.model import BodyState
+
+
+class Activity(Enum):
+    """What the extension does with a brick."""
+
+    FREE = "free"  # the engine moves it; it is tested whenever it is slow
+    UNSTABLE = "unstable"  # woken by a failed test: not tested again until it has been slow for a while
+    FROZEN = "frozen"  # part of the stack
+
+
+@dataclass(frozen=True, slots=True)
+class RestLimits:
+    """What counts as not moving.
+
+    The source sets a threshold on speed and turning without giving it. It has no `hold_off`: that is ours, because a
+    brick woken from a stack starts at rest, passes the test of a single brick at the next step, and is frozen again
+    before it can move; a failing tower would hang in the air. A slow topple shows within a tenth of a second.
+    """
+
+    speed: float = 0.005  # [m/s] of the centre of mass; a solver's noise on a plank at rest is a tenth of it
+    turning: float = 0.1  # [rad/s]; the end of a plank then moves at about `speed`
+    hold_off: float = 0.1  # [s]
+
+    def slow(self, state: BodyState) -> bool:
+        """Whether the brick may be at rest."""
+        return hypot(*state.velocity_W) < self.speed and hypot(*state.angular_velocity_W) < self.turning
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """What was seen of one brick in one pass."""
+
+    stands: bool = False  # it was tested and rests stably on the stack
+    fails: bool = False  # it, or something below it, failed the stack test
+    slow_for: float = 0.0  # how long it has been slow without a break [s]
+
+
+def next_activity(now: Activity, seen: Evidence, limits: RestLimits) -> Activity:
+    """The only steps: FREE -> FROZEN -> UNSTABLE -> FREE."""
+    if now is Activity.FREE and seen.stands:
+        return Activity.FROZEN
+    if now is Activity.FROZEN and seen.fails:
+        return Activity.UNSTABLE
+    if now is Activity.UNSTABLE and seen.slow_for >= limits.hold_off:
+        return Activity.FREE
+    return now

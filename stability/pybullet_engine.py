@@ -1,0 +1,225 @@
+"""PyBullet behind the Engine protocol: the one file that imports it.
+
+`PyBulletBodies` attaches to a client that somebody else runs. `PyBulletWorld` runs one of its own, with every setting
+that matters made explicit, because `contactBreakingThreshold` belongs to the whole process and outlives its client.
+"""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from math import sqrt
+from typing import Any
+
+import pybullet
+
+from stability.engine_settings import EngineSettings
+from stability.model import BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Vec3
+
+# Combined friction is the product of two bodies' own; this stands for "none" where a partner must still reach its own.
+FRICTIONLESS = 1e-6
+# Half the side of the box that stands for a half-space [m]. A box, because PyBullet gives a box on a plane one contact
+# point a step, and a box on a box all four at once.
+HALF_SPACE = 1e3
+
+
+@dataclass
+class PyBulletBodies:
+    """The bodies of a running client: those with mass are bricks, those without (at first sight) are fixed.
+
+    Bodies are called by name if they are in `names`, else by their number. New ones are noticed by themselves.
+    """
+
+    client: int
+    names: dict[int, BodyId] = field(default_factory=dict)
+    scale: float = field(default=1.0, init=False)  # engine metres per scene metre
+    _clock: float = field(default=0.0, init=False)
+    _masses: dict[BodyId, float] = field(default_factory=dict, init=False)
+    _bodies: dict[BodyId, int] = field(default_factory=dict, init=False)
+
+    def time(self) -> float:
+        return self._clock
+
+    def step(self) -> None:
+        """Step the client once."""
+        pybullet.stepSimulation(self.client)
+        self.stepped()
+
+    def stepped(self) -> None:
+        """Say that the owner has stepped the client once."""
+        self._clock += float(pybullet.getPhysicsEngineParameters(self.client)["fixedTimeStep"])
+
+    def masses(self) -> Mapping[BodyId, float]:
+        if pybullet.getNumBodies(self.client) != len(self._bodies):
+            self._notice_bodies()
+        return self._masses
+
+    def _notice_bodies(self) -> None:
+        present = [pybullet.getBodyUniqueId(i, self.client) for i in range(pybullet.getNumBodies(self.client))]
+        for name in [name for name, body in self._bodies.items() if body not in present]:
+            del self._bodies[name]
+            self._masses.pop(name, None)
+        for body in present:
+            name = self.names.setdefault(body, str(body))
+            if name not in self._bodies:
+                self._bodies[name] = body
+                mass = float(pybullet.getDynamicsInfo(body, -1, self.client)[0])
+                if mass > 0.0:
+                    self._masses[name] = mass
+
+    def states(self, bricks: Collection[BodyId]) -> dict[BodyId, BodyState]:
+        rate = 1.0 / sqrt(self.scale)  # of speeds: metres grow by scale, seconds by its root
+        found = {}
+        for brick in bricks:
+            position, orientation = pybullet.getBasePositionAndOrientation(self._bodies[brick], self.client)
+            velocity, turning = pybullet.getBaseVelocity(self._bodies[brick], self.client)
+            found[brick] = BodyState(
+                Pose(_scaled(position, 1.0 / self.scale), orientation),
+                _scaled(velocity, rate),
+                _scaled(turning, 1.0 / rate),
+            )
+        return found
+
+    def contacts(self, bricks: Collection[BodyId]) -> Sequence[ContactPoint]:
+        wanted = set(bricks)
+        found = []
+        for brick in sorted(wanted):
+            for point in pybullet.getContactPoints(bodyA=self._bodies[brick], physicsClientId=self.client) or ():
+                a, b = self.names[point[1]], self.names[point[2]]
+                other = b if a == brick else a
+                if other not in wanted or brick < other:
+                    found.append(self._contact_point(a, b, point))
+        return found
+
+    def _contact_point(self, a: BodyId, b: BodyId, point: Sequence[Any]) -> ContactPoint:
+        on_b, normal, gap, force = point[6:10]
+        on_b_W = _scaled(on_b, 1.0 / self.scale)
+        return ContactPoint(a, b, on_b_W, normal, gap / self.scale, force)
+
+    def freeze(self, brick: BodyId) -> None:
+        body = self._bodies[brick]
+        # A body without mass keeps the velocity that it has, and drifts with it for ever.
+        pybullet.resetBaseVelocity(body, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), physicsClientId=self.client)
+        pybullet.changeDynamics(body, -1, mass=0.0, physicsClientId=self.client)
+
+    def wake(self, brick: BodyId) -> None:
+        pybullet.changeDynamics(self._bodies[brick], -1, mass=self._masses[brick], physicsClientId=self.client)
+
+
+def _scaled(vector: Vec3, by: float) -> Vec3:
+    x, y, z = vector
+    return (x * by, y * by, z * by)
+
+
+@dataclass
+class PyBulletWorld(PyBulletBodies):
+    """A world of its own for bricks and planes; close it after use."""
+
+    settings: EngineSettings = field(kw_only=True)
+    friction: float = field(kw_only=True)  # Coulomb coefficient of brick on brick
+    _shapes: dict[Vec3, int] = field(default_factory=dict, init=False)
+
+    @classmethod
+    def opened(cls, settings: EngineSettings, gravity: float, friction: float) -> "PyBulletWorld":
+        """A new, empty world with gravity [m/s2] along -z."""
+        client = pybullet.connect(pybullet.DIRECT)
+        if client < 0:
+            raise RuntimeError("PyBullet accepts no more clients in this process")
+        world = cls(client, settings=settings, friction=friction)
+        world.scale = settings.scale
+        pybullet.setGravity(0.0, 0.0, -gravity, client)
+        pybullet.setPhysicsEngineParameter(**engine_parameters(settings), physicsClientId=client)
+        return world
+
+    def close(self) -> None:
+        """End the world; nothing of it is left."""
+        pybullet.disconnect(self.client)
+
+    def step(self) -> None:
+        pybullet.stepSimulation(self.client)
+        self._clock += self.settings.time_step
+
+    def skip(self, duration: float) -> None:
+        """Let time pass in which nothing can move."""
+        self._clock += duration
+
+    def add_plane(self, plane: Plane) -> None:
+        """Put up the ground or a wall."""
+        depth = HALF_SPACE * self.scale
+        shape = self._box((depth, depth, depth))
+        nx, ny, nz = plane.normal_W
+        px, py, pz = _scaled(plane.point_W, self.scale)
+        centre = (px - nx * depth, py - ny * depth, pz - nz * depth)
+        body = pybullet.createMultiBody(
+            baseMass=0.0,
+            baseCollisionShapeIndex=shape,
+            basePosition=centre,
+            baseOrientation=_turning_z_to(plane.normal_W),
+            physicsClientId=self.client,
+        )
+        self._add(body, plane.id, plane.friction / self._own_friction())
+
+    def add_brick(self, brick: Brick, pose: Pose) -> None:
+        """Set a brick down, at rest."""
+        a, b, c = _scaled(brick.size, 0.5 * self.scale)
+        body = pybullet.createMultiBody(
+            baseMass=brick.mass,
+            baseCollisionShapeIndex=self._box((a, b, c)),
+            basePosition=_scaled(pose.position_W, self.scale),
+            baseOrientation=pose.orientation,
+            physicsClientId=self.client,
+        )
+        self._add(body, brick.id, self._own_friction())
+
+    def _own_friction(self) -> float:
+        return max(sqrt(self.friction), FRICTIONLESS)
+
+    def _box(self, half_extents: Vec3) -> int:
+        if half_extents not in self._shapes:
+            self._shapes[half_extents] = pybullet.createCollisionShape(
+                pybullet.GEOM_BOX, halfExtents=half_extents, physicsClientId=self.client
+            )
+        return self._shapes[half_extents]
+
+    def _add(self, body: int, name: BodyId, own_friction: float) -> None:
+        pybullet.changeDynamics(
+            body,
+            -1,
+            lateralFriction=own_friction,
+            rollingFriction=0.0,
+            spinningFriction=0.0,
+            restitution=0.0,
+            linearDamping=self.settings.linear_damping,
+            angularDamping=self.settings.angular_damping,
+            frictionAnchor=int(self.settings.friction_anchor),
+            activationState=pybullet.ACTIVATION_STATE_DISABLE_SLEEPING,
+            physicsClientId=self.client,
+        )
+        self.names[body] = name
+
+
+def engine_parameters(settings: EngineSettings) -> dict[str, float]:
+    """All that `setPhysicsEngineParameter` must be told: each belongs to the client or, worse, to the process."""
+    return {
+        "fixedTimeStep": settings.time_step * sqrt(settings.scale),
+        "numSolverIterations": settings.iterations,
+        "numSubSteps": 0,
+        "contactERP": settings.contact_erp,
+        "erp": settings.contact_erp,
+        "frictionERP": 0.2,
+        "contactBreakingThreshold": settings.breaking_threshold * settings.scale,
+        "contactSlop": 1e-5,
+        "solverResidualThreshold": settings.residual_threshold,
+        "restitutionVelocityThreshold": 0.2,
+        "globalCFM": 0.0,
+        "enableConeFriction": 1,
+        "deterministicOverlappingPairs": 1,
+        "constraintSolverType": pybullet.CONSTRAINT_SOLVER_LCP_SI,
+    }
+
+
+def _turning_z_to(normal_W: Vec3) -> tuple[float, float, float, float]:
+    """The shortest turn that takes the z axis to a unit vector."""
+    nx, ny, nz = normal_W
+    if nz <= -1.0 + 1e-12:
+        return (1.0, 0.0, 0.0, 0.0)
+    half = sqrt(2.0 * (1.0 + nz))
+    return (-ny / half, nx / half, 0.0, half / 2.0)
