@@ -7,7 +7,7 @@ from stability.model import BodyId
 
 
 def carried_by(rests_on: Mapping[BodyId, Iterable[BodyId]]) -> dict[BodyId, list[BodyId]]:
-    """For each brick the bricks that rest directly on it, by name. Supports that are no bricks (ground) are left out."""
+    """For each brick the bricks that rest directly on it, by name; the ground is no brick."""
     above: dict[BodyId, list[BodyId]] = {brick: [] for brick in rests_on}
     for upper in sorted(rests_on):
         for lower in rests_on[upper]:

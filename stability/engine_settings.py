@@ -1,4 +1,4 @@
-"""Everything about a rigid-body engine that changes what comes out, in one value, so that nothing is left to defaults."""
+"""All settings of a rigid-body engine that change what comes out, in one value: nothing is left to defaults."""
 
 from dataclasses import dataclass
 

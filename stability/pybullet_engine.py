@@ -34,6 +34,7 @@ class PyBulletBodies:
     _clock: float = field(default=0.0, init=False)
     _masses: dict[BodyId, float] = field(default_factory=dict, init=False)
     _bodies: dict[BodyId, int] = field(default_factory=dict, init=False)
+    _noticed: tuple[int, int] = field(default=(0, -1), init=False)
 
     def time(self) -> float:
         return self._clock
@@ -48,8 +49,12 @@ class PyBulletBodies:
         self._clock += float(pybullet.getPhysicsEngineParameters(self.client)["fixedTimeStep"])
 
     def masses(self) -> Mapping[BodyId, float]:
-        if pybullet.getNumBodies(self.client) != len(self._bodies):
+        # Numbers are given in rising order and never again, so count and last one tell whether anything changed.
+        count = pybullet.getNumBodies(self.client)
+        last = pybullet.getBodyUniqueId(count - 1, self.client) if count else -1
+        if (count, last) != self._noticed:
             self._notice_bodies()
+            self._noticed = (count, last)
         return self._masses
 
     def _notice_bodies(self) -> None:
@@ -155,7 +160,7 @@ class PyBulletWorld(PyBulletBodies):
             baseOrientation=_turning_z_to(plane.normal_W),
             physicsClientId=self.client,
         )
-        self._add(body, plane.id, plane.friction / self._own_friction())
+        self._name(body, plane.id, plane.friction / self._own_friction())
 
     def add_brick(self, brick: Brick, pose: Pose) -> None:
         """Set a brick down, at rest."""
@@ -167,7 +172,7 @@ class PyBulletWorld(PyBulletBodies):
             baseOrientation=pose.orientation,
             physicsClientId=self.client,
         )
-        self._add(body, brick.id, self._own_friction())
+        self._name(body, brick.id, self._own_friction())
 
     def _own_friction(self) -> float:
         return max(sqrt(self.friction), FRICTIONLESS)
@@ -179,7 +184,7 @@ class PyBulletWorld(PyBulletBodies):
             )
         return self._shapes[half_extents]
 
-    def _add(self, body: int, name: BodyId, own_friction: float) -> None:
+    def _name(self, body: int, name: BodyId, own_friction: float) -> None:
         pybullet.changeDynamics(
             body,
             -1,
@@ -194,6 +199,7 @@ class PyBulletWorld(PyBulletBodies):
             physicsClientId=self.client,
         )
         self.names[body] = name
+        self.masses()
 
 
 def engine_parameters(settings: EngineSettings) -> dict[str, float]:

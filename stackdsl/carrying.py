@@ -1,0 +1,34 @@
+"""Who carries a brick, as a bare engine's contact forces say: the measure of `rests_on` where no model answers it."""
+
+from collections import defaultdict
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from stability.model import BodyId, ContactPoint
+from stackdsl.trace import Edge
+
+UPWARD = 0.5  # z of a contact normal towards the carried brick; steeper touches are at its side
+NOTHING = 1e-3  # a support that takes less than this share is touched, not rested on
+
+
+@dataclass
+class ForceMeter:
+    """Sums what each brick was pressed up with by each other body. Engines scatter load, so average over many steps."""
+
+    upward: dict[BodyId, dict[BodyId, float]] = field(default_factory=lambda: defaultdict(lambda: defaultdict(float)))
+
+    def add(self, contacts: Iterable[ContactPoint]) -> None:
+        """Take in the contacts of one step."""
+        for point in contacts:
+            z = point.normal_BA_W[2]
+            if abs(z) >= UPWARD:
+                upper, lower = (point.a, point.b) if z > 0.0 else (point.b, point.a)
+                self.upward[upper][lower] += point.normal_force * abs(z)
+
+    def edges(self, brick: BodyId) -> tuple[Edge, ...]:
+        """The supports of a brick and their shares."""
+        forces = self.upward.get(brick, {})
+        total = sum(forces.values())
+        if total <= 0.0:
+            return ()
+        return tuple(Edge(brick, on, forces[on] / total) for on in sorted(forces) if forces[on] > NOTHING * total)

@@ -1,0 +1,189 @@
+"""Timeline -> trace: the one stage that steps a world.
+
+Time in which nothing can move is skipped: before the first brick, and whenever the extension has frozen all there are.
+A collapse ends the build, and is followed for a while to see what falls.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import groupby
+from time import perf_counter
+
+from stability.extension import StackStability, Update
+from stability.model import BodyId
+from stability.pybullet_engine import PyBulletWorld
+from stability.support import shares
+from stackdsl.carrying import ForceMeter
+from stackdsl.systems import System
+from stackdsl.timeline import Placement, Timeline
+from stackdsl.trace import BrickState, BrickTrack, Collapse, Cost, Edge, Event, EventKind, Trace
+from stackdsl.watch import Watch
+
+SAMPLING = 0.01  # [s] between looks at all that moves; a free fall covers half a millimetre in the first
+AFTERMATH = 1.0  # [s] a collapse is followed; a plank falls from a metre in less than half of it
+FORCE_WINDOW = 0.25  # [s] at the end over which a bare engine's contact forces are averaged
+
+OnEvent = Callable[[Event], None]
+
+
+def play(timeline: Timeline, system: System, on_event: OnEvent = lambda event: None) -> Trace:
+    """Play a timeline on a system, in a world of its own."""
+    started = perf_counter()
+    world = PyBulletWorld.opened(system.engine, timeline.world.gravity, timeline.world.friction)
+    try:
+        for plane in timeline.world.planes:
+            world.add_plane(plane)
+        run = _Run(timeline, world, StackStability(world) if system.extension else None, on_event)
+        run.play()
+        return run.trace(perf_counter() - started)
+    finally:
+        world.close()
+
+
+@dataclass
+class _Run:
+    timeline: Timeline
+    world: PyBulletWorld
+    extension: StackStability | None
+    on_event: OnEvent
+    watch: Watch = field(default_factory=Watch)
+    events: list[Event] = field(default_factory=list)
+    collapse: Collapse | None = None
+    gave_way: BodyId | None = None
+    carried_at_first: dict[BodyId, tuple[Edge, ...]] = field(default_factory=dict)
+    forces: ForceMeter = field(default_factory=ForceMeter)
+    steps: int = 0
+    judgements: int = 0
+
+    def play(self) -> None:
+        for time, group in _by_time(self.timeline.placements):
+            self._advance(time)
+            if self.collapse:
+                break
+            self._place(time, group)
+        self._advance(self._end())
+        if self.collapse:
+            self._advance(self._end())
+        self._close_placement()
+
+    def _end(self) -> float:
+        return self.timeline.end if self.collapse is None else self.collapse.time + AFTERMATH
+
+    def _place(self, time: float, group: Sequence[Placement]) -> None:
+        self._close_placement()
+        for placement in group:
+            self.world.add_brick(placement.brick, placement.pose)
+            self.watch.add(placement)
+        self._tell(Event(time, EventKind.PLACED, tuple(placement.brick.id for placement in group)))
+
+    def _close_placement(self) -> None:
+        """Before the next bricks come: note how the last ones were carried, and how safely the stack stood."""
+        if self.extension is None:
+            return
+        for index in range(len(self.events) - 1, -1, -1):
+            if self.events[index].kind is EventKind.PLACED:
+                self.events[index] = replace(self.events[index], margin=self.extension.least_margin())
+                for brick in self.events[index].bricks:
+                    self.carried_at_first[brick] = model_edges(self.extension, brick)
+                return
+
+    def _advance(self, until: float) -> None:
+        """Step the world up to a time, or to the first collapse."""
+        every = max(1, round(SAMPLING / self.world.settings.time_step))
+        had_collapsed = self.collapse is not None
+        while self.world.time() < until - 0.5 * self.world.settings.time_step:
+            if self._nothing_can_move():
+                self.world.skip(until - self.world.time())
+                return
+            self.world.step()
+            self.steps += 1
+            if self.extension is not None:
+                self._judge(self.extension)
+            if self.steps % every == 0 and self._look() and not had_collapsed:
+                return
+
+    def _nothing_can_move(self) -> bool:
+        return not self.watch.bricks or (self.extension is not None and not self.extension.awake())
+
+    def _judge(self, extension: StackStability) -> None:
+        moving = extension.awake()
+        update = extension.update()
+        self.judgements += 1
+        if update != Update():
+            # A frozen brick is not looked at any more, so this is the last chance to see where it stands.
+            self.watch.see(self.world.time(), self.world.states([*moving, *update.woken]))
+            self.watch.freeze(update.frozen)
+            self._tell_update(update)
+
+    def _tell_update(self, update: Update) -> None:
+        now = self.world.time()
+        stays = tuple(brick for brick in update.frozen if brick not in update.woken)
+        if stays:
+            self._tell(Event(now, EventKind.FROZEN, stays))
+        if update.woken:
+            reason = f"no support under what {', '.join(update.failed)} carries" if update.failed else "support removed"
+            self._tell(Event(now, EventKind.WOKEN, update.woken, reason))
+        if update.failed:
+            self.gave_way = min(update.failed, key=list(self.watch.bricks).index)
+
+    def _look(self) -> bool:
+        """See all that moves; True if a collapse is known."""
+        now = self.world.time()
+        moving = self.extension.awake() if self.extension is not None else list(self.watch.bricks)
+        self.watch.see(now, self.world.states(moving))
+        if self.extension is None and now >= self._end() - FORCE_WINDOW:
+            self.forces.add(self.world.contacts(moving))
+        if self.collapse is None and (first := self.watch.first_to_leave()) is not None:
+            level = list(self.watch.bricks.values())[-1].placement.level
+            self.collapse = Collapse(now, level, first, self.gave_way)
+            self._tell(Event(now, EventKind.COLLAPSED, (first,), f"level {level} under construction"))
+        return self.collapse is not None
+
+    def _tell(self, event: Event) -> None:
+        self.events.append(event)
+        self.on_event(event)
+
+    def trace(self, wall_time: float) -> Trace:
+        tracks = dict(self._tracks())
+        standing = [name for name, t in tracks.items() if t.state in (BrickState.FROZEN, BrickState.STANDING)]
+        edges = (
+            [edge for name in standing if name in self.extension.stack for edge in model_edges(self.extension, name)]
+            if self.extension is not None
+            else [edge for name in standing for edge in self.forces.edges(name)]
+        )
+        return Trace(
+            events=tuple(self.events),
+            tracks=tracks,
+            edges=tuple(edges),
+            collapse=self.collapse,
+            cost=Cost(wall_time, self.world.time(), self.steps, self.judgements),
+            edges_when_placed=self.carried_at_first,
+        )
+
+    def _tracks(self) -> Iterator[tuple[BodyId, BrickTrack]]:
+        for placement in self.timeline.placements:
+            name = placement.brick.id
+            if name in self.watch.bricks:
+                yield name, self.watch.bricks[name].track(self.extension is not None and name in self.extension.stack)
+            else:
+                pose = placement.pose
+                yield (
+                    name,
+                    BrickTrack(
+                        placement.brick, placement.level, BrickState.UNPLACED, pose, pose, pose, shift=0.0, tilt=0.0
+                    ),
+                )
+
+
+def _by_time(placements: Sequence[Placement]) -> Iterator[tuple[float, list[Placement]]]:
+    for time, group in groupby(placements, key=lambda placement: placement.time):
+        yield time, list(group)
+
+
+def model_edges(extension: StackStability, brick: BodyId) -> tuple[Edge, ...]:
+    """Who carries a brick of the stack, and which part of its load, as the model has it; nobody if it is not frozen."""
+    if brick not in extension.stack:
+        return ()
+    load = extension.loads[brick]
+    given = {share.on: share.mass / load.mass for share in shares(load, extension.stack[brick].areas)}
+    return tuple(Edge(brick, on, given.get(on, 0.0)) for on in sorted(extension.stack[brick].rests_on))

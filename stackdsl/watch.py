@@ -1,0 +1,97 @@
+"""Follows every placed brick: where it came to rest, how far it has shifted and tilted since, and who left first."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from math import acos, dist
+
+from stability.freezing import RestLimits
+from stability.geometry import composed
+from stability.model import BodyId, BodyState, Pose
+from stackdsl.timeline import Placement
+from stackdsl.trace import COLLAPSE_SHARE_OF_SMALLEST_SIDE, COLLAPSE_TILT, BrickState, BrickTrack
+
+NOT_MOVING = RestLimits(speed=0.002, turning=0.035, hold_off=0.1)  # a slow topple needs that long to show
+
+
+@dataclass
+class Watched:
+    """One brick under watch."""
+
+    placement: Placement
+    rest: Pose | None  # None until a dropped brick has come to rest
+    last: Pose
+    shift: float = 0.0  # [m] largest since rest
+    tilt: float = 0.0  # [rad] largest since rest
+    slow_since: float | None = None
+
+    @property
+    def left_its_place(self) -> bool:
+        """Whether it has collapsed, by the definition of the word (see trace.py)."""
+        return self.shift > COLLAPSE_SHARE_OF_SMALLEST_SIDE * min(self.placement.brick.size) or (
+            self.tilt > COLLAPSE_TILT
+        )
+
+    def see(self, time: float, state: BodyState) -> None:
+        """Take in where the brick is now."""
+        self.last = state.pose
+        if self.rest is None:
+            self._wait_for_rest(time, state)
+        else:
+            self.shift = max(self.shift, dist(self.rest.position_W, state.pose.position_W))
+            self.tilt = max(self.tilt, turn_between(self.rest, state.pose))
+
+    def _wait_for_rest(self, time: float, state: BodyState) -> None:
+        if not NOT_MOVING.slow(state):
+            self.slow_since = None
+            return
+        self.slow_since = time if self.slow_since is None else self.slow_since
+        if time - self.slow_since >= NOT_MOVING.hold_off:
+            self.rest = state.pose
+
+    def track(self, frozen: bool) -> BrickTrack:
+        """What the trace keeps of it."""
+        standing = BrickState.FROZEN if frozen else BrickState.STANDING
+        return BrickTrack(
+            brick=self.placement.brick,
+            level=self.placement.level,
+            state=BrickState.FALLEN if self.left_its_place else standing,
+            placed=self.placement.pose,
+            rest=self.rest or self.last,
+            final=self.last,
+            shift=self.shift,
+            tilt=self.tilt,
+        )
+
+
+@dataclass
+class Watch:
+    """All bricks placed so far, in order of placement."""
+
+    bricks: dict[BodyId, Watched] = field(default_factory=dict)
+
+    def add(self, placement: Placement) -> None:
+        """A brick set down at rest counts as at rest there; a dropped one does so later."""
+        rest = None if placement.drop else placement.pose
+        self.bricks[placement.brick.id] = Watched(placement, rest, placement.pose)
+
+    def see(self, time: float, states: Mapping[BodyId, BodyState]) -> None:
+        """Take in the bricks that may have moved."""
+        for name, state in states.items():
+            self.bricks[name].see(time, state)
+
+    def freeze(self, bricks: Iterable[BodyId]) -> None:
+        """A frozen brick is at rest, whatever its past."""
+        for name in bricks:
+            self.bricks[name].rest = self.bricks[name].rest or self.bricks[name].last
+
+    def first_to_leave(self) -> BodyId | None:
+        """The brick that has left its place, by the largest shift if there are several."""
+        left = [watched for watched in self.bricks.values() if watched.left_its_place]
+        return max(left, key=lambda watched: watched.shift).placement.brick.id if left else None
+
+
+def turn_between(one: Pose, other: Pose) -> float:
+    """The angle of the turn from one orientation to another [rad]."""
+    x, y, z, w = one.orientation
+    part = abs(composed(other.orientation, (-x, -y, -z, w))[3])
+    return 2.0 * acos(min(1.0, part))

@@ -1,0 +1,137 @@
+"""The extension on a scripted engine: who is frozen, who is woken, and when."""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import pytest
+
+from stability.extension import StackStability, approach_speed
+from stability.model import BodyId, BodyState, ContactPoint, Pose, Vec3
+
+HALF = 0.05  # half the length of a brick [m]
+STEP = 0.01  # [s]
+
+
+@dataclass
+class ScriptedEngine:
+    """Bricks of 0.1 m in a plane; contacts are written down by the test."""
+
+    bricks: dict[BodyId, BodyState] = field(default_factory=dict)
+    touching: dict[BodyId, list[ContactPoint]] = field(default_factory=dict)
+    frozen: set[BodyId] = field(default_factory=set)
+    clock: float = 0.0
+
+    def time(self) -> float:
+        return self.clock
+
+    def masses(self) -> Mapping[BodyId, float]:
+        return dict.fromkeys(self.bricks, 1.0)
+
+    def states(self, bricks: Collection[BodyId]) -> Mapping[BodyId, BodyState]:
+        return {brick: self.bricks[brick] for brick in bricks}
+
+    def contacts(self, bricks: Collection[BodyId]) -> Sequence[ContactPoint]:
+        return [point for brick in sorted(bricks) for point in self.touching.get(brick, [])]
+
+    def freeze(self, brick: BodyId) -> None:
+        self.frozen.add(brick)
+
+    def wake(self, brick: BodyId) -> None:
+        self.frozen.remove(brick)
+
+    def place(self, name: BodyId, x: float, on: BodyId, overlap: tuple[float, float], **point: object) -> None:
+        """A brick centred at x that touches `on` over an interval of x."""
+        self.bricks[name] = BodyState(Pose((x, 0.0, 0.0)))
+        corners: list[Vec3] = [(end, y, 0.0) for end in overlap for y in (-0.01, 0.01)]
+        values: dict[str, object] = {"normal_BA_W": (0.0, 0.0, 1.0), "gap": 0.0, **point}
+        self.touching[name] = [ContactPoint(name, on, corner, **values) for corner in corners]  # type: ignore[arg-type]
+
+
+def test_a_column_is_frozen_from_the_ground_up_one_brick_a_pass() -> None:
+    engine = ScriptedEngine()
+    engine.place("a", 0.0, "ground", (-HALF, HALF))
+    engine.place("b", 0.0, "a", (-HALF, HALF))
+    stability = StackStability(engine)
+    assert stability.update().frozen == ("a",)  # b touches nothing that is in the stack yet
+    assert stability.update().frozen == ("b",)
+    assert engine.frozen == {"a", "b"}
+    assert stability.awake() == []
+
+
+@pytest.mark.parametrize(
+    "reason",
+    [
+        {"gap": 0.001},
+        {"normal_BA_W": (1.0, 0.0, 0.0)},
+        {"normal_BA_W": (0.0, 0.0, -1.0)},
+    ],
+)
+def test_a_point_apart_or_beside_or_above_carries_nothing(reason: Mapping[str, object]) -> None:
+    engine = ScriptedEngine()
+    engine.place("a", 0.0, "ground", (-HALF, HALF), **reason)
+    assert StackStability(engine).update().frozen == ()
+
+
+def test_a_brick_with_its_centre_beside_its_contact_is_left_to_the_engine() -> None:
+    engine = ScriptedEngine()
+    engine.place("a", 0.0, "ground", (0.001, HALF))
+    assert StackStability(engine).update().frozen == ()
+
+
+def test_a_moving_brick_is_not_frozen_until_it_is_slow() -> None:
+    engine = ScriptedEngine()
+    engine.place("a", 0.0, "ground", (-HALF, HALF))
+    engine.bricks["a"] = BodyState(Pose((0.0, 0.0, 0.0)), velocity_W=(0.0, 0.0, -0.02))
+    stability = StackStability(engine)
+    assert stability.update().frozen == ()
+    engine.bricks["a"] = BodyState(Pose((0.0, 0.0, 0.0)))
+    assert stability.update().frozen == ("a",)
+
+
+def test_the_brick_that_overloads_a_stack_wakes_the_failing_brick_and_all_above_it() -> None:
+    #         |--c--|      com of b and c together lies beyond the end of a
+    #     |--b--|
+    # |--a--|
+    engine = ScriptedEngine()
+    stability = StackStability(engine)
+    for name, x, on, overlap in (
+        ("a", 0.0, "ground", (-HALF, HALF)),
+        ("b", 0.04, "a", (-0.01, HALF)),
+        ("c", 0.08, "b", (0.03, 0.09)),
+    ):
+        engine.place(name, x, on, overlap)
+        last = stability.update()
+    assert last.failed == ("b",)
+    assert last.woken == ("b", "c")
+    assert engine.frozen == {"a"}
+    assert stability.loads["a"].mass == 1.0
+
+
+def test_a_woken_brick_is_not_frozen_again_before_it_has_been_slow_for_the_hold_off() -> None:
+    engine = ScriptedEngine()
+    stability = StackStability(engine)
+    engine.place("a", 0.0, "ground", (-HALF, HALF))
+    stability.update()
+    assert stability.wake(["a"]) == ("a",)
+    passes = 0
+    while not stability.update().frozen:
+        engine.clock += STEP
+        passes += 1
+    assert passes * STEP == pytest.approx(stability.rest.hold_off, abs=STEP)
+
+
+def test_taking_a_brick_out_of_the_engine_wakes_what_rested_on_it() -> None:
+    engine = ScriptedEngine()
+    stability = StackStability(engine)
+    for name, on in (("a", "ground"), ("b", "a"), ("c", "b")):
+        engine.place(name, 0.0, on, (-HALF, HALF))
+        stability.update()
+    del engine.bricks["a"]
+    assert stability.update().woken == ("b", "c")
+
+
+def test_the_approach_speed_of_a_turning_brick_is_that_of_the_touching_point() -> None:
+    #   turning about y at 2 rad/s, the point 0.05 m along x moves down at 0.1 m/s
+    state = BodyState(Pose((0.0, 0.0, 0.0)), angular_velocity_W=(0.0, 2.0, 0.0))
+    point = ContactPoint("a", "b", (0.05, 0.0, 0.0), (0.0, 0.0, 1.0), 0.0)
+    assert approach_speed(state, point) == pytest.approx(0.1)

@@ -1,0 +1,83 @@
+"""Polygons in plan and turns in space."""
+
+from math import cos, pi, sin, sqrt
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stability.geometry import Point2, box_corners, centroid, composed, convex_hull, signed_distance, turned
+from stability.model import Pose
+
+SQUARE = ((0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0))
+coordinates = st.floats(-1.0, 1.0).map(lambda x: round(x, 4))
+point_sets = st.lists(st.tuples(coordinates, coordinates), min_size=1, max_size=12)
+
+
+def about_z(angle: float) -> tuple[float, float, float, float]:
+    return (0.0, 0.0, sin(angle / 2.0), cos(angle / 2.0))
+
+
+def test_a_quarter_turn_about_z_takes_x_to_y() -> None:
+    assert turned(about_z(pi / 2.0), (1.0, 0.0, 0.0)) == pytest.approx((0.0, 1.0, 0.0))
+
+
+@given(st.floats(-pi, pi), st.floats(-pi, pi))
+def test_two_turns_compose_to_the_turn_by_the_sum(first: float, second: float) -> None:
+    once = turned(about_z(first + second), (1.0, 2.0, 3.0))
+    twice = turned(composed(about_z(second), about_z(first)), (1.0, 2.0, 3.0))
+    assert twice == pytest.approx(once, abs=1e-12)
+
+
+def test_the_corners_of_a_box_are_its_half_lengths_away() -> None:
+    corners = box_corners((2.0, 4.0, 6.0), Pose((10.0, 0.0, 0.0), about_z(pi / 2.0)))
+    assert {tuple(round(c, 9) for c in corner) for corner in corners} == {
+        (10.0 + x, y, z) for x in (-2.0, 2.0) for y in (-1.0, 1.0) for z in (-3.0, 3.0)
+    }
+
+
+def test_the_hull_of_a_square_with_points_inside_and_on_its_edges_is_the_square() -> None:
+    inner = [(1.0, 1.0), (1.0, 0.0), (2.0, 1.0), (0.3, 1.9)]
+    assert convex_hull([*inner, *SQUARE]) == SQUARE
+
+
+@pytest.mark.parametrize(
+    ("points", "hull"),
+    [
+        ([(1.0, 1.0), (1.0, 1.0)], ((1.0, 1.0),)),
+        ([(0.0, 0.0), (1.0, 1.0), (3.0, 3.0)], ((0.0, 0.0), (3.0, 3.0))),
+    ],
+)
+def test_points_on_a_line_have_a_hull_without_area(points: list[Point2], hull: tuple[Point2, ...]) -> None:
+    assert convex_hull(points) == hull
+
+
+@given(point_sets)
+def test_every_point_lies_in_the_hull_of_all(points: list[Point2]) -> None:
+    hull = convex_hull(points)
+    assert all(signed_distance(point, hull) >= -1e-6 for point in points)
+
+
+@given(point_sets)
+def test_the_hull_does_not_depend_on_the_order(points: list[Point2]) -> None:
+    assert convex_hull(points) == convex_hull(points[::-1])
+
+
+@pytest.mark.parametrize(
+    ("point", "distance"),
+    [((1.0, 1.0), 1.0), ((0.25, 1.0), 0.25), ((2.0, 1.0), 0.0), ((3.0, 1.0), -1.0), ((3.0, 3.0), -sqrt(2.0))],
+)
+def test_distance_to_a_square_is_positive_inside_and_negative_outside(point: Point2, distance: float) -> None:
+    assert signed_distance(point, SQUARE) == pytest.approx(distance)
+
+
+def test_nothing_is_inside_a_line_or_a_point() -> None:
+    assert signed_distance((0.5, 0.0), ((0.0, 0.0), (1.0, 0.0))) == 0.0
+    assert signed_distance((0.0, 2.0), ((0.0, 0.0), (1.0, 0.0))) == -2.0
+    assert signed_distance((3.0, 4.0), ((0.0, 0.0),)) == -5.0
+
+
+def test_the_centroid_of_a_triangle_is_the_mean_of_its_corners() -> None:
+    assert centroid(((0.0, 0.0), (3.0, 0.0), (0.0, 3.0))) == pytest.approx((1.0, 1.0))
+    assert centroid(SQUARE) == pytest.approx((1.0, 1.0))
+    assert centroid(((0.0, 0.0), (2.0, 0.0))) == pytest.approx((1.0, 0.0))

@@ -1,0 +1,98 @@
+"""The architecture, as a test: imports point one way, and one file knows the engine."""
+
+import ast
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+FILES = sorted(path for package in ("stability", "stackdsl") for path in (ROOT / package).rglob("*.py"))
+
+# From the facts up to the shell: a module may import only what stands before it.
+ORDER = {
+    "stability": (
+        "model",
+        "geometry",
+        "separation",
+        "contact",
+        "contact_graph",
+        "support",
+        "freezing",
+        "engine_settings",
+        "engine",
+        "pybullet_engine",
+        "extension",
+    ),
+    "stackdsl": (
+        "diagnostics",
+        "source",
+        "quantities",
+        "expressions",
+        "catalogue",
+        "layouts",
+        "schema",
+        "validation",
+        "timeline",
+        "compiler",
+        "systems",
+        "trace",
+        "watch",
+        "carrying",
+        "runner",
+        "outcome",
+        "expectations",
+        "snapshot",
+        "golden",
+        "pool",
+        "check",
+        "report.diagnostic_text",
+        "report.text",
+        "report.json",
+        "cli",
+        "pytest_plugin",
+    ),
+}
+
+
+def imported(path: Path) -> Iterator[str]:
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            yield node.module
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+
+
+def module_name(path: Path) -> str:
+    return ".".join(path.relative_to(ROOT).with_suffix("").parts)
+
+
+@pytest.mark.parametrize("path", FILES, ids=module_name)
+def test_modules_import_only_what_stands_before_them(path: Path) -> None:
+    package, _, own = module_name(path).partition(".")
+    if own.endswith("__init__"):
+        return
+    order = ORDER[package]
+    assert own in order, f"{own} has no place in ORDER: decide what it may import"
+    for name in imported(path):
+        head, _, rest = name.partition(".")
+        if head == package and rest in order:
+            assert order.index(rest) < order.index(own), f"{own} imports {rest}, which stands after it"
+
+
+def test_stability_does_not_know_the_language() -> None:
+    offenders = [p for p in FILES if p.parts[-2] == "stability" and any(n.startswith("stackdsl") for n in imported(p))]
+    assert offenders == []
+
+
+def test_one_file_imports_pybullet() -> None:
+    users = [module_name(p) for p in FILES if any(n.split(".")[0] == "pybullet" for n in imported(p))]
+    assert users == ["stability.pybullet_engine"]
+
+
+def test_the_command_line_starts_without_the_engine() -> None:
+    code = "import sys, stackdsl.cli; sys.exit('pybullet' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=False).returncode == 0

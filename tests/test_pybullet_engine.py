@@ -1,0 +1,144 @@
+"""The PyBullet adapter: what is asked for is what the engine does, in the scene's own units, at any scale."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from math import cos, radians, sin
+
+import pybullet
+import pytest
+
+from stability.engine_settings import EngineSettings
+from stability.extension import StackStability
+from stability.model import GROUND, Brick, Plane, Pose
+from stability.pybullet_engine import PyBulletBodies, PyBulletWorld
+
+SIZE = (0.1176, 0.0234, 0.0078)
+SETTINGS = EngineSettings(time_step=1.0 / 960.0, iterations=50, contact_erp=0.2, breaking_threshold=0.001)
+SCALES = pytest.mark.parametrize("scale", [1.0, 100.0])
+
+
+@contextmanager
+def world(scale: float = 1.0, friction: float = 0.5, tilt: float = 0.0) -> Iterator[PyBulletWorld]:
+    opened = PyBulletWorld.opened(replace(SETTINGS, scale=scale), gravity=9.81, friction=friction)
+    try:
+        opened.add_plane(Plane(GROUND, (0.0, 0.0, 0.0), (sin(tilt), 0.0, cos(tilt)), friction))
+        yield opened
+    finally:
+        opened.close()
+
+
+def plank(name: str = "plank") -> Brick:
+    return Brick(name, SIZE, 0.012)
+
+
+@SCALES
+def test_free_fall_covers_half_g_t_squared(scale: float) -> None:
+    with world(scale) as engine:
+        engine.add_brick(plank(), Pose((0.0, 0.0, 1.0)))
+        for _ in range(96):
+            engine.step()
+        state = engine.states(["plank"])["plank"]
+        # The engine's semi-implicit Euler step falls g t dt / 2 further than the parabola.
+        t, dt = 0.1, SETTINGS.time_step
+        assert 1.0 - state.pose.position_W[2] == pytest.approx(9.81 * t * (t + dt) / 2.0, rel=1e-6)
+        assert state.velocity_W[2] == pytest.approx(-0.981, rel=1e-6)
+
+
+@SCALES
+def test_a_plank_set_down_flush_touches_with_its_four_corners_and_presses_with_its_weight(scale: float) -> None:
+    with world(scale) as engine:
+        engine.add_brick(plank(), Pose((0.0, 0.0, SIZE[2] / 2.0)))
+        for _ in range(20):
+            engine.step()
+        points = engine.contacts(["plank"])
+        corners = {(round(p.position_W[0], 4), round(p.position_W[1], 4)) for p in points}
+        assert corners == {(x, y) for x in (-0.0588, 0.0588) for y in (-0.0117, 0.0117)}
+        assert all(p.normal_BA_W[2] * (1.0 if p.a == "plank" else -1.0) > 0.999 for p in points)
+        assert sum(p.normal_force for p in points) == pytest.approx(0.012 * 9.81, rel=0.01)
+
+
+@SCALES
+@pytest.mark.parametrize(("angle", "slides"), [(24.0, False), (29.0, True)])
+def test_a_plank_slides_on_a_slope_steeper_than_the_angle_of_friction(scale: float, angle: float, slides: bool) -> None:
+    #   atan(0.5) = 26.57 deg: pair friction is what was asked for, not its square
+    tilt = radians(angle)
+    with world(scale, friction=0.5, tilt=tilt) as engine:
+        engine.add_brick(
+            plank(), Pose((0.0039 * sin(tilt), 0.0, 0.0039 * cos(tilt)), (0.0, sin(tilt / 2), 0.0, cos(tilt / 2)))
+        )
+        for _ in range(480):
+            engine.step()
+        speed = engine.states(["plank"])["plank"].velocity_W[0]
+        assert (speed > 0.05) is slides
+
+
+def test_a_frozen_brick_stays_exactly_where_it_is_and_a_woken_one_falls_with_its_mass() -> None:
+    with world() as engine:
+        engine.add_brick(plank(), Pose((0.0, 0.0, 1.0)))
+        for _ in range(50):
+            engine.step()
+        engine.freeze("plank")
+        before = engine.states(["plank"])["plank"]
+        for _ in range(50):
+            engine.step()
+        assert engine.states(["plank"])["plank"] == before
+        assert before.velocity_W == (0.0, 0.0, 0.0)
+        engine.wake("plank")
+        engine.step()
+        assert engine.states(["plank"])["plank"].velocity_W[2] == pytest.approx(-9.81 * SETTINGS.time_step)
+        assert pybullet.getDynamicsInfo(engine._bodies["plank"], -1, engine.client)[0] == pytest.approx(0.012)
+
+
+def test_no_setting_leaks_from_one_world_to_the_next() -> None:
+    def settled(before: EngineSettings | None) -> tuple[float, ...]:
+        if before is not None:
+            PyBulletWorld.opened(before, gravity=1.0, friction=0.1).close()
+        with world() as engine:
+            for level in range(4):
+                engine.add_brick(plank(f"{level}"), Pose((0.02 * level, 0.0, SIZE[2] * (level + 0.5))))
+            for _ in range(200):
+                engine.step()
+            return engine.states(["3"])["3"].pose.position_W
+
+    wild = replace(
+        SETTINGS, breaking_threshold=0.05, iterations=2, contact_erp=0.9, time_step=0.1, friction_anchor=True
+    )
+    assert settled(before=wild) == settled(before=None)
+
+
+def test_the_extension_freezes_the_bricks_of_a_client_that_somebody_else_runs() -> None:
+    client = pybullet.connect(pybullet.DIRECT)
+    try:
+        pybullet.setGravity(0.0, 0.0, -9.81, client)
+        ground = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[1, 1, 1], physicsClientId=client)
+        pybullet.createMultiBody(0.0, ground, basePosition=[0, 0, -1], physicsClientId=client)
+        shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[0.3, 0.1, 0.05], physicsClientId=client)
+        bodies = PyBulletBodies(client)
+        stability = StackStability(bodies)
+        for level in range(3):  # brick by brick, each noticed by itself
+            pybullet.createMultiBody(1.0, shape, basePosition=[0, 0, 0.05 + 0.1 * level], physicsClientId=client)
+            for _ in range(60):
+                bodies.step()
+                stability.update()
+        assert stability.awake() == []
+        assert len(stability.stack) == 3
+        assert stability.least_margin() == pytest.approx(0.1, abs=1e-3)
+        pybullet.removeBody(1, client)
+        assert len(stability.update().woken) == 2
+    finally:
+        pybullet.disconnect(client)
+
+
+@SCALES
+def test_a_plank_held_out_too_far_tips_over_the_edge_of_its_support(scale: float) -> None:
+    #   Centre 21.2 mm beyond the edge: it starts to turn with alpha = g e / (L^2 / 12 + t^2 / 3 + e^2), no slip yet.
+    with world(scale) as engine:
+        engine.add_brick(plank("low"), Pose((0.0, 0.0, SIZE[2] / 2.0)))
+        engine.add_brick(plank("high"), Pose((0.08, 0.0, SIZE[2] * 1.5)))
+        for _ in range(20):
+            engine.step()
+        beyond, length, thickness = 0.08 - SIZE[0] / 2.0, SIZE[0], SIZE[2]
+        alpha = 9.81 * beyond / (length**2 / 12.0 + thickness**2 / 3.0 + beyond**2)
+        turning = engine.states(["high"])["high"].angular_velocity_W[1]
+        assert turning == pytest.approx(alpha * 20 * SETTINGS.time_step, rel=0.05)

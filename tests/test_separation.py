@@ -1,0 +1,60 @@
+"""Gaps between boxes and planes."""
+
+from math import cos, pi, sin, sqrt
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stability.model import Plane, Pose, Vec3
+from stability.separation import box_above_plane, boxes_apart
+
+CUBE = (1.0, 1.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("position", "gap", "normal"),
+    [
+        ((0.0, 0.0, 1.0), 0.0, (0.0, 0.0, 1.0)),
+        ((0.2, 0.1, 1.25), 0.25, (0.0, 0.0, 1.0)),
+        ((0.2, 0.1, -1.25), 0.25, (0.0, 0.0, -1.0)),
+        ((0.9, 0.0, 0.0), -0.1, (1.0, 0.0, 0.0)),
+        ((1.5, 0.0, 0.2), 0.5, (1.0, 0.0, 0.0)),
+    ],
+)
+def test_cubes_side_by_side_are_apart_by_the_gap_between_their_faces(position: Vec3, gap: float, normal: Vec3) -> None:
+    found = boxes_apart(CUBE, Pose(position), CUBE, Pose((0.0, 0.0, 0.0)))
+    assert found.gap == pytest.approx(gap)
+    assert found.normal_BA_W == pytest.approx(normal)
+
+
+def test_a_cube_on_its_edge_touches_with_half_its_diagonal() -> None:
+    on_edge = Pose((0.0, 0.0, 0.5 + sqrt(0.5)), (0.0, sin(pi / 8.0), 0.0, cos(pi / 8.0)))
+    found = boxes_apart(CUBE, on_edge, CUBE, Pose((0.0, 0.0, 0.0)))
+    assert found.gap == pytest.approx(0.0, abs=1e-12)
+    assert found.normal_BA_W == pytest.approx((0.0, 0.0, 1.0), abs=1e-12)
+
+
+def test_crossed_edges_meet_along_the_product_of_their_directions() -> None:
+    #  Two cubes on edge, crosswise: their centres are apart by twice half a diagonal and the gap.
+    half = pi / 8.0
+    upper = Pose((0.0, 0.0, 2.0 * sqrt(0.5) + 0.1), (sin(half), 0.0, 0.0, cos(half)))
+    lower = Pose((0.0, 0.0, 0.0), (0.0, sin(half), 0.0, cos(half)))
+    found = boxes_apart(CUBE, upper, CUBE, lower)
+    assert found.gap == pytest.approx(0.1)
+    assert found.normal_BA_W == pytest.approx((0.0, 0.0, 1.0), abs=1e-12)
+
+
+def test_a_box_above_a_plane_is_measured_from_its_lowest_corner() -> None:
+    slope = Plane("ground", (0.0, 0.0, 0.0), (-sin(0.3), 0.0, cos(0.3)), 0.5)
+    found = box_above_plane(CUBE, Pose((0.0, 0.0, 2.0)), slope)
+    assert found.gap == pytest.approx(2.0 * cos(0.3) - 0.5 * (sin(0.3) + cos(0.3)))
+
+
+@given(st.tuples(*[st.floats(-3.0, 3.0)] * 3), st.floats(-pi, pi), st.floats(-pi, pi))
+def test_separation_is_the_same_seen_from_either_box(position: Vec3, yaw: float, pitch: float) -> None:
+    a = Pose(position, (0.0, sin(pitch / 2.0), 0.0, cos(pitch / 2.0)))
+    b = Pose((0.0, 0.0, 0.0), (0.0, 0.0, sin(yaw / 2.0), cos(yaw / 2.0)))
+    one = boxes_apart((1.0, 2.0, 0.5), a, CUBE, b)
+    other = boxes_apart(CUBE, b, (1.0, 2.0, 0.5), a)
+    assert one.gap == pytest.approx(other.gap, abs=1e-9)
