@@ -11,6 +11,8 @@ from math import hypot
 from stability.geometry import Point2, Polygon, centroid, convex_hull
 from stability.model import BodyId, Vec3
 
+# [m] Bodies this far apart still touch: engines keep a gap or report points early, and planks are not made truer.
+TOUCHING = 5e-4
 # [m] "a short distance" in the source. A tenth of a plank's edge is felt by hand, half a millimetre is not.
 WIDENING = 5e-4
 

@@ -3,7 +3,7 @@
 from collections.abc import Collection, Mapping, Sequence
 from typing import Protocol
 
-from stability.model import BodyId, BodyState, ContactPoint
+from stability.model import BodyId, BodyState, ContactPoint, Vec3
 
 
 class Engine(Protocol):
@@ -18,8 +18,11 @@ class Engine(Protocol):
     def masses(self) -> Mapping[BodyId, float]:
         """The mass of every brick, frozen or not [kg]. New bricks appear here as soon as they exist."""
 
-    def states(self, bricks: Collection[BodyId]) -> Mapping[BodyId, BodyState]:
-        """Pose and motion of these bricks."""
+    def box(self, body: BodyId) -> Vec3 | None:
+        """The full lengths of a body that is a box [m], brick or fixed; None for any other shape."""
+
+    def states(self, bodies: Collection[BodyId]) -> Mapping[BodyId, BodyState]:
+        """Pose and motion of these bodies, bricks or fixed."""
 
     def contacts(self, bricks: Collection[BodyId]) -> Sequence[ContactPoint]:
         """The contact points that involve at least one of these bricks, as of the last step; each once."""

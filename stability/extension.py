@@ -7,11 +7,12 @@ add the stable ones, update what is above each brick, test the whole stack, wake
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from stability.contact import ContactArea, contact_area, main_contact
+from stability.contact import TOUCHING, ContactArea, contact_area, main_contact
 from stability.contact_graph import with_all_above
 from stability.engine import Engine
 from stability.freezing import Activity, Evidence, RestLimits, next_activity
 from stability.model import BodyId, BodyState, ContactPoint, Vec3
+from stability.patch import face_patch
 from stability.support import Load, StackedBrick, failing, lies_above, loads_above, tipping_margin
 
 
@@ -19,7 +20,7 @@ from stability.support import Load, StackedBrick, failing, lies_above, loads_abo
 class ContactLimits:
     """Which of the engine's contact points carry weight."""
 
-    gap: float = 5e-4  # [m] engines report points that do not touch yet; settled planks are within 0.1 mm
+    gap: float = TOUCHING  # [m] engines report points that do not touch yet; settled planks are within 0.1 mm
     # z of the normal towards the carried brick: steeper than 60 deg is a side touch, which the base model leaves out.
     upward: float = 0.5
     impact_speed: float = 0.05  # [m/s] a point that approaches faster is an impact, not a support
@@ -115,20 +116,31 @@ class StackStability:
 
     def _supporting_points(
         self, potential: Collection[BodyId], awake: Collection[BodyId], states: Mapping[BodyId, BodyState]
-    ) -> dict[BodyId, dict[BodyId, list[Vec3]]]:
+    ) -> dict[BodyId, dict[BodyId, Sequence[Vec3]]]:
         """The points at which each potential brick rests on the stack or on something fixed, by support."""
         moving = set(awake)
-        found: dict[BodyId, dict[BodyId, list[Vec3]]] = {brick: {} for brick in potential}
+        reported: dict[BodyId, dict[BodyId, list[Vec3]]] = {brick: {} for brick in potential}
         for point in self.engine.contacts(potential):
             for upper, lower, upward in ((point.a, point.b, 1.0), (point.b, point.a, -1.0)):
                 # Two bricks that are both outside the stack cannot be resting on a part of it.
-                if upper not in found or lower in moving or point.gap > self.contact.gap:
+                if upper not in reported or lower in moving or point.gap > self.contact.gap:
                     continue
                 if upward * point.normal_BA_W[2] < self.contact.upward:
                     continue
                 if approach_speed(states[upper], point) <= self.contact.impact_speed:
-                    found[upper].setdefault(lower, []).append(point.position_W)
-        return found
+                    reported[upper].setdefault(lower, []).append(point.position_W)
+        return {
+            upper: {lower: self._points_of(upper, lower, states[upper], points) for lower, points in supports.items()}
+            for upper, supports in reported.items()
+        }
+
+    def _points_of(self, upper: BodyId, lower: BodyId, state: BodyState, reported: Sequence[Vec3]) -> Sequence[Vec3]:
+        """The corners of the contact of two boxes face on face; of anything else, what the engine reported."""
+        upper_size, lower_size = self.engine.box(upper), self.engine.box(lower)
+        if upper_size is None or lower_size is None:
+            return reported
+        below = self.engine.states([lower])[lower].pose
+        return face_patch(upper_size, state.pose, lower_size, below) or reported
 
     def _freeze(self, added: Sequence[StackedBrick]) -> None:
         for brick in added:

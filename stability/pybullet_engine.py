@@ -4,21 +4,41 @@
 that matters made explicit, because `contactBreakingThreshold` belongs to the whole process and outlives its client.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+import os
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from math import sqrt
 from typing import Any
 
-import pybullet
-
 from stability.engine_settings import EngineSettings
 from stability.model import BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Vec3
+
+
+@contextmanager
+def _silent_stderr() -> Iterator[None]:
+    """PyBullet greets with its build time, from C, into whatever its user is printing."""
+    kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 2)
+    try:
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+        os.close(nowhere)
+
+
+with _silent_stderr():
+    import pybullet
 
 # Combined friction is the product of two bodies' own; this stands for "none" where a partner must still reach its own.
 FRICTIONLESS = 1e-6
 # Half the side of the box that stands for a half-space [m]. A box, because PyBullet gives a box on a plane one contact
 # point a step, and a box on a box all four at once.
 HALF_SPACE = 1e3
+# [engine m/s], for bodies as well as joints. By default PyBullet clamps speeds at 100, which is 10 m/s at scale 100.
+TOP_SPEED = 1e4
+ORIGIN = (0.0, 0.0, 0.0)
 
 
 @dataclass
@@ -30,10 +50,11 @@ class PyBulletBodies:
 
     client: int
     names: dict[int, BodyId] = field(default_factory=dict)
-    scale: float = field(default=1.0, init=False)  # engine metres per scene metre
+    scale: float = field(default=1.0, init=False)  # engine metres per scene metre; densities are kept
     _clock: float = field(default=0.0, init=False)
     _masses: dict[BodyId, float] = field(default_factory=dict, init=False)
     _bodies: dict[BodyId, int] = field(default_factory=dict, init=False)
+    _boxes: dict[BodyId, Vec3 | None] = field(default_factory=dict, init=False)
     _noticed: tuple[int, int] = field(default=(0, -1), init=False)
 
     def time(self) -> float:
@@ -62,21 +83,29 @@ class PyBulletBodies:
         for name in [name for name, body in self._bodies.items() if body not in present]:
             del self._bodies[name]
             self._masses.pop(name, None)
+            self._boxes.pop(name, None)
         for body in present:
             name = self.names.setdefault(body, str(body))
             if name not in self._bodies:
                 self._bodies[name] = body
                 mass = float(pybullet.getDynamicsInfo(body, -1, self.client)[0])
                 if mass > 0.0:
-                    self._masses[name] = mass
+                    self._masses[name] = mass / self.scale**3
 
-    def states(self, bricks: Collection[BodyId]) -> dict[BodyId, BodyState]:
+    def box(self, body: BodyId) -> Vec3 | None:
+        if body not in self._boxes:
+            shapes = pybullet.getCollisionShapeData(self._bodies[body], -1, self.client)
+            is_box = len(shapes) == 1 and shapes[0][2] == pybullet.GEOM_BOX and shapes[0][5] == ORIGIN
+            self._boxes[body] = _scaled(shapes[0][3], 1.0 / self.scale) if is_box else None
+        return self._boxes[body]
+
+    def states(self, bodies: Collection[BodyId]) -> dict[BodyId, BodyState]:
         rate = 1.0 / sqrt(self.scale)  # of speeds: metres grow by scale, seconds by its root
         found = {}
-        for brick in bricks:
-            position, orientation = pybullet.getBasePositionAndOrientation(self._bodies[brick], self.client)
-            velocity, turning = pybullet.getBaseVelocity(self._bodies[brick], self.client)
-            found[brick] = BodyState(
+        for body in bodies:
+            position, orientation = pybullet.getBasePositionAndOrientation(self._bodies[body], self.client)
+            velocity, turning = pybullet.getBaseVelocity(self._bodies[body], self.client)
+            found[body] = BodyState(
                 Pose(_scaled(position, 1.0 / self.scale), orientation),
                 _scaled(velocity, rate),
                 _scaled(turning, 1.0 / rate),
@@ -97,7 +126,7 @@ class PyBulletBodies:
     def _contact_point(self, a: BodyId, b: BodyId, point: Sequence[Any]) -> ContactPoint:
         on_b, normal, gap, force = point[6:10]
         on_b_W = _scaled(on_b, 1.0 / self.scale)
-        return ContactPoint(a, b, on_b_W, normal, gap / self.scale, force)
+        return ContactPoint(a, b, on_b_W, normal, gap / self.scale, force / self.scale**3)
 
     def freeze(self, brick: BodyId) -> None:
         body = self._bodies[brick]
@@ -106,7 +135,8 @@ class PyBulletBodies:
         pybullet.changeDynamics(body, -1, mass=0.0, physicsClientId=self.client)
 
     def wake(self, brick: BodyId) -> None:
-        pybullet.changeDynamics(self._bodies[brick], -1, mass=self._masses[brick], physicsClientId=self.client)
+        mass = self._masses[brick] * self.scale**3
+        pybullet.changeDynamics(self._bodies[brick], -1, mass=mass, physicsClientId=self.client)
 
 
 def _scaled(vector: Vec3, by: float) -> Vec3:
@@ -166,7 +196,7 @@ class PyBulletWorld(PyBulletBodies):
         """Set a brick down, at rest."""
         a, b, c = _scaled(brick.size, 0.5 * self.scale)
         body = pybullet.createMultiBody(
-            baseMass=brick.mass,
+            baseMass=brick.mass * self.scale**3,
             baseCollisionShapeIndex=self._box((a, b, c)),
             basePosition=_scaled(pose.position_W, self.scale),
             baseOrientation=pose.orientation,
@@ -194,6 +224,7 @@ class PyBulletWorld(PyBulletBodies):
             restitution=0.0,
             linearDamping=self.settings.linear_damping,
             angularDamping=self.settings.angular_damping,
+            maxJointVelocity=TOP_SPEED,
             frictionAnchor=int(self.settings.friction_anchor),
             activationState=pybullet.ACTIVATION_STATE_DISABLE_SLEEPING,
             physicsClientId=self.client,

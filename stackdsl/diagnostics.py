@@ -3,9 +3,13 @@
 Nothing here raises or prints. Every stage of the pipeline returns its diagnostics, and all of them are shown at once.
 """
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
+from typing import Final
+
+EXCERPT_WIDTH: Final = 200  # [characters] of a long line that are kept around the column
 
 CODES = {
     "SD001": "the file cannot be read",
@@ -46,6 +50,7 @@ class Span:
     column: int
     end_column: int
     excerpt: str = ""  # the text of the line, for the caret
+    excerpt_column: int = 1  # where in the line the excerpt begins: above 1 when a long line is cut
 
     def __str__(self) -> str:
         return f"{self.file}:{self.line}:{self.column}"
@@ -59,6 +64,51 @@ class Diagnostic:
     span: Span
     message: str
     hint: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Page:
+    """The text of a file, and how to point into it. Lines and columns count from 0 here, as parsers count."""
+
+    file: str
+    text: str
+    lines: tuple[str, ...]
+
+    def span(self, line: int, column: int, end_line: int | None = None, end_column: int = 0) -> Span:
+        """From one place to another, cut at the end of the first line; one character if no end is given."""
+        text = self.lines[line]
+        one_line = end_line in (None, line)
+        end = max(column + 1, end_column if one_line else len(text.rstrip()))
+        excerpt, excerpt_column = _excerpt(text, column)
+        return Span(self.file, line + 1, column + 1, end + 1, excerpt, excerpt_column)
+
+    def at(self, line: int, column: int) -> str:
+        """The character at a place; empty at the end of a line."""
+        return self.lines[line][column : column + 1]
+
+    def last_visible(self) -> tuple[int, int]:
+        """The place of the last character that is no space; the beginning of a blank text."""
+        filled = [line for line, text in enumerate(self.lines) if text.strip()]
+        return (filled[-1], len(self.lines[filled[-1]].rstrip()) - 1) if filled else (0, 0)
+
+    def ends_before(self, line: int, column: int) -> bool:
+        """Whether nothing visible stands at this place or after it."""
+        return (line, column) > self.last_visible()
+
+
+def page_of(text: str, file: str) -> Page:
+    """The page of a text whose lines end in LF, CRLF or CR."""
+    return Page(file, text, tuple(re.split("\r\n|\r|\n", text)))
+
+
+def _excerpt(line: str, column: int) -> tuple[str, int]:
+    """The line, or the part around `column` of a long one; and the column, from 1, where that part begins."""
+    if len(line) <= EXCERPT_WIDTH:
+        return line, 1
+    start = max(0, min(column - EXCERPT_WIDTH // 2, len(line) - EXCERPT_WIDTH))
+    part = line[start : start + EXCERPT_WIDTH]
+    left = "…" + part[1:] if start > 0 else part
+    return (left[:-1] + "…" if start + EXCERPT_WIDTH < len(line) else left), start + 1
 
 
 def did_you_mean(word: str, choices: Sequence[str]) -> str:

@@ -1,10 +1,26 @@
 """What a run came to: one outcome an expectation, one result a variant, one report a call. Renderers only read."""
 
+from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from enum import StrEnum
+from enum import IntEnum, StrEnum
 
 from stackdsl.diagnostics import Diagnostic, Span
 from stackdsl.trace import Collapse, Cost
+
+REFERENCE_SYSTEM = "tuned"  # what speed-ups are told against: PyBullet with the settings that stack best
+
+
+class ExitCode(IntEnum):
+    """What `stackdsl check` says to its caller."""
+
+    OK = 0
+    FAILED = 1  # an expectation failed
+    INVALID = 2  # a scenario is invalid
+    GOLDEN = 3  # a golden file is missing, different, unreadable or obsolete
+    USAGE = 4  # wrong usage, or nothing selected
+    CRASHED = 5  # the engine crashed or ran out of time
+    INTERRUPTED = 130
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +44,9 @@ class GoldenStatus(StrEnum):
     DIFFERENT = "different"
     WRITTEN = "written"
     UNREADABLE = "unreadable"
+
+
+GOLDEN_FAILURES = (GoldenStatus.MISSING, GoldenStatus.DIFFERENT, GoldenStatus.UNREADABLE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +76,7 @@ class RunStatus(StrEnum):
     DONE = "done"
     CRASHED = "crashed"
     TIMED_OUT = "timed out"
+    NOT_RUN = "not run"  # the call was interrupted before its turn
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +102,48 @@ class VariantResult:
         """Whether every expectation holds."""
         return self.status is RunStatus.DONE and all(outcome.passed for outcome in self.outcomes)
 
+    @property
+    def name(self) -> str:
+        """What people call it: the scenario, then the variant in brackets."""
+        return f"{self.scenario}[{self.variant}]"
+
+    @property
+    def case(self) -> str:
+        """The variant without its system, so that runs of one case on several systems find each other."""
+        return self.variant.removesuffix(self.system).rstrip(",")
+
+    @property
+    def met(self) -> int:
+        """How many expectations hold."""
+        return sum(outcome.passed for outcome in self.outcomes)
+
+    @property
+    def truth_agrees(self) -> bool | None:
+        """Whether all answers known from outside are met; None if there are none."""
+        return all(truth.passed for truth in self.truths) if self.truths else None
+
+    @property
+    def golden_failed(self) -> bool:
+        """Whether the snapshot and its file do not agree."""
+        return self.golden is not None and self.golden.status in GOLDEN_FAILURES
+
+    @property
+    def wall_per_simulated(self) -> float | None:
+        """Wall seconds for one second of the scenario's clock; None if it did not finish or took no time."""
+        if self.status is not RunStatus.DONE or self.cost is None:
+            return None
+        cost = self.cost
+        return cost.wall_time / cost.simulated_time if min(cost.wall_time, cost.simulated_time) > 0.0 else None
+
+    @property
+    def conclusion(self) -> str:
+        """The one word or two that a closing count files it under."""
+        if self.status is not RunStatus.DONE:
+            return self.status.value
+        if not self.passed:
+            return "failed"
+        return f"golden {self.golden.status.value}" if self.golden is not None and self.golden_failed else "passed"
+
 
 @dataclass(frozen=True, slots=True)
 class Report:
@@ -90,5 +152,51 @@ class Report:
     results: tuple[VariantResult, ...] = ()
     diagnostics: tuple[Diagnostic, ...] = ()
     obsolete: tuple[str, ...] = ()  # golden files that belong to no variant any more
+    removed: tuple[str, ...] = ()  # obsolete golden files that this call removed
     interrupted: bool = False
     wall_time: float = field(default=0.0, compare=False)  # [s]
+
+    @property
+    def scenarios(self) -> int:
+        """How many scenarios have a result."""
+        return len({(result.file, result.scenario) for result in self.results})
+
+    @property
+    def conclusions(self) -> Mapping[str, int]:
+        """How many variants ended which way: `passed` first, the rest by name."""
+        counts = Counter(result.conclusion for result in self.results)
+        return {"passed": counts.pop("passed", 0)} | dict(sorted(counts.items()))
+
+    def speed_up(self, result: VariantResult) -> float | None:
+        """How many times less wall time a simulated second took than for the same case on REFERENCE_SYSTEM.
+
+        Per simulated second, since a run that collapses early also stops early.
+        """
+        own, reference = result.wall_per_simulated, self._reference_cost(result)
+        return reference / own if own is not None and reference is not None else None
+
+    def _reference_cost(self, result: VariantResult) -> float | None:
+        wanted = (result.file, result.scenario, result.case, REFERENCE_SYSTEM)
+        return next(
+            (
+                other.wall_per_simulated
+                for other in self.results
+                if (other.file, other.scenario, other.case, other.system) == wanted
+            ),
+            None,
+        )
+
+
+def exit_code(report: Report) -> int:
+    """The process exit code of a report; of several reasons the one that makes the others least trustworthy."""
+    if report.interrupted:
+        return ExitCode.INTERRUPTED
+    if report.diagnostics:
+        return ExitCode.INVALID
+    if any(result.status is not RunStatus.DONE for result in report.results):
+        return ExitCode.CRASHED
+    if not all(result.passed for result in report.results):
+        return ExitCode.FAILED
+    if report.obsolete or any(result.golden_failed for result in report.results):
+        return ExitCode.GOLDEN
+    return ExitCode.OK

@@ -71,6 +71,8 @@ class _Run:
 
     def _place(self, time: float, group: Sequence[Placement]) -> None:
         self._close_placement()
+        if self._nothing_can_move():
+            self.gave_way = None  # what failed before has come to rest again, and is not what fails now
         for placement in group:
             self.world.add_brick(placement.brick, placement.pose)
             self.watch.add(placement)
@@ -78,8 +80,8 @@ class _Run:
 
     def _close_placement(self) -> None:
         """Before the next bricks come: note how the last ones were carried, and how safely the stack stood."""
-        if self.extension is None:
-            return
+        if self.extension is None or self.extension.awake():
+            return  # what still moves has no margin, and who carries whom is about to change
         for index in range(len(self.events) - 1, -1, -1):
             if self.events[index].kind is EventKind.PLACED:
                 self.events[index] = replace(self.events[index], margin=self.extension.least_margin())
@@ -123,7 +125,7 @@ class _Run:
         if update.woken:
             reason = f"no support under what {', '.join(update.failed)} carries" if update.failed else "support removed"
             self._tell(Event(now, EventKind.WOKEN, update.woken, reason))
-        if update.failed:
+        if update.failed and self.gave_way is None:
             self.gave_way = min(update.failed, key=list(self.watch.bricks).index)
 
     def _look(self) -> bool:

@@ -27,8 +27,11 @@ class ScriptedEngine:
     def masses(self) -> Mapping[BodyId, float]:
         return dict.fromkeys(self.bricks, 1.0)
 
-    def states(self, bricks: Collection[BodyId]) -> Mapping[BodyId, BodyState]:
-        return {brick: self.bricks[brick] for brick in bricks}
+    def box(self, body: BodyId) -> Vec3 | None:
+        return None
+
+    def states(self, bodies: Collection[BodyId]) -> Mapping[BodyId, BodyState]:
+        return {body: self.bricks[body] for body in bodies}
 
     def contacts(self, bricks: Collection[BodyId]) -> Sequence[ContactPoint]:
         return [point for brick in sorted(bricks) for point in self.touching.get(brick, [])]

@@ -1,0 +1,5 @@
+"""`python -m stackdsl` is `stackdsl`."""
+
+from stackdsl.cli import main
+
+main()

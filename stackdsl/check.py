@@ -1,0 +1,114 @@
+"""The pipeline: cases -> traces -> outcomes and snapshots -> report. Worlds are stepped in supervised processes."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+
+from stackdsl.expectations import compare_with_truth, judge
+from stackdsl.gathering import Case, Gathered
+from stackdsl.golden import check_golden, current_stamp, golden_name, obsolete, remove_obsolete
+from stackdsl.outcome import Report, RunStatus, VariantResult
+from stackdsl.pool import Task, TaskResult, TaskStatus, run_supervised
+from stackdsl.snapshot import Snapshot, take
+from stackdsl.systems import SYSTEMS
+from stackdsl.timeline import Timeline
+from stackdsl.trace import Event, Trace
+
+STATUSES = {
+    TaskStatus.DONE: RunStatus.DONE,
+    TaskStatus.CRASHED: RunStatus.CRASHED,
+    TaskStatus.TIMED_OUT: RunStatus.TIMED_OUT,
+    TaskStatus.NOT_RUN: RunStatus.NOT_RUN,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Terms:
+    """How a check is carried out."""
+
+    golden: Path
+    update: bool = False
+    workers: int = 1
+    time_limit: float = 600.0  # [s] of wall time a case
+
+
+OnResult = Callable[[VariantResult], None]
+
+
+def check(
+    gathered: Gathered, selected: Sequence[Case], whole_set: bool, terms: Terms, on_result: OnResult = lambda _: None
+) -> Report:
+    """Play the selected cases and judge them; `on_result` hears of each as it is done.
+
+    With `whole_set`, golden files that belong to none of all gathered cases are obsolete.
+    """
+    started = perf_counter()
+    results: dict[int, VariantResult] = {}
+
+    def done(index: int, result: TaskResult) -> None:
+        results[index] = judged(selected[index], result, terms)
+        on_result(results[index])
+
+    tasks = [Task(play_case, (case.timeline, case.system), terms.time_limit) for case in selected]
+    pool = run_supervised(tasks, terms.workers, done)
+    for index, left in enumerate(pool.results):
+        if index not in results:
+            results[index] = judged(selected[index], left, terms)
+    known = whole_set and not gathered.diagnostics and not pool.interrupted
+    unused = obsolete(terms.golden, [golden_name(case.identity) for case in gathered.cases], known)
+    if terms.update:
+        remove_obsolete(unused)
+    return Report(
+        results=tuple(results[index] for index in range(len(selected))),
+        diagnostics=gathered.diagnostics,
+        obsolete=() if terms.update else unused,
+        removed=unused if terms.update else (),
+        interrupted=pool.interrupted,
+        wall_time=perf_counter() - started,
+    )
+
+
+def play_case(timeline: Timeline, system: str, on_event: Callable[[Event], None] = lambda event: None) -> Trace:
+    """What a worker does. The engine is imported here, where a scene needs it, and nowhere before."""
+    from stackdsl.runner import play  # noqa: PLC0415 -- it imports PyBullet
+
+    return play(timeline, SYSTEMS[system], on_event)
+
+
+def judged(case: Case, result: TaskResult, terms: Terms) -> VariantResult:
+    """The result of a case: expectations, truths, and the comparison with its golden file."""
+    identity, trace = case.identity, result.value
+    if not isinstance(trace, Trace):
+        return VariantResult(
+            identity.scenario,
+            identity.variant,
+            case.system,
+            case.source.file,
+            STATUSES[result.status],
+            message=result.message,
+        )
+    return VariantResult(
+        scenario=identity.scenario,
+        variant=identity.variant,
+        system=case.system,
+        file=case.source.file,
+        status=RunStatus.DONE,
+        verdict="stands" if trace.collapse is None else "collapses",
+        collapse=trace.collapse,
+        drift=trace.drift,
+        cost=trace.cost,
+        outcomes=judge(trace, case.scenario, case.variant, case.source, case.system),
+        truths=compare_with_truth(trace, case.scenario, case.variant, case.source),
+        golden=check_golden(snapshot_of(case, trace, current_stamp()), terms.golden, terms.update),
+    )
+
+
+def snapshot_of(case: Case, trace: Trace, stamp: Mapping[str, str]) -> Snapshot:
+    """What is locked of a run. Only what a model has proven or computed is locked to the millimetre."""
+    return take(trace, case.identity, stamp, proven=SYSTEMS[case.system].extension)
+
+
+def is_whole_set(paths: Sequence[Path], golden: Path) -> bool:
+    """Whether the golden directory belongs to exactly what is checked: it lies beside a directory among the paths."""
+    return any(path.is_dir() and path.resolve().parent == golden.resolve().parent for path in paths)

@@ -1,0 +1,81 @@
+"""Scenario -> timeline: what is placed when and where, in SI, with every name and every time resolved.
+
+The scene is laid out in its own frame, level ground at z = 0; a tilt then turns it as a whole into the world frame W.
+"""
+
+from collections.abc import Iterator, Sequence
+from math import inf
+
+from stability.model import BodyId, Brick, Plane, Quaternion
+from stackdsl.diagnostics import Diagnostic
+from stackdsl.fitting import Fit, Sited, fits
+from stackdsl.naming import levels_of, names_of, shared_names, unknown_bricks
+from stackdsl.scheduling import scheduled
+from stackdsl.schema import Scenario
+from stackdsl.site import planes_of, tilt_of, turned_plane, turned_pose
+from stackdsl.source import Path, Source
+from stackdsl.timeline import Placement, Timeline, World
+from stackdsl.written import WrittenBrick, bricks_of
+
+HOLD = 2.0  # [s] watched after the last placement unless an expectation says for how long
+
+
+def compile_timeline(scenario: Scenario, source: Source) -> tuple[Timeline | None, tuple[Diagnostic, ...]]:
+    """The timeline of a scenario, or all that keeps it from being built."""
+    written, planes = bricks_of(scenario), tuple(planes_of(scenario))
+    levels = levels_of(written, planes)
+    names = names_of(written, levels, scenario)
+    written, late = scheduled(written, levels, names, scenario, source)
+    order = sorted(range(len(written)), key=lambda index: written[index].time)
+    mistakes = [*shared_names(written, names, source), *late, *unknown_bricks(scenario, source, names)]
+    if not late:  # without the right times, nothing fits
+        mistakes += _misfits([written[i] for i in order], [names[i] for i in order], planes, source)
+    if mistakes:
+        return None, tuple(mistakes)
+    tilt = tilt_of(scenario)
+    world = World(scenario.world.gravity, scenario.friction, tuple(turned_plane(plane, tilt) for plane in planes))
+    placements = tuple(_placement(written[i], levels[i], names[i], tilt) for i in order)
+    return Timeline(world, placements, _hold(scenario)), ()
+
+
+def _placement(written: WrittenBrick, level: int, name: BodyId, tilt: Quaternion) -> Placement:
+    brick = Brick(name, written.size, written.mass)
+    return Placement(written.time, brick, level, turned_pose(written.pose, tilt), written.drop)
+
+
+def _hold(scenario: Scenario) -> float:
+    claims = (*scenario.expect, *scenario.truth)
+    spans = [claim.stands.for_ for claim in claims if claim.stands is not None and claim.stands.for_ is not None]
+    return max(spans, default=HOLD)
+
+
+def _misfits(
+    bricks: Sequence[WrittenBrick], names: Sequence[str], planes: Sequence[Plane], source: Source
+) -> Iterator[Diagnostic]:
+    """Bricks inside others or in the air; one of a kind for each place in the file, since a layout fails as a whole."""
+    sited = [Sited(brick.time, brick.size, brick.pose) for brick in bricks]
+    told: set[tuple[str, Path]] = set()
+    for index, fit in enumerate(fits(sited, planes)):
+        mistake = _misfit(fit, bricks[index], names[index], names, planes)
+        if mistake is not None and (mistake[0], bricks[index].path) not in told:
+            told.add((mistake[0], bricks[index].path))
+            yield Diagnostic(mistake[0], source.span_of(bricks[index].path), *mistake[1:])
+
+
+def _misfit(
+    fit: Fit, brick: WrittenBrick, name: str, names: Sequence[str], planes: Sequence[Plane]
+) -> tuple[str, str, str] | None:
+    if fit.overlaps:
+        other = f"brick '{names[fit.overlaps_box]}'" if fit.overlaps_box is not None else ""
+        plane = planes[fit.overlaps_plane].id if fit.overlaps_plane is not None else ""
+        message = f"brick '{name}' is {_mm(fit.depth)} inside {other or plane}"
+        return "SD201", message, f"move it out by at least {_mm(fit.depth)}"
+    if fit.in_the_air and not brick.drop:
+        above = "" if fit.clearance == inf else f"; the nearest body below is {_mm(fit.clearance)} away"
+        hint = "place it on something, or say `drop: true` to let it fall"
+        return "SD202", f"nothing is under brick '{name}'{above}", hint
+    return None
+
+
+def _mm(length: float) -> str:
+    return f"{1000.0 * length:.4g} mm"

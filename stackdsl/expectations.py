@@ -1,0 +1,172 @@
+"""Trace -> outcomes: each expectation held against what happened, with the margin to its threshold.
+
+One function a kind of claim, all with one signature. A margin is positive inside, negative outside, in the unit of what
+was measured; where a claim has several parts, the part closest to failing speaks for it.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from math import degrees, inf
+
+from stability.geometry import box_corners
+from stackdsl.expressions import Variant
+from stackdsl.outcome import Outcome
+from stackdsl.quantities import Tolerance
+from stackdsl.schema import Claim, Collapses, Displaced, Drift, Height, RestsOn, Scenario, Stands
+from stackdsl.source import Path, Plain, Source
+from stackdsl.trace import COLLAPSE_SHARE_OF_SMALLEST_SIDE, COLLAPSE_TILT, BrickState, BrickTrack, Trace
+
+MILLIMETRES = 1000.0
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """What was measured for one claim, or for one part of it."""
+
+    measured: str
+    margin: float
+    unit: str
+    passed: bool
+
+
+def judge(trace: Trace, scenario: Scenario, variant: Variant, source: Source, system: str) -> tuple[Outcome, ...]:
+    """The outcome of every expectation that speaks of this system, in the order of the file."""
+    asked = (
+        (("expect", number), claim)
+        for number, claim in enumerate(scenario.expect)
+        if claim.system is None or system in claim.system
+    )
+    return tuple(_outcome(path, claim, trace, variant, source) for path, claim in asked)
+
+
+def compare_with_truth(trace: Trace, scenario: Scenario, variant: Variant, source: Source) -> tuple[Outcome, ...]:
+    """The same for the answers known from outside."""
+    asked = ((("truth", number), claim) for number, claim in enumerate(scenario.truth))
+    return tuple(_outcome(path, claim, trace, variant, source) for path, claim in asked)
+
+
+def _outcome(path: Path, claim: Claim, trace: Trace, variant: Variant, source: Source) -> Outcome:
+    kind = claim.kind
+    found = JUDGES[kind](getattr(claim, kind), trace)
+    place = (*path, kind)
+    expected = as_written(_at(variant.values, place))
+    return Outcome(kind, expected, found.measured, found.margin, found.unit, found.passed, source.key_span_of(place))
+
+
+def _at(values: Plain, path: Path) -> Plain:
+    for step in path:
+        values = values[step]  # type: ignore[index]  # the path of a claim that was validated
+    return values
+
+
+def as_written(value: Plain) -> str:
+    """A value of the file on one line, without the brackets."""
+    if isinstance(value, dict):
+        return ", ".join(f"{key} {as_written(part)}" for key, part in value.items())
+    if isinstance(value, list):
+        return " ".join(as_written(part) for part in value)
+    return str(value)
+
+
+# --- the claims -------------------------------------------------------------------------------------------------------
+
+
+def _stands(claim: Stands, trace: Trace) -> Finding:
+    meant = [
+        track
+        for name, track in trace.tracks.items()
+        if (claim.levels is None or track.level <= claim.levels) and (claim.bricks is None or name in claim.bricks)
+    ]
+    missing = [track for track in meant if track.state is BrickState.UNPLACED]
+    levels = max((track.level for track in trace.tracks.values()), default=0)
+    if claim.levels is not None and levels < claim.levels:
+        return Finding(f"only {levels} levels are built", levels - claim.levels, "levels", passed=False)
+    if missing:
+        why = f"it fell at level {trace.collapse.level}; " if trace.collapse is not None else ""
+        return Finding(f"{why}{len(missing)} of {len(meant)} never placed", -len(missing), "bricks", passed=False)
+    fallen = sum(track.state is BrickState.FALLEN for track in meant)
+    measured = f"{fallen} of {len(meant)} bricks fell" if fallen else f"{len(meant)} bricks stand"
+    margin, unit = min((_margin_to_collapse(track) for track in meant), default=(inf, ""))
+    return Finding(measured, margin, unit, passed=not fallen)
+
+
+def _margin_to_collapse(track: BrickTrack) -> tuple[float, str]:
+    """How much further a brick may shift, or turn if that is closer, before it counts as collapsed."""
+    limit = COLLAPSE_SHARE_OF_SMALLEST_SIDE * min(track.brick.size)
+    if track.tilt / COLLAPSE_TILT > track.shift / limit:
+        return degrees(COLLAPSE_TILT - track.tilt), "deg"
+    return MILLIMETRES * (limit - track.shift), "mm"
+
+
+def _collapses(claim: Collapses, trace: Trace) -> Finding:
+    if trace.collapse is None:
+        margin, unit = min(
+            (_margin_to_collapse(t) for t in trace.tracks.values() if t.state is not BrickState.UNPLACED),
+            default=(inf, "mm"),
+        )
+        return Finding("nothing fell", -margin, unit, passed=False)
+    level, time, brick = trace.collapse.level, trace.collapse.time, trace.collapse.brick
+    parts = [Finding(f"level {level}, {brick} at {time:.3f} s", inf, "", passed=True)]
+    if claim.at is not None:
+        parts.append(_within(claim.at, level, "levels"))
+    if claim.time is not None:
+        parts.append(_within(claim.time, time, "s"))
+    if claim.brick is not None:
+        parts.append(Finding("", 0.0 if claim.brick == brick else -1.0, "bricks", passed=claim.brick == brick))
+    worst = min(parts, key=lambda part: (part.passed, part.margin))
+    return Finding(parts[0].measured, worst.margin, worst.unit, all(part.passed for part in parts))
+
+
+def _displaced(claim: Displaced, trace: Trace) -> Finding:
+    count = sum(claim.by.holds(track.shift) for track in _placed(trace))
+    return _within(claim.bricks, count, "bricks", f"{count} bricks")
+
+
+def _drift(claim: Drift, trace: Trace) -> Finding:
+    meant = [track for track in _placed(trace) if claim.bricks is None or track.brick.id in claim.bricks]
+    worst = max(meant, key=lambda track: track.shift, default=None)
+    if worst is None:
+        return Finding("never placed", 0.0, "mm", passed=False)
+    return _within(claim.within, worst.shift, "mm", f"{_mm(worst.shift)} ({worst.brick.id})")
+
+
+def _rests_on(claim: RestsOn, trace: Trace) -> Finding:
+    edge = next((edge for edge in trace.edges if (edge.upper, edge.lower) == (claim.brick, claim.support)), None)
+    share = 0.0 if edge is None else edge.share
+    if edge is None:
+        margin = share if claim.share is None else claim.share.margin(share)
+        return Finding("it does not rest there", min(margin, 0.0), "of its load", passed=False)
+    if claim.share is None:
+        return Finding(f"share {share:.3f}", share, "of its load", passed=True)
+    return _within(claim.share, share, "of its load", f"share {share:.3f}")
+
+
+def _height(claim: Height, trace: Trace) -> Finding:
+    meant = [track for track in _placed(trace) if claim.of in (None, track.brick.id)]
+    if claim.of is None:
+        meant = [track for track in meant if track.state is not BrickState.FALLEN]
+    top = max((z for track in meant for _, _, z in box_corners(track.brick.size, track.final)), default=0.0)
+    return _within(claim.within, top, "mm", _mm(top))
+
+
+JUDGES: dict[str, Callable[..., Finding]] = {
+    "stands": _stands,
+    "collapses": _collapses,
+    "displaced": _displaced,
+    "drift": _drift,
+    "rests_on": _rests_on,
+    "height": _height,
+}
+
+
+def _placed(trace: Trace) -> Iterable[BrickTrack]:
+    return [track for track in trace.tracks.values() if track.state is not BrickState.UNPLACED]
+
+
+def _within(wanted: Tolerance, value: float, unit: str, measured: str = "") -> Finding:
+    scale = MILLIMETRES if unit == "mm" else 1.0
+    return Finding(measured, scale * wanted.margin(value), unit, wanted.holds(value))
+
+
+def _mm(length: float) -> str:
+    return f"{MILLIMETRES * length:.4g} mm"

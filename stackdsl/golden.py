@@ -1,0 +1,166 @@
+"""Golden files: a snapshot each, read on every run, written only when a person asks for it."""
+
+import json
+import os
+import re
+import sys
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from hashlib import sha256
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from stackdsl.comparison import MalformedSnapshotError, compare_documents
+from stackdsl.outcome import GoldenResult, GoldenStatus
+from stackdsl.snapshot import FORMAT, Identity, Snapshot, canonical_text, document
+
+STAMPED = ("stackdsl", "pybullet")  # distributions whose versions may move a snapshot
+LONGEST_PART = 60  # characters of a scenario's or variant's name in a file name; two fit the 143 of encrypted disks
+GOLDEN_NAME = re.compile(r"[^\[\]]+\[[^\[\]]*\]\.json")  # other JSON files are nobody's business here
+NOT_CI = ("", "0", "false", "no")  # values of the environment variable CI that mean the opposite
+
+
+class GoldenWriteRefusedError(RuntimeError):
+    """Golden files are written by people, who review them as a diff; a CI run only reads them."""
+
+
+def current_stamp() -> dict[str, str]:
+    """The versions that a snapshot taken now is made with."""
+    return {"python": f"{sys.version_info.major}.{sys.version_info.minor}"} | {
+        name: found for name in STAMPED if (found := _version(name))
+    }
+
+
+def _version(distribution: str) -> str:
+    try:
+        return version(distribution)
+    except PackageNotFoundError:
+        return ""
+
+
+def golden_name(identity: Identity) -> str:
+    """The file name of a snapshot: no two identities share one, on any file system."""
+    # A dot in a scenario's name could make a device name of Windows, such as `con.txt[...]`.
+    return f"{_part(identity.scenario, r'[^a-z0-9_=,+-]')}[{_part(identity.variant, r'[^a-z0-9_=,+.-]')}].json"
+
+
+def _part(name: str, unsafe: str) -> str:
+    """A name with every unsafe character as %xx (capitals too: some disks take `A` for `a`), shortened by a hash."""
+    escaped = re.sub(unsafe, lambda found: "".join(f"%{byte:02x}" for byte in _bytes(found.group())), name)
+    if len(escaped) <= LONGEST_PART:
+        return escaped
+    digest = sha256(_bytes(name)).hexdigest()[:16]
+    return f"{escaped[: LONGEST_PART - len(digest) - 1]}~{digest}"
+
+
+def _bytes(text: str) -> bytes:
+    return text.encode("utf-8", errors="surrogatepass")
+
+
+def check_golden(snapshot: Snapshot, directory: Path, update: bool) -> GoldenResult:
+    """Hold a snapshot against its file; with `update`, write the file unless it agrees within tolerance.
+
+    Raises GoldenWriteRefusedError if asked to update in CI.
+    """
+    if update:
+        refuse_in_ci(os.environ)
+    path = directory / golden_name(snapshot.identity)
+    result = judge_golden(path, document(snapshot))
+    if not update or result.status is GoldenStatus.SAME:
+        return result
+    try:
+        write_golden(path, canonical_text(snapshot))
+    except OSError as error:
+        return replace(result, note=f"cannot be written: {error.strerror}")
+    return replace(result, status=GoldenStatus.WRITTEN, note="")
+
+
+def judge_golden(path: Path, got: Mapping[str, object]) -> GoldenResult:
+    """The comparison of a snapshot's JSON value with a golden file."""
+    file = path.as_posix()
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        return GoldenResult(GoldenStatus.MISSING, file)
+    except OSError as error:
+        return GoldenResult(GoldenStatus.UNREADABLE, file, note=f"it cannot be read: {error.strerror}")
+    except UnicodeDecodeError as error:
+        return GoldenResult(GoldenStatus.UNREADABLE, file, note=f"it is not UTF-8 text: {error}")
+    return judge_text(file, text, got)
+
+
+def judge_text(file: str, text: str, got: Mapping[str, object]) -> GoldenResult:
+    """The comparison of a snapshot's JSON value with the text of a golden file, which may hold anything."""
+    try:
+        expected = _parsed(text)
+        differences = compare_documents(expected, got)
+    except (ValueError, RecursionError) as error:
+        return GoldenResult(GoldenStatus.UNREADABLE, file, note=f"it holds no snapshot: {error}")
+    status = GoldenStatus.DIFFERENT if differences else GoldenStatus.SAME
+    return GoldenResult(status, file, differences, _stamp_note(expected.get("stamp"), got.get("stamp")))
+
+
+def _parsed(text: str) -> Mapping[str, object]:
+    """The JSON value of a golden file of our format. Raises ValueError or RecursionError."""
+    value = json.loads(text, object_pairs_hook=_without_duplicates)
+    if not isinstance(value, Mapping):
+        raise MalformedSnapshotError("its JSON is no object")
+    # An escaped half of a surrogate pair could be read but never be printed.
+    json.dumps(value, ensure_ascii=False).encode("utf-8")
+    if value.get("format") != FORMAT:
+        was = value.get("format", "none")
+        raise MalformedSnapshotError(f"its format is {was}, this version reads {FORMAT}; write it anew with --update")
+    return value
+
+
+def _without_duplicates(pairs: list[tuple[str, object]]) -> dict[str, object]:
+    values = dict(pairs)
+    if len(values) < len(pairs):
+        raise MalformedSnapshotError("a key is written twice")
+    return values
+
+
+def _stamp_note(expected: object, got: object) -> str:
+    """What a snapshot was made with, where that is not what is in use now."""
+    was, now = (stamp if isinstance(stamp, Mapping) else {} for stamp in (expected, got))
+    changed = [name for name in sorted({*was, *now}) if was.get(name) != now.get(name)]
+    made = ", ".join(f"{name} {was.get(name, 'none')} (now {now.get(name, 'none')})" for name in changed)
+    return f"made with {made}" if made else ""
+
+
+def refuse_in_ci(environment: Mapping[str, str]) -> None:
+    """Raise GoldenWriteRefusedError if the environment is that of a CI run."""
+    if environment.get("CI", "").strip().lower() not in NOT_CI:
+        raise GoldenWriteRefusedError("golden files are not written in CI: update them locally and review the diff")
+
+
+def write_golden(path: Path, text: str) -> None:
+    """Replace a golden file as a whole, so that no reader and no crash ever sees half of it. Raises OSError."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f".{os.getpid()}.tmp")
+    try:
+        with temporary.open("wb") as file:
+            file.write(text.encode("ascii"))
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def obsolete(directory: Path, expected: Iterable[str], whole_set: bool) -> tuple[str, ...]:
+    """The golden files that belong to none of the `expected` file names.
+
+    Answers only when the whole set of scenarios was selected and valid, else nobody knows what belongs to the rest.
+    """
+    if not whole_set or not directory.is_dir():
+        return ()
+    names = {entry.name for entry in directory.iterdir() if GOLDEN_NAME.fullmatch(entry.name) and entry.is_file()}
+    return tuple((directory / name).as_posix() for name in sorted(names.difference(expected)))
+
+
+def remove_obsolete(files: Iterable[str]) -> None:
+    """Remove golden files. Raises GoldenWriteRefusedError in CI, OSError where the disk refuses."""
+    refuse_in_ci(os.environ)
+    for file in files:
+        Path(file).unlink(missing_ok=True)

@@ -1,0 +1,209 @@
+"""Named structures: each is a model of its parameters and one pure function, in a registry.
+
+A layout is laid out in its own frame: z up, bricks lying flat with their length along x unless turned, level 1 resting
+on z = 0. `origin` and `heading` then carry it to its place in the scenario. Bricks are listed in order of building.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from math import cos, pi, sin
+from typing import Annotated, Final, TypeAlias, TypeVar, cast
+
+from pydantic import Field, model_validator
+
+from stability.model import Vec3
+from stackdsl.quantities import Angle, AuthorModel, Length, MistakeError, NonNegativeLength, PositiveLength, default
+
+MAX_LEVELS: Final = 10_000  # beyond, a typo: the tallest plank towers have a few hundred levels
+MAX_BRICKS: Final = 20_000  # in one step of `build`; a minute of computing
+
+Levels = Annotated[int, Field(strict=True, ge=1, le=MAX_LEVELS)]
+
+
+@dataclass(frozen=True, slots=True)
+class BrickSpec:
+    """One brick of a layout."""
+
+    level: int  # storey, counted from 1
+    position: Vec3  # its centre [m]
+    yaw: float = 0.0  # turn about z [rad]
+    size: Vec3 | None = None  # [m]; None for the brick that the layout is built of
+    name: str | None = None  # None for a name by place
+
+
+Specs: TypeAlias = tuple[BrickSpec, ...]
+
+
+class LayoutParams(AuthorModel):
+    """Where a layout stands."""
+
+    origin: tuple[Length, Length, Length] = default(["0 mm", "0 mm", "0 mm"], "shifts the layout to [x, y, z]")
+    heading: Angle = default("0 deg", "turns the layout about the vertical through its origin, x towards y")
+
+    @property
+    def bricks_at_most(self) -> int:
+        """An upper limit of the number of bricks, known before they are made."""
+        return MAX_LEVELS
+
+    @model_validator(mode="after")
+    def _reject_too_many(self) -> "LayoutParams":
+        if self.bricks_at_most > MAX_BRICKS:
+            message = f"the layout has {self.bricks_at_most} bricks, and {MAX_BRICKS} is the most"
+            raise MistakeError("SD206", message, "build it in several steps, or smaller")
+        return self
+
+
+Params = TypeVar("Params", bound=LayoutParams)
+# From parameters and the size of a brick (length, width, thickness) to bricks in the layout's frame.
+LayoutFunction: TypeAlias = Callable[[Params, Vec3], Specs]
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """A structure that scenarios know by name."""
+
+    params: type[LayoutParams]
+    function: LayoutFunction[LayoutParams]
+    summary: str
+
+
+_registry: dict[str, Layout] = {}
+LAYOUTS: Final[Mapping[str, Layout]] = _registry
+
+
+def layout(name: str, params: type[Params]) -> Callable[[LayoutFunction[Params]], LayoutFunction[Params]]:
+    """Register the function below under a name."""
+
+    def register(function: LayoutFunction[Params]) -> LayoutFunction[Params]:
+        summary = (function.__doc__ or "").partition("\n")[0]
+        _registry[name] = Layout(params, cast("LayoutFunction[LayoutParams]", function), summary)
+        return function
+
+    return register
+
+
+def place(name: str, params: LayoutParams, size: Vec3) -> Specs:
+    """The bricks of a layout in the frame of the scenario."""
+    return tuple(_carried(spec, params) for spec in LAYOUTS[name].function(params, size))
+
+
+def _carried(spec: BrickSpec, params: LayoutParams) -> BrickSpec:
+    """A brick turned by the heading, then shifted to the origin."""
+    (x, y, z), (ox, oy, oz) = spec.position, params.origin
+    c, s = cos(params.heading), sin(params.heading)
+    return replace(spec, position=(ox + c * x - s * y, oy + s * x + c * y, oz + z), yaw=spec.yaw + params.heading)
+
+
+def _height(level: int, thickness: float) -> float:
+    """Height of the centre of a brick that lies flat on a level [m]."""
+    return (level - 0.5) * thickness
+
+
+class FourStackParams(LayoutParams):
+    """Two parallel planks a level, turned by 90 deg each level."""
+
+    levels: Levels = Field(description="how many levels of two planks")
+    step: Length = default("0 mm", "how far each level is shifted along x from the one below")
+    spacing: PositiveLength | None = Field(
+        None, description="between the centres of the two planks; default: length - width, so that ends are flush"
+    )
+
+    @property
+    def bricks_at_most(self) -> int:
+        return 2 * self.levels
+
+
+@layout("four_stack", FourStackParams)
+def four_stack(params: FourStackParams, size: Vec3) -> Specs:
+    """Two parallel planks a level, turned by 90 deg each level.
+
+    Odd levels run along x and even ones along y; of each, the plank on the negative side comes first.
+    """
+    length, width, thickness = size
+    half = (length - width if params.spacing is None else params.spacing) / 2
+    specs = []
+    for level in range(1, params.levels + 1):
+        middle, z = (level - 1) * params.step, _height(level, thickness)
+        for side in (-half, half):
+            along_x = BrickSpec(level, (middle, side, z))
+            along_y = BrickSpec(level, (middle + side, 0.0, z), yaw=pi / 2)
+            specs.append(along_x if level % 2 else along_y)
+    return tuple(specs)
+
+
+class ColumnParams(LayoutParams):
+    """One plank a level."""
+
+    levels: Levels = Field(description="how many planks")
+    step: Length = default("0 mm", "how far each plank is shifted along its length from the one below")
+
+
+@layout("column", ColumnParams)
+def column(params: ColumnParams, size: Vec3) -> Specs:
+    """One flat plank a level, each shifted by the same step along its length."""
+    return tuple(
+        BrickSpec(level, ((level - 1) * params.step, 0.0, _height(level, size[2])))
+        for level in range(1, params.levels + 1)
+    )
+
+
+class WallParams(LayoutParams):
+    """Planks end to end, in running bond."""
+
+    levels: Levels = Field(description="how many levels")
+    bricks: Annotated[int, Field(strict=True, ge=1, le=MAX_BRICKS)] = Field(description="planks of a full level")
+    # Planks that touch end to end would carry loads between them that no builder means.
+    gap: NonNegativeLength = default("0.2 mm", "between the ends of neighbours")
+
+    @property
+    def bricks_at_most(self) -> int:
+        return self.levels * (self.bricks + 1)
+
+
+@layout("wall", WallParams)
+def wall(params: WallParams, size: Vec3) -> Specs:
+    """Planks end to end along x in running bond, closed at both ends.
+
+    Even levels are shifted by half a plank. Whole planks only would leave their ends hanging out past their centres, or
+    else the level would be shorter than the one below and the wall a triangle; half planks close them instead. So all
+    levels are equally long, and every plank lies on two others or wholly on one.
+    """
+    length, width, thickness = size
+    if params.gap >= length:
+        raise MistakeError(
+            "SD104", f"the gap is longer than a plank of {1000 * length:g} mm", "write less, such as 0.2 mm"
+        )
+    pitch, half_plank = length + params.gap, ((length - params.gap) / 2, width, thickness)
+    end = (
+        params.bricks * pitch - params.gap - half_plank[0]
+    ) / 2  # from the middle of the wall to that of a half plank
+    specs = []
+    for level in range(1, params.levels + 1):
+        z, whole = _height(level, thickness), params.bricks - (level % 2 == 0)
+        row = [BrickSpec(level, ((i - (whole - 1) / 2) * pitch, 0.0, z)) for i in range(whole)]
+        ends = [BrickSpec(level, (x, 0.0, z), size=half_plank) for x in (-end, end)]
+        specs += row if level % 2 else [ends[0], *row, ends[1]]
+    return tuple(specs)
+
+
+class HarmonicParams(LayoutParams):
+    """The stack that leans out furthest, one plank a level."""
+
+    bricks: Levels = Field(description="how many planks")
+    share: Annotated[float, Field(strict=True, ge=0, le=2, allow_inf_nan=False)] = default(
+        1.0, "of the overhang at which the stack is on the point of tipping"
+    )
+
+
+@layout("harmonic", HarmonicParams)
+def harmonic(params: HarmonicParams, size: Vec3) -> Specs:
+    """The overhanging stack: from the top, each plank leans out by 1/2, 1/4, 1/6 ... of a length, towards +x.
+
+    The n planks above any joint then have their common centre just over the edge of the plank below, times `share`.
+    """
+    x, specs = 0.0, []
+    for level in range(1, params.bricks + 1):
+        specs.append(BrickSpec(level, (x, 0.0, _height(level, size[2]))))
+        above = params.bricks - level
+        x += params.share * size[0] / (2 * above) if above else 0.0
+    return tuple(specs)

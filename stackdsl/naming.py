@@ -1,0 +1,73 @@
+"""Levels and names: by place, such as `L3.2`, unless the author gives his own; and whether names are right."""
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+
+from stability.model import GROUND, BodyId, Plane
+from stackdsl.diagnostics import Diagnostic, did_you_mean
+from stackdsl.fitting import Sited, fits
+from stackdsl.schema import Scenario
+from stackdsl.source import Path, Source
+from stackdsl.written import WrittenBrick
+
+
+def levels_of(written: Sequence[WrittenBrick], planes: Sequence[Plane]) -> list[int]:
+    """The level of every brick: as written, or one above the highest that it stands on."""
+    if all(brick.level is not None for brick in written):
+        return [brick.level or 1 for brick in written]
+    # What a brick stands on does not depend on the clock, only on what the author put before it or in the same step.
+    found = fits([Sited(float(brick.step), brick.size, brick.pose) for brick in written], planes)
+    levels: dict[int, int] = {}
+    for index in sorted(range(len(written)), key=lambda index: written[index].pose.position_W[2]):
+        below = [levels[other] for other in found[index].on_boxes if other in levels]
+        levels[index] = written[index].level or max(below, default=0) + 1
+    return [levels[index] for index in range(len(written))]
+
+
+def names_of(written: Sequence[WrittenBrick], levels: Sequence[int], scenario: Scenario) -> list[BodyId]:
+    """The author's names, and `L3.2` for the second brick of level 3 in the author's order."""
+    counts: Counter[tuple[str, int]] = Counter()
+    names = []
+    for brick, level in zip(written, levels, strict=True):
+        prefix = scenario.build[brick.step].name
+        place = f"{prefix}." if prefix else ""
+        counts[place, level] += 1
+        names.append(brick.name or f"{place}L{level}.{counts[place, level]}")
+    return names
+
+
+def shared_names(written: Sequence[WrittenBrick], names: Sequence[BodyId], source: Source) -> Iterator[Diagnostic]:
+    """Bricks that are called like an earlier one."""
+    first: dict[BodyId, int] = {}
+    for index, name in enumerate(names):
+        other = first.setdefault(name, index)
+        if other != index:
+            there = source.span_of(written[other].path)
+            message = f"two bricks are called '{name}'; the other one is at {there.line}:{there.column}"
+            yield Diagnostic("SD203", source.span_of(written[index].path), message, "give the step or the brick a name")
+
+
+def unknown_bricks(scenario: Scenario, source: Source, names: Sequence[BodyId]) -> Iterator[Diagnostic]:
+    """Bricks and levels that expectations speak of and nobody builds."""
+    known = set(names)
+    for key, claims in (("expect", scenario.expect), ("truth", scenario.truth)):
+        for number, claim in enumerate(claims):
+            for path, name in _named(claim.model_dump(by_alias=True, exclude_none=True), (key, number)):
+                if name not in known and not (path[-1] == "support" and _is_plane(name, scenario)):
+                    hint = did_you_mean(name, names) or f"the bricks are called {names[0]} to {names[-1]}"
+                    yield Diagnostic("SD204", source.span_of(path), f"there is no brick '{name}'", hint)
+
+
+def _is_plane(name: str, scenario: Scenario) -> bool:
+    return name == GROUND or name in {f"wall{number + 1}" for number in range(len(scenario.world.walls))}
+
+
+def _named(written: Mapping[str, object], path: Path) -> Iterator[tuple[Path, str]]:
+    """The names of bricks in an expectation, each with its place."""
+    for key, value in written.items():
+        if isinstance(value, dict):
+            yield from _named(value, (*path, key))
+        elif key == "bricks" and isinstance(value, tuple):
+            yield from (((*path, key, index), name) for index, name in enumerate(value) if isinstance(name, str))
+        elif key in ("brick", "support", "of") and isinstance(value, str):
+            yield (*path, key), value

@@ -1,0 +1,116 @@
+"""The report for other programs.
+
+Keys are sorted and end in their unit, all SI. A number that is not finite is null, as is what was not measured.
+`format` is raised when a key changes its meaning or goes; keys may be added without.
+"""
+
+import json
+from math import isfinite
+
+from stackdsl.diagnostics import Diagnostic, Span
+from stackdsl.outcome import GoldenResult, Outcome, Report, VariantResult, exit_code
+from stackdsl.trace import Collapse, Cost
+
+FORMAT = 1
+
+
+def report_json(report: Report) -> str:
+    """The whole report as one JSON object, in the report's order of variants."""
+    whole = {
+        "format": FORMAT,
+        "exit_code": int(exit_code(report)),
+        "interrupted": report.interrupted,
+        "wall_time_s": _number(report.wall_time),
+        "scenarios": report.scenarios,
+        "conclusions": dict(report.conclusions),
+        "diagnostics": [_diagnostic(diagnostic) for diagnostic in report.diagnostics],
+        "results": [_result(report, result) for result in report.results],
+        "obsolete": list(report.obsolete),
+        "removed": list(report.removed),
+    }
+    return json.dumps(whole, indent=2, sort_keys=True, allow_nan=False) + "\n"
+
+
+def _number(value: float | None) -> float | None:
+    return value if value is not None and isfinite(value) else None
+
+
+def _span(span: Span) -> dict[str, object]:
+    return {"file": span.file, "line": span.line, "column": span.column, "end_column": span.end_column}
+
+
+def _diagnostic(diagnostic: Diagnostic) -> dict[str, object]:
+    return {
+        "code": diagnostic.code,
+        "message": diagnostic.message,
+        "hint": diagnostic.hint,
+        "span": _span(diagnostic.span),
+    }
+
+
+def _result(report: Report, result: VariantResult) -> dict[str, object]:
+    return {
+        "scenario": result.scenario,
+        "variant": result.variant,
+        "system": result.system,
+        "file": result.file,
+        "status": result.status.value,
+        "conclusion": result.conclusion,
+        "message": result.message,
+        "verdict": result.verdict or None,
+        "collapse": _collapse(result.collapse) if result.collapse else None,
+        "drift_m": _number(result.drift),
+        "cost": _cost(result.cost) if result.cost else None,
+        "speed_up": _number(report.speed_up(result)),
+        "expectations": [_outcome(outcome) for outcome in result.outcomes],
+        "truths": [_outcome(outcome) for outcome in result.truths],
+        "golden": _golden(result.golden) if result.golden else None,
+    }
+
+
+def _collapse(collapse: Collapse) -> dict[str, object]:
+    return {
+        "time_s": _number(collapse.time),
+        "level": collapse.level,
+        "brick": collapse.brick,
+        "gave_way": collapse.gave_way,
+    }
+
+
+def _cost(cost: Cost) -> dict[str, object]:
+    return {
+        "wall_time_s": _number(cost.wall_time),
+        "simulated_time_s": _number(cost.simulated_time),
+        "steps": cost.steps,
+        "judgements": cost.judgements,
+    }
+
+
+def _outcome(outcome: Outcome) -> dict[str, object]:
+    return {
+        "name": outcome.name,
+        "expected": outcome.expected,
+        "measured": outcome.measured,
+        "margin": _number(outcome.margin),
+        "margin_unit": outcome.unit,
+        "passed": outcome.passed,
+        "span": _span(outcome.span),
+    }
+
+
+def _golden(golden: GoldenResult) -> dict[str, object]:
+    return {
+        "status": golden.status.value,
+        "file": golden.file,
+        "note": golden.note,
+        "differences": [
+            {
+                "subject": difference.subject,
+                "quantity": difference.quantity,
+                "expected": difference.expected,
+                "got": difference.got,
+                "tolerance": difference.tolerance,
+            }
+            for difference in golden.differences
+        ],
+    }

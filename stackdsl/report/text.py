@@ -1,0 +1,191 @@
+"""The report as text: mistakes first, then one row a variant, then failures one by one, then one line of sums."""
+
+import shlex
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from io import StringIO
+from typing import TypeAlias
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from stackdsl.outcome import GOLDEN_FAILURES, REFERENCE_SYSTEM, GoldenStatus, Outcome, Report, RunStatus, VariantResult
+from stackdsl.report.diagnostic_text import diagnostic_text
+
+NOTHING = "-"
+UNBOUNDED = 10_000  # [characters] more than any table takes
+STYLES = (
+    dict.fromkeys(("stands", "same", "agrees"), "green")
+    | dict.fromkeys(("written", "differs", "not run"), "yellow")
+    | dict.fromkeys(("missing", "different", "unreadable", "crashed", "timed out"), "red")
+)
+LEFT = ("scenario", "variant", "verdict", "truth", "golden")  # columns of words; numbers stand to the right
+DISPENSABLE = ("level", "truth", "golden", f"vs {REFERENCE_SYSTEM}")  # columns left out where no row fills them
+
+Row: TypeAlias = dict[str, str]  # by column
+Block: TypeAlias = Sequence[Text | Table]
+
+
+def report_text(report: Report, width: int = 120, colour: bool = False) -> str:
+    """The whole report; tables keep to `width` [characters] where words let them, other lines stay whole."""
+    console = Console(
+        file=StringIO(),
+        width=UNBOUNDED,
+        force_terminal=colour,
+        color_system="standard" if colour else None,
+        no_color=not colour,
+        legacy_windows=False,
+    )
+    with console.capture() as capture:
+        for block in filter(None, _blocks(report)):
+            for part in block:
+                console.print(part, width=width if isinstance(part, Table) else None, soft_wrap=isinstance(part, Text))
+            console.print()
+        console.print(_line(closing_line(report)), soft_wrap=True)
+    return "\n".join(line.rstrip() for line in capture.get().split("\n"))
+
+
+def closing_line(report: Report) -> str:
+    """All in one line."""
+    extras = {
+        "mistake": len(report.diagnostics),
+        "obsolete golden file": len(report.obsolete),
+        "removed golden file": len(report.removed),
+    }
+    sums = [f"{count} {conclusion}" for conclusion, count in report.conclusions.items() if count]
+    sums += [_counted(count, what) for what, count in extras.items() if count]
+    sums += ["interrupted"] if report.interrupted else []
+    ran = f"{_counted(report.scenarios, 'scenario')}, {_counted(len(report.results), 'variant')}"
+    return f"{ran}: {', '.join(sums) or 'nothing run'} in {report.wall_time:.1f} s"
+
+
+def _counted(count: int, noun: str) -> str:
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
+def _blocks(report: Report) -> Iterator[Block]:
+    yield _diagnostics(report)
+    yield [_summary(report)] if report.results else []
+    yield _titled("Did not finish", [f"{r.name}: {r.status}: {r.message}" for r in report.results if _stopped(r)])
+    yield _titled("Failed expectations", list(_missed(report, lambda result: result.outcomes)))
+    yield from (_differences(result) for result in report.results)
+    yield _titled("Golden files", list(_golden_files(report)))
+    yield _titled("Other than known from outside", list(_missed(report, lambda result: result.truths)))
+    yield _titled("Golden files made with other versions", list(_stamps(report)))
+
+
+def _diagnostics(report: Report) -> Block:
+    texts = [diagnostic_text(found) for found in report.diagnostics]
+    return [_line("\n\n".join(texts))] if texts else []
+
+
+def _titled(title: str, lines: Sequence[str]) -> Block:
+    return [_line(title, "bold"), *(_line(f"  {line}") for line in lines)] if lines else []
+
+
+def _line(text: str, style: str = "") -> Text:
+    """Text of others, such as names out of a file, kept from steering the terminal."""
+    safe = "".join(character if character.isprintable() or character == "\n" else "\ufffd" for character in text)
+    return Text(safe, style=style)
+
+
+def _summary(report: Report) -> Table:
+    rows = [_row(report, result) for result in report.results]
+    idle = {name for name in DISPENSABLE if all(row[name] == NOTHING for row in rows)}
+    return _table([{name: cell for name, cell in row.items() if name not in idle} for row in rows], LEFT)
+
+
+def _row(report: Report, result: VariantResult) -> Row:
+    cost = result.cost
+    return {
+        "scenario": result.scenario,
+        "variant": result.variant,
+        "verdict": result.verdict if result.status is RunStatus.DONE else result.status.value,
+        "level": str(result.collapse.level) if result.collapse else NOTHING,
+        "drift mm": _significant(1000.0 * result.drift) if result.status is RunStatus.DONE else NOTHING,
+        "met": f"{result.met}/{len(result.outcomes)}" if result.outcomes else NOTHING,
+        "truth": {None: NOTHING, True: "agrees", False: "differs"}[result.truth_agrees],
+        "golden": result.golden.status.value if result.golden else NOTHING,
+        "wall s": f"{cost.wall_time:.2f}" if cost else NOTHING,
+        "sim. s": f"{cost.simulated_time:.1f}" if cost else NOTHING,
+        "steps": str(cost.steps) if cost else NOTHING,
+        f"vs {REFERENCE_SYSTEM}": _factor(report.speed_up(result)),
+    }
+
+
+def _significant(value: float) -> str:
+    """Three significant digits, without an exponent where there can be none."""
+    return f"{float(f'{value:.3g}'):g}"
+
+
+def _factor(value: float | None) -> str:
+    return f"{_significant(value)}x" if value is not None else NOTHING
+
+
+def _table(rows: Sequence[Row], left: Sequence[str]) -> Table:
+    """A table without rules, which can be searched and pasted; words to the left, numbers to the right."""
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="bold")
+    for name in rows[0]:
+        # Lines break between words only: a name cut in two can be neither read nor searched.
+        longest = max(len(word) for text in (name, *(row[name] for row in rows)) for word in text.split(" "))
+        table.add_column(name, justify="left" if name in left else "right", min_width=longest, overflow="fold")
+    for row in rows:
+        table.add_row(*(_line(cell, STYLES.get(cell, "")) for cell in row.values()))
+    return table
+
+
+def _stopped(result: VariantResult) -> bool:
+    return result.status in (RunStatus.CRASHED, RunStatus.TIMED_OUT)
+
+
+def _missed(report: Report, outcomes_of: Callable[[VariantResult], Sequence[Outcome]]) -> Iterator[str]:
+    for result in report.results:
+        for outcome in outcomes_of(result):
+            if not outcome.passed:
+                yield (
+                    f"{outcome.span}: {result.name}: {outcome.name}: expected {outcome.expected}, "
+                    f"measured {outcome.measured} (margin {_significant(outcome.margin)} {outcome.unit}".rstrip()
+                    + ")"
+                )
+
+
+def _differences(result: VariantResult) -> Block:
+    if result.golden is None or not result.golden.differences:
+        return []
+    rows = [
+        {
+            "brick": difference.subject,
+            "quantity": difference.quantity,
+            "expected": difference.expected,
+            "got": difference.got,
+            "tolerance": difference.tolerance,
+        }
+        for difference in result.golden.differences
+    ]
+    moved = "Rewritten" if result.golden.status is GoldenStatus.WRITTEN else "Different from"
+    return [_line(f"{moved} {result.golden.file}", "bold"), _table(rows, left=tuple(rows[0]))]
+
+
+def _golden_files(report: Report) -> Iterator[str]:
+    """What is to be done about golden files, and the command that does it."""
+    told = (*GOLDEN_FAILURES, GoldenStatus.WRITTEN)
+    for result in report.results:
+        if result.golden is not None and result.golden.status in told:
+            yield f"{result.golden.file}: {result.golden.status}" + (
+                f": {result.golden.note}" if result.golden.note else ""
+            )
+    yield from (f"{file}: removed" for file in report.removed)
+    yield from (f"{file}: obsolete, no variant has this name" for file in report.obsolete)
+    files = sorted({result.file for result in report.results if result.golden_failed})
+    if files:
+        yield f"accept with: stackdsl check {shlex.join(files)} --update"
+    if report.obsolete:
+        yield "remove obsolete ones with: stackdsl check --update, all scenarios selected"
+
+
+def _stamps(report: Report) -> Iterator[str]:
+    """One line a set of versions, not one a file."""
+    same = [r.golden for r in report.results if r.golden is not None and r.golden.status is GoldenStatus.SAME]
+    notes = Counter(golden.note for golden in same if golden.note)
+    yield from (f"{_counted(count, 'file')} {note}" for note, count in sorted(notes.items()))

@@ -1,0 +1,196 @@
+"""YAML text as plain values, with the place of every key and value, from a reader that accepts only what is meant.
+
+What libyaml and the pure-Python parser both accept has the same values and places; the latter, for want of the former,
+refuses a little more, such as `[why?]`.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from itertools import islice
+from pathlib import Path as FilePath
+from typing import Final, TypeAlias
+
+import yaml
+
+from stackdsl.characters import unreadable_characters
+from stackdsl.diagnostics import Diagnostic, Page, Span, page_of
+from stackdsl.nodes import (
+    BEGIN,
+    MAX_DEPTH,
+    MAX_MISTAKES,
+    MAX_VALUES,
+    Alias,
+    Leaf,
+    Map,
+    Node,
+    Reading,
+    StopReadingError,
+    document,
+    too_deep,
+)
+from stackdsl.plain_scalars import MAX_EXACT, Scalar
+from stackdsl.yaml_syntax import UNKNOWN_ESCAPE, syntax_error
+
+__all__ = [
+    "MAX_ALIASED",
+    "MAX_BYTES",
+    "MAX_DEPTH",
+    "MAX_EXACT",
+    "MAX_MISTAKES",
+    "MAX_VALUES",
+    "Loaded",
+    "Path",
+    "Plain",
+    "Source",
+    "load",
+    "parse",
+]
+
+Path: TypeAlias = tuple[str | int, ...]
+Plain: TypeAlias = Scalar | list["Plain"] | dict[str, "Plain"]
+
+MAX_BYTES: Final = 1 << 20  # scenarios are written by hand, some kB each; and parsing stays within seconds
+MAX_ALIASED: Final = 20_000  # values that the aliases of one file may repeat
+
+BOM: Final = "\ufeff"
+YAML_LOADER: type[yaml.SafeLoader] | type[yaml.CSafeLoader] = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """One YAML document: values, and beside them the place of each."""
+
+    file: str
+    values: dict[str, Plain]
+    value_spans: Mapping[Path, Span]
+    key_spans: Mapping[Path, Span]  # the key under which a path stands; list items have none
+
+    def span_of(self, path: Path) -> Span:
+        """Place of the value at `path`, or else of the closest ancestor that exists."""
+        while path not in self.value_spans:
+            path = path[:-1]
+        return self.value_spans[path]
+
+    def key_span_of(self, path: Path) -> Span:
+        """Place of the key at `path`, or else what `span_of` says."""
+        return self.key_spans.get(path) or self.span_of(path)
+
+
+@dataclass(frozen=True, slots=True)
+class Loaded:
+    """What a file holds: the documents without a mistake, and the mistakes of the others in the order of the text."""
+
+    sources: tuple[Source, ...]
+    diagnostics: tuple[Diagnostic, ...]
+
+
+def load(path: FilePath) -> Loaded:
+    """Read and parse a file; whatever goes wrong is a diagnostic, never an exception."""
+    file = path.as_posix()
+    try:
+        with path.open("rb") as stream:
+            data = stream.read(MAX_BYTES + 1)  # bounded, for `path` may be a device
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
+        reason = getattr(error, "strerror", None) or str(error)
+        return _refused(Diagnostic("SD001", Span(file, 1, 1, 1), f"cannot read the file: {reason}"))
+    if len(data) > MAX_BYTES:
+        return _refused(_too_large(file))
+    try:
+        return parse(data.decode("utf-8"), file)
+    except UnicodeDecodeError as error:
+        return _refused(_not_utf8(data, error.start, file))
+
+
+def parse(text: str, file: str) -> Loaded:
+    """Parse the documents of one file; each is one scenario."""
+    if len(text) > MAX_BYTES:
+        return _refused(_too_large(file))
+    # Ended by a newline, a text means the same to both parsers, and marks stay within its lines.
+    ended = text if text.endswith("\n") else text + "\n"
+    page = page_of(ended.removeprefix(BOM), file)
+    unreadable = tuple(islice(unreadable_characters(page), MAX_MISTAKES))
+    return Loaded((), unreadable) if unreadable else _read(page)
+
+
+def _refused(diagnostic: Diagnostic) -> Loaded:
+    return Loaded((), (diagnostic,))
+
+
+def _too_large(file: str) -> Diagnostic:
+    message = f"the file is larger than {MAX_BYTES >> 20} MiB"
+    return Diagnostic("SD006", Span(file, 1, 1, 1), message, "split it into several files")
+
+
+def _not_utf8(data: bytes, position: int, file: str) -> Diagnostic:
+    before = page_of(data[:position].decode("utf-8").removeprefix(BOM), file).lines
+    page = page_of(data.decode("utf-8", "replace").removeprefix(BOM), file)
+    span = page.span(len(before) - 1, len(before[-1]))
+    return Diagnostic("SD002", span, f"the byte 0x{data[position]:02x} is not UTF-8", "save the file as UTF-8")
+
+
+def _read(page: Page) -> Loaded:
+    reading = Reading(page, yaml.parse(page.text, Loader=YAML_LOADER))
+    sources: list[Source] = []
+    try:
+        for event in reading.events:
+            if isinstance(event, yaml.DocumentStartEvent):
+                root = document(reading, event)
+                sources += [_source(reading, root)] if root else []
+        if not sources and not reading.diagnostics:
+            reading.report("SD005", page.span(0, 0), "the file holds no scenario", BEGIN)
+    except StopReadingError as stop:
+        reading.diagnostics.append(stop.diagnostic)
+    except yaml.MarkedYAMLError as error:
+        reading.diagnostics.append(syntax_error(page, error))
+    except (ValueError, OverflowError):  # the pure parser on the escape of a character beyond Unicode
+        reading.diagnostics.append(Diagnostic("SD004", page.span(*page.last_visible()), *UNKNOWN_ESCAPE))
+    order = sorted(reading.diagnostics, key=lambda found: (found.span.line, found.span.column, found.code))
+    return Loaded(tuple(sources), tuple(order))
+
+
+# --- nodes to values --------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class _Spread:
+    """Where the values of one document end up while its aliases are spread out."""
+
+    reading: Reading
+    value_spans: dict[Path, Span] = field(default_factory=dict)
+    key_spans: dict[Path, Span] = field(default_factory=dict)
+
+
+def _source(reading: Reading, root: Map) -> Source:
+    spread = _Spread(reading)
+    spread.value_spans[()] = root.span
+    values = _mapping(spread, root, (), None)
+    return Source(reading.page.file, values, spread.value_spans, spread.key_spans)
+
+
+def _value(spread: _Spread, node: Node, path: Path, alias: Span | None) -> Plain:
+    """The value of `node` at `path`; `alias` is the outermost alias that repeats it."""
+    spread.value_spans[path] = node.span
+    if isinstance(node, Alias):
+        alias, node = alias or node.span, node.target
+    if alias is not None:
+        _count_aliased(spread.reading, alias)
+    if isinstance(node, Leaf):
+        return node.value
+    assert not isinstance(node, Alias)  # YAML has no anchors on aliases
+    if len(path) >= MAX_DEPTH:  # each definition may be shallow, and yet build on the one before
+        raise StopReadingError(too_deep(alias or node.span))
+    if isinstance(node, Map):
+        return _mapping(spread, node, path, alias)
+    return [_value(spread, item, (*path, index), alias) for index, item in enumerate(node.items)]
+
+
+def _mapping(spread: _Spread, node: Map, path: Path, alias: Span | None) -> dict[str, Plain]:
+    spread.key_spans.update({(*path, key): span for key, span, _ in node.entries})
+    return {key: _value(spread, value, (*path, key), alias) for key, _, value in node.entries}
+
+
+def _count_aliased(reading: Reading, alias: Span) -> None:
+    reading.aliased += 1
+    if reading.aliased > MAX_ALIASED:
+        message = f"aliases repeat more than {MAX_ALIASED} values"
+        raise StopReadingError(Diagnostic("SD008", alias, message, "write the values out, or use a layout"))

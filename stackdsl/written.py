@@ -1,0 +1,77 @@
+"""Every brick as the author wrote it, layouts taken apart, in the frame of the scene."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import cos, sin
+
+from stability.geometry import composed
+from stability.model import Pose, Quaternion, Vec3
+from stackdsl.layouts import place
+from stackdsl.schema import Scenario, Step
+from stackdsl.source import Path
+
+
+@dataclass(frozen=True, slots=True)
+class WrittenBrick:
+    """One brick as the author wrote it, in the frame of the scene."""
+
+    path: Path  # of the brick, or of its layout, in the file
+    step: int
+    size: Vec3
+    mass: float
+    pose: Pose
+    level: int | None  # None if it is to be judged by what it stands on
+    name: str | None
+    drop: bool
+    time: float = 0.0
+
+
+def bricks_of(scenario: Scenario) -> list[WrittenBrick]:
+    """All bricks in the author's order; times are not known yet."""
+    return [brick for number, step in enumerate(scenario.build) for brick in _bricks_of_step(number, step, scenario)]
+
+
+def _bricks_of_step(number: int, step: Step, scenario: Scenario) -> Iterator[WrittenBrick]:
+    kind = step.brick or scenario.brick
+    if step.layout is not None:
+        name, params = step.layout
+        for spec in place(name, params, kind.size):
+            size = spec.size or kind.size
+            pose = Pose(spec.position, about_z(spec.yaw))
+            own = _prefixed(step, spec.name)
+            yield WrittenBrick(
+                ("build", number, name), number, size, kind.mass_of(size), pose, spec.level, own, drop=False
+            )
+    for index, brick in enumerate(step.bricks or ()):
+        made_of = brick.brick or kind
+        yield WrittenBrick(
+            path=("build", number, "bricks", index),
+            step=number,
+            size=made_of.size,
+            mass=made_of.mass_of(made_of.size),
+            pose=Pose(brick.at, about_axes(brick.rotate)),
+            level=brick.level,
+            name=_prefixed(step, brick.name),
+            drop=brick.drop,
+        )
+
+
+def _prefixed(step: Step, name: str | None) -> str | None:
+    return f"{step.name}.{name}" if step.name and name else name
+
+
+def about_z(angle: float) -> Quaternion:
+    """The turn by an angle about the vertical [rad]."""
+    sine, cosine = half_turn(angle)
+    return (0.0, 0.0, sine, cosine)
+
+
+def half_turn(angle: float) -> tuple[float, float]:
+    """Sine and cosine of half an angle, rounded to where processors agree on them."""
+    return round(sin(angle / 2.0), 15), round(cos(angle / 2.0), 15)
+
+
+def about_axes(angles: Vec3) -> Quaternion:
+    """The turn about x, then y, then z, the axes of the scene [rad]."""
+    (sin_x, cos_x), (sin_y, cos_y) = half_turn(angles[0]), half_turn(angles[1])
+    return composed(about_z(angles[2]), composed((0.0, sin_y, 0.0, cos_y), (sin_x, 0.0, 0.0, cos_x)))

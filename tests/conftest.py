@@ -1,0 +1,1 @@
+pytest_plugins = ["stackdsl.pytest_plugin", "pytester"]

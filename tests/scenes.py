@@ -1,0 +1,37 @@
+"""Scenes for tests: a scenario's text in, timelines and cases out."""
+
+from pathlib import Path
+from textwrap import dedent
+
+from stackdsl.diagnostics import Diagnostic
+from stackdsl.gathering import Case, cases_of
+from stackdsl.source import parse
+from stackdsl.timeline import Timeline
+
+ROOT = Path(__file__).parent.parent
+
+
+def compiled(text: str) -> tuple[list[Case], list[Diagnostic]]:
+    """Cases and mistakes of one or more scenarios."""
+    return cases_of(parse(dedent(text), "scene.yaml"))
+
+
+def scene(build: str, rest: str = "") -> str:
+    """A scenario with these steps of building, and further keys after them."""
+    return f"scenario: scene\nbuild:\n{_indented(dedent(build).strip())}\n{dedent(rest)}"
+
+
+def _indented(block: str) -> str:
+    return "\n".join(f"  {line}" for line in block.splitlines())
+
+
+def timeline_of(build: str, rest: str = "") -> Timeline:
+    """The timeline of a scene without mistakes."""
+    cases, mistakes = compiled(scene(build, rest))
+    assert mistakes == []
+    return cases[0].timeline
+
+
+def mistakes_of(build: str, rest: str = "") -> list[Diagnostic]:
+    """The mistakes of a scene."""
+    return compiled(scene(build, rest))[1]

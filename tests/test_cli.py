@@ -1,0 +1,258 @@
+"""The command as a user meets it: exit codes, diagnostics, output, and never a traceback."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+GOOD = """\
+scenario: good
+build:
+  - column: {levels: 3}
+    every: 1 s
+expect:
+  - stands: all
+"""
+ALIAS_BOMB = "a: &a [x, x, x, x, x, x, x, x, x, x]\n" + "".join(
+    f"{new}: &{new} [{', '.join([f'*{old}'] * 10)}]\n" for old, new in zip("abcdefgh", "bcdefghi", strict=True)
+)
+
+
+class Result:
+    def __init__(self, done: subprocess.CompletedProcess[str]) -> None:
+        self.code, self.out, self.err = done.returncode, done.stdout, done.stderr
+
+    @property
+    def text(self) -> str:
+        return self.out + self.err
+
+
+Stackdsl = Callable[..., Result]
+
+
+@pytest.fixture(name="stackdsl")
+def _stackdsl(tmp_path: Path) -> Stackdsl:
+    def call(*arguments: str, **environment: str) -> Result:
+        clean = {key: value for key, value in os.environ.items() if key not in ("CI", "STACKDSL_DEBUG")}
+        done = subprocess.run(
+            [sys.executable, "-m", "stackdsl", *arguments],
+            cwd=tmp_path,
+            env={**clean, "PYTHONPATH": str(Path(__file__).parent.parent), **environment},
+            capture_output=True,
+            encoding="utf-8",
+            check=False,
+        )
+        assert "Traceback" not in done.stdout + done.stderr
+        return Result(done)
+
+    return call
+
+
+def write(folder: Path, text: str | bytes, name: str = "scene.yaml") -> Path:
+    path = folder / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(text.encode() if isinstance(text, str) else text)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (GOOD.replace("levels", "levles"), ("SD101", "scene.yaml:3:14", "did you mean 'levels'?")),
+        (GOOD.replace("1 s", "1 mm"), ("SD106", "scene.yaml:4:12", "mm")),
+        (GOOD.replace("1 s", "1"), ("SD105", "scene.yaml:4:12", "unit")),
+        (GOOD.replace("levels: 3", "step: 1 mm"), ("SD102", "scene.yaml:3", "levels")),
+        (GOOD + "build: []\n", ("SD003", "scene.yaml:7:1", "2:1")),
+        (GOOD.replace("stands: all", "height: 20 mm"), ("SD107", "scene.yaml:6:13", "leaves no room")),
+        (GOOD.replace("column: {levels: 3}", "bricks: [{at: [0 m, 0 m, 3.9 mm]}, {at: [0 m, 0 m, 8 mm]}]"),
+         ("SD201", "scene.yaml:3", "inside")),
+        (ALIAS_BOMB, ("SD008", "scene.yaml", "alias")),
+        ("a: " + "[" * 100_000, ("SD007", "scene.yaml:1:67", "more than 64")),
+        (b"scenario: caf\xe9\n", ("SD002", "scene.yaml:1:14", "UTF-8")),
+        ("", ("SD005", "scene.yaml:1:1", "scenario")),
+        ("# nothing here\n", ("SD005", "scene.yaml:1:1", "scenario")),
+        (GOOD.replace("every: 1 s", "every: 1_000 s"), ("SD10", "scene.yaml:4", "1_000")),
+        (GOOD.replace("levels: 3", "levels: 012"), ("SD009", "scene.yaml:3", "012")),
+    ],
+)  # fmt: skip
+def test_each_mistake_is_told_with_code_place_cause_and_remedy(
+    stackdsl: Stackdsl, tmp_path: Path, text: str | bytes, told: tuple[str, str, str]
+) -> None:
+    result = stackdsl("check", str(write(tmp_path, text)))
+    assert result.code == 2
+    assert [words for words in told if words not in result.out] == []  # code, place, cause
+    assert "  = " in result.out  # the remedy
+    assert "^" in result.out or not text
+
+
+def test_a_directory_in_place_of_a_file_is_told(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    (tmp_path / "folder.yaml").mkdir()
+    result = stackdsl("check", "folder.yaml")
+    assert result.code == 2
+    assert "SD001" in result.out
+    assert "directory" in result.out
+
+
+def test_a_missing_file_is_told(stackdsl: Stackdsl) -> None:
+    result = stackdsl("explain", "nowhere.yaml")
+    assert result.code == 2
+    assert "SD001" in result.text
+
+
+def test_all_mistakes_of_all_files_are_told_at_once_and_the_good_ones_are_played(
+    stackdsl: Stackdsl, tmp_path: Path
+) -> None:
+    write(tmp_path, GOOD, "s/good.yaml")
+    write(tmp_path, GOOD.replace("1 s", "1").replace("levels", "levles").replace("good", "bad"), "s/bad.yaml")
+    result = stackdsl("check", "s")
+    assert result.code == 2
+    assert [result.out.count(code) for code in ("SD101", "SD102", "SD105")] == [1, 1, 1]
+    assert "stands" in result.out
+
+
+def test_missing_then_written_then_same_then_different(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    path = write(tmp_path, GOOD)
+    assert stackdsl("check", str(path)).code == 3
+    assert not (tmp_path / "golden").exists()
+    assert stackdsl("check", str(path), "--update").code == 0
+    locked = (tmp_path / "golden" / "good[thesis].json").read_bytes()
+    assert stackdsl("check", str(path)).code == 0
+    write(tmp_path, GOOD.replace("{levels: 3}", "{levels: 3, origin: [5 mm, 0 mm, 0 mm]}"))
+    moved = stackdsl("check", str(path))
+    assert moved.code == 3
+    row = next(line for line in moved.out.splitlines() if "L2.1" in line and " x" in line)
+    assert "0" in row
+    assert "5" in row
+    assert "0.5 mm" in row
+    assert (tmp_path / "golden" / "good[thesis].json").read_bytes() == locked
+
+
+def test_a_golden_of_no_variant_is_obsolete_when_all_were_checked(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, GOOD, "scenarios/good.yaml")
+    assert stackdsl("check", "--update").code == 0
+    (tmp_path / "golden" / "gone[thesis].json").write_text("{}")
+    result = stackdsl("check")
+    assert result.code == 3
+    assert "gone[thesis].json" in result.out
+    assert "obsolete" in result.out
+    assert stackdsl("check", "scenarios/good.yaml").code == 0
+    assert stackdsl("check", "--update").code == 0
+    assert stackdsl("check").code == 0
+
+
+def test_goldens_are_never_written_in_ci(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    result = stackdsl("check", str(write(tmp_path, GOOD)), "--update", CI="true")
+    assert result.code == 4
+    assert not (tmp_path / "golden").exists()
+
+
+def test_two_processes_write_the_same_bytes(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    path = write(
+        tmp_path, GOOD.replace("{levels: 3}", "{levels: 5, step: 40 mm}").replace("stands: all", "collapses: any")
+    )
+    for seed in ("0", "1"):
+        assert stackdsl("check", str(path), "--update", "--golden", f"golden{seed}", PYTHONHASHSEED=seed).code == 0
+    names = sorted(entry.name for entry in (tmp_path / "golden0").iterdir())
+    assert names == ["good[thesis].json"]
+    one, other = ((tmp_path / f"golden{seed}" / names[0]).read_bytes() for seed in "01")
+    assert one == other
+
+
+def test_a_failed_expectation_is_shown_with_its_line_and_margin(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    path = write(tmp_path, GOOD + "  - height: 20 mm ± 1 mm\n")
+    result = stackdsl("check", str(path), "--update")
+    assert result.code == 1
+    assert "scene.yaml:7:5" in result.out
+    assert "23.4 mm" in result.out or "23.39 mm" in result.out
+    assert "margin -2.4 mm" in result.out or "margin -2.39" in result.out
+
+
+def test_json_goes_to_stdout_alone(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    result = stackdsl("check", str(write(tmp_path, GOOD)), "--format", "json")
+    report = json.loads(result.out)
+    assert report["results"][0]["scenario"] == "good"
+    assert report["results"][0]["verdict"] == "stands"
+
+
+def test_selecting_nothing_is_wrong_usage(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    path = str(write(tmp_path, GOOD))
+    assert stackdsl("check", path, "-k", "nothing-like-it").code == 4
+    assert stackdsl("check", path, "--system", "stock").code == 4
+    assert stackdsl("check", path, "--frobnicate").code == 4
+    assert stackdsl("nonsense").code == 4
+
+
+def test_list_names_the_selected_cases_and_plays_none(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, GOOD + "tags: [short]\nsystems: [thesis, tuned]\n", "s/a.yaml")
+    write(tmp_path, GOOD.replace("good", "other") + "tags: [long]\n", "s/b.yaml")
+    assert stackdsl("check", "s", "--list").out.split() == ["good[thesis]", "good[tuned]", "other[thesis]"]
+    assert stackdsl("check", "s", "--list", "--tag", "!long").out.split() == ["good[thesis]", "good[tuned]"]
+    assert stackdsl("check", "s", "--list", "--tag", "long").out.split() == ["other[thesis]"]
+    assert stackdsl("check", "s", "--list", "--system", "tuned").out.split() == ["good[tuned]"]
+    assert stackdsl("check", "s", "--list", "-k", "other").out.split() == ["other[thesis]"]
+
+
+def test_a_case_that_overruns_its_time_is_told_and_ends_with_5(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    path = write(tmp_path, GOOD.replace("every: 1 s", "every: 1000 s") + "systems: [tuned]\n")
+    result = stackdsl("check", str(path), "--time-limit", "0.5")
+    assert result.code == 5
+    assert "timed out" in result.out
+
+
+def test_an_interrupt_keeps_what_is_done_and_ends_with_130(tmp_path: Path) -> None:
+    write(tmp_path, GOOD, "s/a.yaml")
+    write(tmp_path, GOOD.replace("good", "slow").replace("1 s", "1000 s") + "systems: [tuned]\n", "s/b.yaml")
+    process = subprocess.Popen(
+        [sys.executable, "-m", "stackdsl", "check", "s", "--jobs", "1"],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parent.parent)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        encoding="utf-8",
+    )
+    assert process.stderr is not None
+    process.stderr.readline()  # the first case is done
+    time.sleep(0.3)
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=20)
+    assert process.returncode == 130
+    assert "good" in out
+    assert "interrupted" in out
+    assert "Traceback" not in out + err
+
+
+def test_run_prints_the_timeline_as_it_happens(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    result = stackdsl("run", str(write(tmp_path, GOOD)))
+    assert result.code == 0
+    assert [line.split()[2] for line in result.out.splitlines() if " s  " in line] == ["placed", "frozen"] * 3
+    assert "stands" in result.out
+
+
+def test_explain_prints_every_brick_with_its_support(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    result = stackdsl("explain", str(write(tmp_path, GOOD)))
+    assert result.code == 0
+    assert "L2.1" in result.out
+    assert "on L1.1" in result.out
+
+
+def test_a_new_scenario_passes_once_its_snapshot_is_accepted(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    assert stackdsl("new", "my-tower").code == 0
+    assert stackdsl("check", "scenarios/my-tower.yaml", "--update").code == 0
+    again = stackdsl("new", "my-tower")
+    assert again.code == 4
+    assert "exists" in again.err
+    assert stackdsl("new", "No Good Name").code == 4
+
+
+def test_the_schema_is_valid_json(stackdsl: Stackdsl) -> None:
+    assert json.loads(stackdsl("schema").out)["type"] == "object"
+
+
+def test_no_color_means_no_escape_codes(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    assert "\x1b" not in stackdsl("check", str(write(tmp_path, GOOD)), NO_COLOR="1", FORCE_COLOR="1").out

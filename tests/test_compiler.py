@@ -1,0 +1,172 @@
+"""From scenario to timeline: times, names, levels, places, and what cannot be built."""
+
+from math import cos, radians, sin
+
+import pytest
+
+from stackdsl.timeline import Timeline
+from tests.scenes import compiled, mistakes_of, scene, timeline_of
+
+THICKNESS = 0.0078  # of a KAPLA plank [m]
+
+
+def names(timeline: Timeline) -> list[str]:
+    return [placement.brick.id for placement in timeline.placements]
+
+
+def times(timeline: Timeline) -> list[float]:
+    return [placement.time for placement in timeline.placements]
+
+
+def test_bricks_are_placed_one_each_interval_and_named_by_level_and_order() -> None:
+    timeline = timeline_of("- four_stack: {levels: 2}\n  every: 1 s")
+    assert names(timeline) == ["L1.1", "L1.2", "L2.1", "L2.2"]
+    assert times(timeline) == [0.0, 1.0, 2.0, 3.0]
+    assert [placement.level for placement in timeline.placements] == [1, 1, 2, 2]
+
+
+def test_without_an_interval_a_step_is_placed_at_one_time() -> None:
+    assert times(timeline_of("- column: {levels: 3}")) == [0.0, 0.0, 0.0]
+
+
+def test_a_step_follows_the_one_before_it_at_that_ones_interval() -> None:
+    timeline = timeline_of(
+        """
+        - column: {levels: 2}
+          every: 2 s
+        - column: {levels: 2, origin: [0 mm, 100 mm, 0 mm]}
+          every: 1 s
+        """
+    )
+    assert times(timeline) == [0.0, 2.0, 4.0, 5.0]
+
+
+@pytest.mark.parametrize(
+    ("when", "start"),
+    [
+        ("at: 0.5 s", 0.5),
+        ("after: start + 7 s", 7.0),
+        ("after: built", 2.0),
+        ("after: built + 1.5 s", 3.5),
+        ("after: level 2", 1.0),
+        ("after: brick L3.1 + 0.25 s", 2.25),
+    ],
+)
+def test_a_step_begins_at_its_time_or_when_its_event_is_over(when: str, start: float) -> None:
+    timeline = timeline_of(
+        f"""
+        - column: {{levels: 3}}
+          every: 1 s
+        - column: {{levels: 1, origin: [0 mm, 100 mm, 0 mm]}}
+          {when}
+        """
+    )
+    beside = next(placement for placement in timeline.placements if placement.brick.id == "L1.2")
+    assert beside.time == start
+
+
+def test_placements_are_in_order_of_time_and_then_of_the_file() -> None:
+    timeline = timeline_of(
+        """
+        - column: {levels: 2}
+          every: 2 s
+        - column: {levels: 2, origin: [0 mm, 100 mm, 0 mm]}
+          every: 1 s
+          at: 0 s
+        """
+    )
+    assert times(timeline) == [0.0, 0.0, 1.0, 2.0]
+    assert names(timeline) == ["L1.1", "L1.2", "L2.2", "L2.1"]
+
+
+def test_the_level_of_a_single_brick_is_one_above_what_it_stands_on() -> None:
+    timeline = timeline_of(
+        """
+        - bricks:
+            - {at: [0 mm, 0 mm, 3.9 mm]}
+            - {name: keystone, at: [0 mm, 0 mm, 19.5 mm]}
+            - {at: [0 mm, 0 mm, 11.7 mm]}
+        """
+    )
+    assert [(p.brick.id, p.level) for p in timeline.placements] == [("L1.1", 1), ("keystone", 3), ("L2.1", 2)]
+
+
+def test_a_step_with_a_name_puts_it_before_the_names_of_its_bricks() -> None:
+    timeline = timeline_of("- column: {levels: 1}\n  name: tower")
+    assert names(timeline) == ["tower.L1.1"]
+
+
+def test_a_heading_turns_a_layout_and_its_bricks() -> None:
+    placement = timeline_of("- column: {levels: 2, step: 10 mm, heading: 90 deg}").placements[1]
+    assert placement.pose.position_W == pytest.approx((0.0, 0.01, 1.5 * THICKNESS))
+    assert placement.pose.orientation == pytest.approx((0.0, 0.0, sin(radians(45)), cos(radians(45))))
+
+
+def test_a_tilt_turns_ground_and_bricks_together_so_that_downhill_is_where_it_says() -> None:
+    rest = "world: {tilt: {angle: 10 deg, towards: 90 deg}}"
+    timeline = timeline_of("- bricks: [{at: [0 mm, 0 mm, 3.9 mm]}]", rest)
+    normal = timeline.world.planes[0].normal_W
+    assert normal == pytest.approx((0.0, sin(radians(10)), cos(radians(10))))
+    assert timeline.placements[0].pose.position_W == pytest.approx([0.0039 * part for part in normal])
+
+
+def test_a_wall_stands_at_its_bearing_and_faces_the_origin() -> None:
+    rest = "friction: 0.4\nworld: {walls: [{bearing: 90 deg, distance: 0.2 m, friction: 0}]}"
+    ground, wall = timeline_of("- column: {levels: 1}", rest).world.planes
+    assert (ground.id, ground.friction) == ("ground", 0.4)
+    assert wall.point_W == pytest.approx((0.0, 0.2, 0.0))
+    assert wall.normal_W == pytest.approx((0.0, -1.0, 0.0))
+    assert wall.friction == 0.0
+
+
+def test_mass_is_density_times_volume_and_half_planks_weigh_half() -> None:
+    masses = {p.brick.id: p.brick.mass for p in timeline_of("- wall: {levels: 2, bricks: 2, gap: 0 mm}").placements}
+    assert masses["L1.1"] == pytest.approx(557.0 * 0.1176 * 0.0234 * 0.0078)
+    assert masses["L2.1"] == pytest.approx(masses["L1.1"] / 2.0)
+
+
+def test_the_structure_is_watched_as_long_as_an_expectation_asks() -> None:
+    assert timeline_of("- column: {levels: 1}", "expect: [{stands: {for: 5 s}}]").end == 5.0
+
+
+def test_every_variant_of_a_matrix_is_compiled_for_every_system() -> None:
+    text = scene(
+        '- column: {levels: 4, step: "${step}"}',
+        "matrix: {step: [1 mm, 2 mm]}\nsystems: [thesis, stock]",
+    )
+    cases, _ = compiled(text)
+    assert [case.identity.variant for case in cases] == [
+        "step=1mm,thesis",
+        "step=1mm,stock",
+        "step=2mm,thesis",
+        "step=2mm,stock",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("build", "rest", "code", "words"),
+    [
+        ("- bricks: [{at: [0 mm, 0 mm, 3 mm]}]", "", "SD201", "0.9 mm inside ground"),
+        ("- bricks: [{at: [0 mm, 0 mm, 3.9 mm]}, {at: [50 mm, 0 mm, 5 mm]}]", "", "SD201", "inside brick 'L1.1'"),
+        ("- bricks: [{at: [0 mm, 0 mm, 50 mm]}]", "", "SD202", "46.1 mm away"),
+        ("- column: {levels: 3, step: 130 mm}", "", "SD202", "nothing is under brick 'L2.1'"),
+        ("- bricks: [{name: a, at: [0 mm, 0 mm, 3.9 mm]}, {name: a, at: [0 mm, 0 mm, 11.7 mm]}]", "", "SD203", "'a'"),
+        ("- column: {levels: 2}", "expect: [{rests_on: {brick: L2.1, support: L1.9}}]", "SD204", "no brick 'L1.9'"),
+        ("- column: {levels: 2}", "expect: [{stands: {bricks: [L1.1, roof]}}]", "SD204", "no brick 'roof'"),
+        ("- column: {levels: 2}\n  after: level 3", "", "SD205", "no earlier step"),
+    ],
+)
+def test_what_cannot_be_built_or_meant_is_told(build: str, rest: str, code: str, words: str) -> None:
+    mistakes = mistakes_of(build, rest)
+    assert [mistake.code for mistake in mistakes] == [code]
+    assert words in mistakes[0].message
+    assert mistakes[0].hint
+
+
+def test_a_brick_may_be_dropped_from_the_air() -> None:
+    assert mistakes_of("- bricks: [{at: [0 mm, 0 mm, 50 mm], drop: true}]") == []
+
+
+def test_compiling_twice_gives_the_same_timeline() -> None:
+    text = scene("- wall: {levels: 6, bricks: 4}\n  every: 0.1 s")
+    assert compiled(text)[0][0].timeline == compiled(text)[0][0].timeline

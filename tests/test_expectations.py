@@ -1,0 +1,110 @@
+"""Claims held against traces written by hand."""
+
+from dataclasses import replace
+from math import inf
+
+import pytest
+
+from stability.model import Brick, Pose
+from stackdsl.expectations import compare_with_truth, judge
+from stackdsl.outcome import Outcome
+from stackdsl.trace import BrickState, BrickTrack, Collapse, Cost, Edge, Trace
+from tests.scenes import compiled, scene
+
+SIZE = (0.1176, 0.0234, 0.0078)  # so that a brick has left its place when it shifted by more than 3.9 mm
+
+
+def track(name: str, level: int, shift: float = 0.0, state: BrickState = BrickState.FROZEN) -> BrickTrack:
+    pose = Pose((0.0, 0.0, (level - 0.5) * SIZE[2]))
+    return BrickTrack(Brick(name, SIZE, 0.012), level, state, pose, pose, pose, shift, tilt=0.0)
+
+
+STANDING = Trace(
+    events=(),
+    tracks={"L1.1": track("L1.1", 1), "L2.1": track("L2.1", 2, shift=0.001), "L3.1": track("L3.1", 3, shift=0.002)},
+    edges=(Edge("L1.1", "ground", 1.0), Edge("L2.1", "L1.1", 0.7), Edge("L3.1", "L2.1", 1.0)),
+    collapse=None,
+    cost=Cost(0.1, 3.0, 100, 100),
+    edges_when_placed={},
+)
+FALLEN = replace(
+    STANDING,
+    tracks={**STANDING.tracks, "L3.1": track("L3.1", 3, shift=0.05, state=BrickState.FALLEN)},
+    edges=STANDING.edges[:2],
+    collapse=Collapse(2.5, level=3, brick="L3.1"),
+)
+
+
+def outcome(claim: str, trace: Trace) -> Outcome:
+    cases, mistakes = compiled(scene("- column: {levels: 3}", f"expect:\n  - {claim}"))
+    assert mistakes == []
+    return judge(trace, cases[0].scenario, cases[0].variant, cases[0].source, "thesis")[0]
+
+
+@pytest.mark.parametrize(
+    ("claim", "trace", "passed", "margin", "unit"),
+    [
+        ("stands: all", STANDING, True, 1.9, "mm"),  # 3.9 mm less the largest shift of 2 mm
+        ("stands: all", FALLEN, False, -46.1, "mm"),
+        ("stands: {levels: 2}", FALLEN, True, 2.9, "mm"),
+        ("stands: {levels: 4}", STANDING, False, -1.0, "levels"),
+        ("stands: {bricks: [L1.1]}", FALLEN, True, 3.9, "mm"),
+        ("collapses: any", FALLEN, True, inf, ""),
+        ("collapses: any", STANDING, False, -1.9, "mm"),
+        ("collapses: {at: level 2 ± 1}", FALLEN, True, 0.0, "levels"),
+        ("collapses: {at: level 5 ± 1}", FALLEN, False, -1.0, "levels"),
+        ("collapses: {at: level 3, time: 2 s ± 1 s}", FALLEN, True, 0.0, "levels"),
+        ("collapses: {at: level 3, time: 2 s ± 0.25 s}", FALLEN, False, -0.25, "s"),
+        ("collapses: {brick: L2.1}", FALLEN, False, -1.0, "bricks"),
+        ("collapses: {brick: L3.1}", FALLEN, True, 0.0, "bricks"),
+        ("displaced: {bricks: <= 2, by: '> 1.5 mm'}", STANDING, True, 1.0, "bricks"),
+        ("displaced: {bricks: 2, by: '> 1.5 mm'}", STANDING, False, -1.0, "bricks"),
+        ("drift: <= 2.5 mm", STANDING, True, 0.5, "mm"),
+        ("drift: {is: <= 0.5 mm, bricks: [L2.1]}", STANDING, False, -0.5, "mm"),
+        ("rests_on: {brick: L2.1, support: L1.1, share: 0.65 ± 0.1}", STANDING, True, 0.05, "of its load"),
+        ("rests_on: {brick: L2.1, support: L1.1, share: 0.5 ± 0.1}", STANDING, False, -0.1, "of its load"),
+        ("rests_on: {brick: L1.1, support: ground}", STANDING, True, 1.0, "of its load"),
+        ("rests_on: {brick: L3.1, support: L2.1}", FALLEN, False, 0.0, "of its load"),
+        ("height: 23.4 mm ± 0.5 mm", STANDING, True, 0.5, "mm"),
+        ("height: 15.6 mm ± 0.5 mm", FALLEN, True, 0.5, "mm"),
+        ("height: {of: L1.1, is: 9 mm ± 1 mm}", STANDING, False, -0.2, "mm"),
+    ],
+)
+def test_a_claim_passes_by_its_margin(claim: str, trace: Trace, passed: bool, margin: float, unit: str) -> None:
+    found = outcome(claim, trace)
+    assert found.passed is passed
+    assert found.margin == pytest.approx(margin, abs=1e-9)
+    assert found.unit == unit
+    assert found.measured
+
+
+def test_bricks_that_were_never_placed_do_not_stand() -> None:
+    unplaced = replace(STANDING, tracks={**STANDING.tracks, "L3.1": track("L3.1", 3, state=BrickState.UNPLACED)})
+    assert not outcome("stands: all", unplaced).passed
+    assert outcome("stands: {levels: 2}", unplaced).passed
+
+
+def test_a_brick_that_only_tilts_is_judged_by_its_angle() -> None:
+    tilted = replace(STANDING, tracks={"L1.1": replace(track("L1.1", 1), tilt=0.25)})
+    found = outcome("stands: {bricks: [L1.1]}", tilted)
+    assert found.unit == "deg"
+    assert found.margin == pytest.approx(15.0 - 14.32394487827058)
+
+
+def test_an_outcome_points_at_its_line_and_repeats_what_was_written() -> None:
+    found = outcome("stands: {levels: 3, for: 2 s}", STANDING)
+    assert (found.span.line, found.span.column) == (5, 5)
+    assert found.expected == "levels 3, for 2 s"
+
+
+def test_an_expectation_for_another_system_is_left_out() -> None:
+    text = scene("- column: {levels: 1}", "systems: [thesis, stock]\nexpect:\n  - stands: all\n    system: stock")
+    case = compiled(text)[0][0]
+    assert judge(STANDING, case.scenario, case.variant, case.source, "thesis") == ()
+    assert len(judge(STANDING, case.scenario, case.variant, case.source, "stock")) == 1
+
+
+def test_a_truth_is_compared_in_the_same_way() -> None:
+    text = scene("- column: {levels: 1}", "truth:\n  - collapses: any\n    source: made up")
+    case = compiled(text)[0][0]
+    assert [truth.passed for truth in compare_with_truth(FALLEN, case.scenario, case.variant, case.source)] == [True]

@@ -1,0 +1,281 @@
+"""Expressions: arithmetic with units, and variants of a scenario."""
+
+from contextlib import suppress
+from decimal import Decimal
+from fractions import Fraction
+from itertools import product
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stackdsl.diagnostics import Diagnostic
+from stackdsl.expressions import MAX_VARIANTS, Variant, evaluate, expand, interpolate
+from stackdsl.quantities import LENGTH, MistakeError, parse_quantity, unit_amount
+from stackdsl.source import Source, parse
+
+NAMES = {
+    "n": unit_amount("") * 3,
+    "length": unit_amount("mm") * Fraction("117.6"),
+    "step": unit_amount("mm") * 11,
+    "slope": unit_amount("deg") * 30,
+}
+patient = settings(deadline=None)  # the first quantity imports pint
+
+
+def source(text: str) -> Source:
+    loaded = parse(text, "a.yaml")
+    assert loaded.diagnostics == ()
+    return loaded.sources[0]
+
+
+def expanded(text: str) -> tuple[Variant, ...]:
+    variants, diagnostics = expand(source(text))
+    assert diagnostics == ()
+    return variants
+
+
+def mistakes(text: str) -> list[str]:
+    """Each mistake as `code marked text: message`."""
+    return [f"{each.code} {marked(each)}: {each.message}" for each in expand(source(text))[1]]
+
+
+def marked(diagnostic: Diagnostic) -> str:
+    span = diagnostic.span
+    return span.excerpt[span.column - 1 : span.end_column - 1]
+
+
+def refused(expression: str) -> MistakeError:
+    with pytest.raises(MistakeError) as caught:
+        evaluate(expression, NAMES)
+    assert caught.value.code == "SD109"
+    return caught.value
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("${2 * 11 mm}", "0.022 m"),
+        ("${117.6 mm / 2}", "0.0588 m"),
+        ("${length - 2 * step}", "0.0956 m"),
+        ("${length / step}", 10.690909090909091),
+        ("level ${floor(length / step) + 1}", "level 11"),
+        ("${n + 1} .. ${2 * n}", "4 .. 6"),
+        ("${step} ± ${step / 11}", "0.011 m ± 0.001 m"),
+        ("${n * n}", 9),
+        ("${n / 2}", 1.5),
+        ("${-n}", -3),
+        ("${-2 ** 2}", -4),
+        ("${2 ** 3 ** 2}", 512),
+        ("${(1 + 2) * 3}", 9),
+        ("${10 mm*n}", "0.03 m"),
+        ("${1 mm*min(2, n)}", "0.002 m"),
+        ("${3 min}", "180.0 s"),
+        ("${10 m / 2 m/s}", "5.0 s"),
+        ("${557 kg/m³ * 2}", "1114.0 kg/m3"),
+        ("${9.81 m/s^2 / 6}", "1.635 m/s2"),
+        ("${50 % * n}", 1.5),
+        ("${max(step, 1 cm)}", "0.011 m"),
+        ("${abs(step - length)}", "0.1066 m"),
+        ("${sqrt(4 m2)}", "2.0 m"),
+        ("${cos(90 deg)}", 0),
+        ("${2 * pi}", 6.283185307179586),
+        ("${ceil(2.1)} ${floor(-2.1)} ${round(2.4)}", "3 -3 2"),
+        ("plain", "plain"),
+    ],
+)
+def test_expressions_are_worked_out(text: str, value: object) -> None:
+    result = interpolate(text, NAMES)
+    assert result == value
+    assert type(result) is type(value)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("${floor(0.3 m / 0.1 m)}", 3),  # 2.9999999999999996 in floats
+        ("${floor(2 * sin(30 deg))}", 1),  # 0.9999999999999999
+        ("${floor(sqrt(2) ** 2 * 1000)}", 2000),
+        ("${0.1 + 0.2}", 0.3),
+        ("${round(2.5)}", 3),
+        ("${tan(45 deg)}", 1),
+    ],
+)
+def test_arithmetic_has_no_surprises_of_floats(text: str, value: object) -> None:
+    assert interpolate(text, NAMES) == pytest.approx(value, abs=0, rel=1e-14 if "sqrt" in text else 0)
+
+
+@pytest.mark.parametrize(
+    ("expression", "message"),
+    [
+        ("step + 1", "cannot add a length and a number"),
+        ("step - 1 s", "cannot subtract a length and a duration"),
+        ("slope + 1", "cannot add an angle and a number"),
+        ("floor(step)", "the value of floor is a number, not a length"),
+        ("sin(0.5)", "sin takes an angle, not a number"),
+        ("sqrt(-1)", "the root of a negative value"),
+        ("min(1, 1 mm)", "min takes values of one kind"),
+        ("min()", "min takes values of one kind"),
+        ("floor(1, 2)", "floor takes one value, not 2"),
+        ("2 ** (1 mm)", "an exponent is a number, not a length"),
+        ("1 / 0", "division by zero"),
+        ("0 ** -1", "division by zero"),
+        ("tan(90 deg)", "the tangent of a right angle"),
+        ("2 ** 0.5", "an exponent is a whole number up to 64"),
+        ("2 ** 65", "an exponent is a whole number up to 64"),
+        ("9 ** 9 ** 9", "an exponent is a whole number up to 64"),
+        ("(9 ** 64) ** 64", "a number grows too large or too fine"),
+        ("1e999", "a number grows too large or too fine"),
+        ("11 mm ** 2", "'11 mm **' can be read in two ways"),
+        ("2 mmm", "'mmm' is not a unit"),
+        ("stepp", "unknown variable 'stepp'"),
+        ("flor(2)", "unknown function 'flor'"),
+        ("n" + " + n" * 60, "the expression is longer than 160 characters"),
+    ],
+)
+def test_a_failing_expression_says_why(expression: str, message: str) -> None:
+    assert refused(expression).message == message
+
+
+def test_a_misspelt_name_is_told_the_close_one() -> None:
+    assert refused("stepp").hint == "did you mean 'step'?"
+    assert refused("flor(2)").hint == "did you mean 'floor'?"
+    assert refused("2 mmm").hint == "did you mean 'mm'?"
+
+
+@pytest.mark.parametrize(
+    "expression",
+    ["", "1 +", "(1", "1)", "1 2", "n n", "2 n", "1, 2", "n.real", "n[0]", "[n]", "{n}", "'n'", "n if n else n",
+     "n = 3", "lambda", "True", "not n", "n < 3", "n // 2", "n % 2", "n and n", "min(*n)", "min(n, key=n)", "(n)(n)",
+     "min", "__import__('os')", "_0", "0x10", "1_000", "1j", "é", "1 ; 2", "n @ n", "~n", "*n", "**n"],
+)  # fmt: skip
+def test_nothing_but_arithmetic_is_understood(expression: str) -> None:
+    refused(expression)
+
+
+@pytest.mark.parametrize("expression", ["(" * 79 + "1" + ")" * 79, "-" * 150 + "1", "+".join("1" * 80)])
+def test_an_expression_of_full_length_may_be_as_deep_as_it_likes(expression: str) -> None:
+    evaluate(expression, NAMES)
+
+
+@given(st.text(max_size=160))
+@patient
+def test_any_text_is_worked_out_or_refused(expression: str) -> None:
+    with suppress(MistakeError):
+        evaluate(expression, NAMES)
+
+
+trees = st.recursive(
+    st.integers(0, 50).map(str),
+    lambda inner: st.tuples(inner, st.sampled_from(["+", "-", "*"]), inner).map(lambda parts: f"({' '.join(parts)})"),
+    max_leaves=12,
+)
+
+
+@given(trees)
+@patient
+def test_whole_numbers_are_reckoned_as_python_does(expression: str) -> None:
+    assert interpolate(f"${{{expression}}}", {}) == eval(expression)
+
+
+@given(st.decimals(-1000, 1000, places=4, allow_nan=False), st.integers(1, 9))
+@patient
+def test_a_length_survives_being_written_out(millimetres: Decimal, divisor: int) -> None:
+    text = interpolate(f"${{({millimetres:f} mm) / {divisor}}}", {})
+    assert parse_quantity(text, LENGTH) == float(Fraction(millimetres) / 1000 / divisor)
+
+
+@pytest.mark.parametrize("text", ["${", "a ${n", "${a ${n}}", "${n} ${"])
+def test_an_expression_has_an_end(text: str) -> None:
+    with pytest.raises(MistakeError, match="without an end"):
+        interpolate(text, NAMES)
+
+
+# --- variants ---------------------------------------------------------------------------------------------------------
+
+
+def test_a_scenario_without_variables_is_its_own_only_variant() -> None:
+    text = "{scenario: a, build: [{column: {levels: 3}}]}"
+    assert expanded(text) == (Variant((), source(text).values),)
+
+
+def test_a_matrix_gives_each_combination_in_the_order_of_the_author() -> None:
+    variants = expanded('{matrix: {step: [12 mm, 10 mm], n: [2, 1]}, build: ["${n * step}"]}')
+    assert [variant.parameters for variant in variants] == [
+        (("step", step), ("n", n)) for step, n in product(["12 mm", "10 mm"], ["2", "1"])
+    ]
+    assert [variant.values["build"] for variant in variants] == [["0.024 m"], ["0.012 m"], ["0.02 m"], ["0.01 m"]]
+
+
+def test_let_may_use_the_matrix_and_the_lines_above() -> None:
+    (variant,) = expanded("""
+        {matrix: {step: [12 mm]}, let: {half: "${step / 2}", share: 25 %, n: "${step / half}"}, a: ["${n}", "${share}"]}
+        """)
+    assert variant.values["a"] == [2, 0.25]
+    assert variant.values["let"] == {"half": "0.006 m", "share": "25 %", "n": 2}
+
+
+def test_the_source_is_left_as_it_was() -> None:
+    text = '{let: {n: 2}, a: ["${n}", {b: "${n}"}]}'
+    given_source = source(text)
+    expand(given_source)
+    assert given_source.values == source(text).values
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("matrix: 5", ["SD103 5: expected a mapping"]),
+        ("let: []", ["SD103 []: expected a mapping"]),
+        ("matrix: {n: 5}", ["SD103 5: expected a list of values"]),
+        ("matrix: {n: []}", ["SD103 []: expected a list of values"]),
+        ("matrix: {n: [1, one]}", ["SD109 one: 'one' is neither a number nor a quantity"]),
+        ("matrix: {n: [1, true]}", ["SD109 true: true is neither a number nor a quantity"]),
+        ("matrix: {n: [1, 2, 1]}", ["SD104 1: 1 is in the row already"]),
+        ("matrix: {mm: [1]}", ["SD109 mm: 'mm' is a unit or a function, not a variable"]),
+        ("let: {pi: 3}", ["SD109 pi: 'pi' is a unit or a function, not a variable"]),
+        ("let: {min: 3}", ["SD109 min: 'min' is a unit or a function, not a variable"]),
+        ("let: {a-b: 3}", ["SD109 a-b: 'a-b' cannot name a variable"]),
+        ("let: {if: 3}", ["SD109 if: 'if' cannot name a variable"]),
+        ("let: {a: 2 * 3}", ["SD109 2 * 3: '2 * 3' is neither a number nor a quantity"]),
+        ("let: {a: 3 miles}", ["SD109 3 miles: '3 miles' is neither a number nor a quantity"]),
+        ("let: {a: '${b}', b: 1}", ["SD109 '${b}': unknown variable 'b'"]),
+        ("let: {a: '${a}'}", ["SD109 '${a}': unknown variable 'a'"]),
+        ("{matrix: {a: [1]}, let: {a: 2}}", ["SD109 a: 'a' is a variable of the matrix already"]),
+        ("scenario: tower-${1}", ["SD109 tower-${1}: the name of a scenario cannot vary"]),
+        ("build: [{a: '${1 / 0}'}]", ["SD109 '${1 / 0}': division by zero"]),
+    ],
+)
+def test_mistakes_are_shown_where_they_are(text: str, expected: list[str]) -> None:
+    assert mistakes(text) == expected
+
+
+def test_mistakes_are_told_in_the_order_of_the_text() -> None:
+    text = "{a: ['${b}', '${c}', '${d}', '${e}'], let: {f: x}, matrix: {k: [v, w]}}"
+    places = [each.span.column for each in expand(source(text))[1]]
+    assert len(places) == 7
+    assert places == sorted(places)
+
+
+def test_what_follows_from_a_mistake_is_not_told_again() -> None:
+    text = "{let: {a: x, b: '${2 * a}'}, c: '${b + 1}', d: '${a}'}"
+    assert mistakes(text) == ["SD109 x: 'x' is neither a number nor a quantity"]
+    assert expand(source(text))[0][0].values["c"] == "${b + 1}"
+
+
+def test_a_mistake_of_several_variants_is_told_once() -> None:
+    text = "{matrix: {n: [1, 2, 3]}, a: '${1 m + n}', b: '${1 / (n - 2)}'}"
+    assert mistakes(text) == [
+        "SD109 '${1 m + n}': cannot add a length and a number",
+        "SD109 '${1 / (n - 2)}': division by zero",
+    ]
+
+
+def test_variants_are_limited() -> None:
+    row = ", ".join(str(number) for number in range(16))
+    full = f"{{matrix: {{a: [{row}], b: [{row}]}}, c: 1}}"
+    assert len(expanded(full)) == MAX_VARIANTS
+    variants, (diagnostic,) = expand(source(f"{{matrix: {{a: [{row}], b: [{row}], d: [1, 2]}}, c: '${{a}}'}}"))
+    assert diagnostic.code == "SD206"
+    assert "512 combinations" in diagnostic.message
+    assert len(variants) == 1  # so that the rest can still be validated

@@ -1,0 +1,61 @@
+"""Bricks inside one another, and bricks in the air."""
+
+import pytest
+
+from stability.model import GROUND, Plane, Pose, Vec3
+from stackdsl.fitting import Sited, fits
+
+FLOOR = Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5)
+WALL = Plane("wall 1", (0.3, 0.0, 0.0), (-1.0, 0.0, 0.0), 0.5)
+SIZE = (0.1176, 0.0234, 0.0078)
+
+
+def at(*position: float, time: float = 0.0, size: Vec3 = SIZE) -> Sited:
+    x, y, z = position
+    return Sited(time, size, Pose((x, y, z)))
+
+
+def test_a_column_rests_brick_on_brick() -> None:
+    found = fits([at(0.0, 0.0, 0.0078 * (k + 0.5), time=k) for k in range(4)], [FLOOR])
+    assert [fit.on_boxes for fit in found] == [(), (0,), (1,), (2,)]
+    assert [fit.on_plane for fit in found] == [True, False, False, False]
+    assert not any(fit.overlaps or fit.in_the_air for fit in found)
+
+
+@pytest.mark.parametrize(("raised", "in_the_air"), [(0.0, False), (0.0004, False), (0.0006, True), (0.03, True)])
+def test_a_brick_half_a_millimetre_above_its_support_is_in_the_air(raised: float, in_the_air: bool) -> None:
+    fit = fits([at(0.0, 0.0, 0.0039 + raised)], [FLOOR])[0]
+    assert fit.in_the_air is in_the_air
+    assert fit.clearance == pytest.approx(raised, abs=1e-12)
+
+
+def test_of_two_bricks_that_overlap_the_later_one_is_blamed() -> None:
+    one, other = fits([at(0.0, 0.0, 0.0039), at(0.01, 0.0, 0.0039)], [FLOOR])
+    assert not one.overlaps
+    assert other.overlaps_box == 0
+    assert other.depth == pytest.approx(0.0078)
+
+
+def test_bricks_side_by_side_do_not_carry_each_other() -> None:
+    raised = fits([at(0.0, 0.0, 0.0039), at(0.0, 0.0234, 0.0060, time=1.0)], [FLOOR])[1]
+    assert raised.in_the_air
+
+
+def test_a_brick_may_not_stick_in_the_ground_or_in_a_wall() -> None:
+    assert fits([at(0.0, 0.0, 0.002)], [FLOOR])[0].overlaps_plane == 0
+    assert fits([at(0.28, 0.0, 0.0039)], [FLOOR, WALL])[0].overlaps_plane == 1
+
+
+def test_a_brick_does_not_rest_on_what_comes_later_but_may_on_what_comes_with_it() -> None:
+    upper, lower = at(0.0, 0.0, 0.0117), at(0.0, 0.0, 0.0039)
+    together = fits([upper, lower], [FLOOR])
+    assert not together[0].in_the_air
+    later = fits([upper, Sited(1.0, lower.size, lower.pose)], [FLOOR])
+    assert later[0].in_the_air
+
+
+def test_bricks_of_very_different_sizes_find_each_other() -> None:
+    slab = Sited(0.0, (2.0, 2.0, 0.1), Pose((0.0, 0.0, 0.05)))
+    found = fits([slab, at(0.9, 0.9, 0.1039, time=1.0), at(0.9, 0.9, 0.1117, time=2.0)], [FLOOR])
+    assert found[1].on_boxes == (0,)
+    assert found[2].on_boxes == (1,)

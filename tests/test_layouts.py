@@ -1,0 +1,217 @@
+"""Named structures: their shape, and the statics that the shape is for."""
+
+from collections import defaultdict
+from collections.abc import Sequence
+from itertools import pairwise
+from math import hypot, pi
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stability.model import Vec3
+from stackdsl.catalogue import CATALOGUE
+from stackdsl.layouts import (
+    LAYOUTS,
+    MAX_BRICKS,
+    BrickSpec,
+    ColumnParams,
+    FourStackParams,
+    HarmonicParams,
+    LayoutParams,
+    WallParams,
+    column,
+    four_stack,
+    harmonic,
+    place,
+    wall,
+)
+from stackdsl.quantities import MistakeError
+
+KAPLA = CATALOGUE["kapla"].size
+LENGTH, WIDTH, THICKNESS = KAPLA
+
+
+def extent(spec: BrickSpec, axis: int) -> tuple[float, float]:
+    """From where to where a brick that is turned by 0 or 90 deg reaches along x (0) or y (1) [m]."""
+    length, width, _ = spec.size or KAPLA
+    along = (length, width)[axis] if spec.yaw == 0 else (width, length)[axis]
+    return spec.position[axis] - along / 2, spec.position[axis] + along / 2
+
+
+def by_level(specs: Sequence[BrickSpec]) -> list[list[BrickSpec]]:
+    levels = defaultdict(list)
+    for spec in specs:
+        levels[spec.level].append(spec)
+    return [levels[level] for level in sorted(levels)]
+
+
+def reach(specs: Sequence[BrickSpec], axis: int) -> tuple[float, float]:
+    return min(extent(spec, axis)[0] for spec in specs), max(extent(spec, axis)[1] for spec in specs)
+
+
+EXAMPLES: dict[str, tuple[dict[str, object], int]] = {  # parameters, and how many bricks they make
+    "four_stack": ({"levels": 5, "step": "11 mm"}, 10),
+    "column": ({"levels": 5, "step": "11 mm"}, 5),
+    "wall": ({"levels": 3, "bricks": 4}, 13),
+    "harmonic": ({"bricks": 5}, 5),
+}
+
+
+def example_of(name: str, **more: object) -> tuple[BrickSpec, ...]:
+    params = LAYOUTS[name].params.model_validate({**EXAMPLES[name][0], **more})
+    return place(name, params, KAPLA)
+
+
+def test_every_layout_has_an_example() -> None:
+    assert set(LAYOUTS) == set(EXAMPLES)
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_a_layout_has_the_bricks_it_says(name: str) -> None:
+    parameters, count = EXAMPLES[name]
+    specs = example_of(name)
+    assert len(specs) == count <= LAYOUTS[name].params.model_validate(parameters).bricks_at_most
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_levels_are_built_upwards_and_the_first_rests_on_the_ground(name: str) -> None:
+    specs = example_of(name)
+    assert [spec.level for spec in specs] == sorted(spec.level for spec in specs)
+    assert {spec.level for spec in specs} == set(range(1, specs[-1].level + 1))
+    for spec in specs:
+        assert spec.position[2] == pytest.approx((spec.level - 0.5) * THICKNESS, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+@given(heading=st.floats(-360, 360), x=st.floats(-1, 1), y=st.floats(-1, 1), z=st.floats(-1, 1))
+def test_origin_and_heading_move_a_layout_as_a_whole(name: str, heading: float, x: float, y: float, z: float) -> None:
+    here, there = example_of(name), example_of(name, heading=f"{heading} deg", origin=[f"{x} m", f"{y} m", f"{z} m"])
+    for a, b in zip(here, there, strict=True):
+        assert hypot(b.position[0] - x, b.position[1] - y) == pytest.approx(hypot(*a.position[:2]), abs=1e-12)
+        assert b.position[2] - a.position[2] == pytest.approx(z, abs=1e-12)
+        assert b.yaw - a.yaw == pytest.approx(heading * pi / 180, abs=1e-12)
+
+
+def test_a_heading_turns_x_towards_y() -> None:
+    top = example_of("column", heading="90 deg", origin=["1 m", "2 m", "3 m"])[-1]
+    assert top.position == pytest.approx((1.0, 2.0 + 4 * 0.011, 3.0 + 4.5 * THICKNESS), abs=1e-12)
+
+
+def test_a_column_steps_along_its_length() -> None:
+    specs = column(ColumnParams.model_validate({"levels": 9, "step": "13.5 mm"}), KAPLA)
+    for lower, upper in pairwise(specs):
+        assert upper.position[0] - lower.position[0] == pytest.approx(0.0135, abs=1e-15)
+        assert upper.position[1] == lower.position[1] == 0.0
+        assert upper.yaw == lower.yaw == 0.0
+
+
+def test_a_four_stack_fills_a_square_with_flush_ends() -> None:
+    # |==============|     each level reaches from -L/2 to L/2 both ways
+    # ||            ||
+    for level in by_level(four_stack(FourStackParams.model_validate({"levels": 4}), KAPLA)):
+        for axis in (0, 1):
+            assert reach(level, axis) == pytest.approx((-LENGTH / 2, LENGTH / 2), abs=1e-15)
+
+
+def test_a_four_stack_turns_each_level_and_begins_on_the_negative_side() -> None:
+    specs = four_stack(FourStackParams.model_validate({"levels": 2, "spacing": "40 mm", "step": "5 mm"}), KAPLA)
+    assert [spec.position[:2] for spec in specs] == [(0.0, -0.02), (0.0, 0.02), (-0.015, 0.0), (0.025, 0.0)]
+    assert [spec.yaw for spec in specs] == [0.0, 0.0, pi / 2, pi / 2]
+
+
+@given(st.integers(2, 60), st.floats(-30, 30))
+def test_every_level_of_a_slant_tower_is_shifted_by_the_step(levels: int, step: float) -> None:
+    specs = four_stack(FourStackParams.model_validate({"levels": levels, "step": f"{step} mm"}), KAPLA)
+    middles = [sum(spec.position[0] for spec in level) / 2 for level in by_level(specs)]
+    assert middles == pytest.approx([index * step / 1000 for index in range(levels)], abs=1e-12)
+
+
+@pytest.mark.parametrize("bricks", [1, 2, 5])
+def test_all_levels_of_a_wall_are_equally_long_and_closed(bricks: int) -> None:
+    levels = by_level(wall(WallParams.model_validate({"levels": 4, "bricks": bricks, "gap": "1 mm"}), KAPLA))
+    half = (bricks * LENGTH + (bricks - 1) * 0.001) / 2
+    for level in levels:
+        assert reach(level, axis=0) == pytest.approx((-half, half), abs=1e-12)
+
+
+@given(st.integers(1, 30), st.floats(0.01, 100))
+def test_neighbours_in_a_wall_are_a_gap_apart(bricks: int, gap: float) -> None:
+    for level in by_level(wall(WallParams.model_validate({"levels": 2, "bricks": bricks, "gap": f"{gap} mm"}), KAPLA)):
+        for left, right in pairwise(level):
+            assert extent(right, 0)[0] - extent(left, 0)[1] == pytest.approx(gap / 1000, abs=1e-12)
+
+
+def test_every_plank_of_a_wall_lies_on_two_or_wholly_on_one() -> None:
+    # |_|___|___|_|     the half planks at the ends lie on one, all others straddle a joint in their middle
+    # |___|___|___|
+    for below, level in pairwise(by_level(wall(WallParams.model_validate({"levels": 5, "bricks": 4}), KAPLA))):
+        for spec in level:
+            start, end = extent(spec, 0)
+            lengths = [max(0.0, min(end, extent(low, 0)[1]) - max(start, extent(low, 0)[0])) for low in below]
+            carried = [length for length in lengths if length > 1e-9]
+            assert len(carried) in (1, 2)
+            assert carried == pytest.approx(carried[::-1], abs=1e-12)  # evenly
+            assert sum(carried) == pytest.approx(end - start, abs=0.0002 + 1e-12)
+
+
+def test_a_gap_longer_than_a_plank_is_refused() -> None:
+    with pytest.raises(MistakeError, match=r"longer than a plank of 117\.6 mm"):
+        wall(WallParams.model_validate({"levels": 2, "bricks": 2, "gap": "118 mm"}), KAPLA)
+
+
+def test_a_harmonic_stack_of_ten_planks_leans_out_by_1464484_lengths() -> None:
+    # Ten planks over the edge of an eleventh: L/2 * H_10.
+    specs = harmonic(HarmonicParams(bricks=11), KAPLA)
+    assert specs[0].position[0] == 0.0
+    assert specs[-1].position[0] / LENGTH == pytest.approx(1.464484, abs=5e-7)
+
+
+def test_a_harmonic_stack_leans_out_by_a_half_then_a_quarter_then_a_sixth() -> None:
+    specs = harmonic(HarmonicParams(bricks=4), (1.0, 0.2, 0.1))
+    overhangs = [upper.position[0] - lower.position[0] for lower, upper in pairwise(specs)]
+    assert overhangs[::-1] == pytest.approx([1 / 2, 1 / 4, 1 / 6], rel=1e-12)
+
+
+@given(st.integers(2, 50), st.floats(0, 2))
+def test_the_planks_above_a_joint_balance_at_the_share_of_the_limit(bricks: int, share: float) -> None:
+    xs = [spec.position[0] for spec in harmonic(HarmonicParams(bricks=bricks, share=share), KAPLA)]
+    # By moments: with share 1, the mean of all above is half a length from the middle of the plank below.
+    for joint in range(1, bricks):
+        above = xs[joint:]
+        assert sum(above) / len(above) - xs[joint - 1] == pytest.approx(share * LENGTH / 2, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("params", "size"),
+    [(FourStackParams, {"levels": 10_000}), (WallParams, {"levels": 10, "bricks": MAX_BRICKS // 10 - 1})],
+)
+def test_a_layout_may_be_large(params: type[LayoutParams], size: dict[str, int]) -> None:
+    assert params.model_validate(size).bricks_at_most == MAX_BRICKS
+
+
+@pytest.mark.parametrize(
+    ("params", "size"),
+    [
+        (WallParams, {"levels": 10, "bricks": MAX_BRICKS // 10}),
+        (WallParams, {"levels": 10_000, "bricks": 10_000}),
+        (FourStackParams, {"levels": 10_001}),
+        (HarmonicParams, {"bricks": 10_001}),
+        (ColumnParams, {"levels": 0}),
+        (ColumnParams, {"levels": True}),
+    ],
+)
+def test_a_typo_does_not_eat_the_machine(params: type[LayoutParams], size: dict[str, int]) -> None:
+    with pytest.raises(ValueError, match=r"bricks|less than or equal|greater than|valid integer"):
+        params.model_validate(size)
+
+
+@pytest.mark.parametrize("size", [brick.size for brick in CATALOGUE.values()], ids=CATALOGUE)
+def test_catalogue_bricks_are_given_as_length_width_thickness(size: Vec3) -> None:
+    assert sorted(size, reverse=True) == list(size)
+
+
+def test_the_ideal_plank_has_sides_of_1_3_15_and_the_real_one_11_9_grams() -> None:
+    length, width, thickness = CATALOGUE["kapla-ideal"].size
+    assert (length / thickness, width / thickness) == pytest.approx((15, 3))
+    assert CATALOGUE["kapla"].density * LENGTH * WIDTH * THICKNESS == pytest.approx(0.0119, abs=0.0001)

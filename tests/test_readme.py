@@ -1,0 +1,41 @@
+"""What the README promises, run."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+from stackdsl.check import play_case
+from stackdsl.expectations import judge
+from stackdsl.gathering import cases_of
+from stackdsl.source import parse
+
+ROOT = Path(__file__).parent.parent
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def block(language: str) -> str:
+    found = re.search(rf"```{language}\n(.*?)```", README, re.DOTALL)
+    assert found
+    return found[1]
+
+
+def test_the_two_commands_stand_at_the_top() -> None:
+    assert [line.split("#")[0].strip() for line in block("sh").splitlines()] == ["make check", "make test"]
+    assert README.index("make test") < 400
+
+
+def test_the_example_scenario_does_what_it_says() -> None:
+    cases, mistakes = cases_of(parse(block("yaml"), "README.md"))
+    assert mistakes == []
+    for case in cases:
+        trace = play_case(case.timeline, case.system)
+        assert all(o.passed for o in judge(trace, case.scenario, case.variant, case.source, case.system))
+
+
+def test_the_extension_attaches_to_a_users_own_world() -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", block("python")], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert "20 bricks stand" in done.stdout

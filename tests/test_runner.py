@@ -1,0 +1,122 @@
+"""Timelines played on PyBullet: what stands, what falls, when, and at what cost."""
+
+import pytest
+
+from stackdsl.runner import play
+from stackdsl.systems import SYSTEMS
+from stackdsl.trace import BrickState, Event, EventKind, Trace
+from tests.scenes import timeline_of
+
+LENGTH = 0.1176  # of a KAPLA plank [m]
+
+
+def played(build: str, rest: str = "", system: str = "thesis") -> Trace:
+    return play(timeline_of(build, rest), SYSTEMS[system])
+
+
+@pytest.mark.parametrize(("step", "too_many"), [(10.0, 12), (12.0, 10), (13.5, 9), (18.0, 7)])
+def test_a_stepped_column_falls_with_the_first_plank_beyond_length_over_step(step: float, too_many: int) -> None:
+    assert too_many == int(1000.0 * LENGTH / step) + 1
+    trace = played(f"- column: {{levels: 14, step: {step} mm}}\n  every: 1 s")
+    assert trace.collapse is not None
+    assert trace.collapse.level == too_many
+    assert trace.collapse.gave_way == "L2.1"
+
+
+def test_a_four_stack_of_25_levels_stands_without_creeping() -> None:
+    trace = played("- four_stack: {levels: 25}\n  every: 1 s", "expect: [{stands: {for: 5 s}}]")
+    assert trace.collapse is None
+    assert trace.drift < 1e-4
+    assert all(track.state is BrickState.FROZEN for track in trace.tracks.values())
+
+
+def test_time_in_which_nothing_can_move_is_skipped() -> None:
+    trace = played("- column: {levels: 2}\n  every: 1000 s", "expect: [{stands: {for: 1000 s}}]")
+    assert trace.cost.simulated_time == pytest.approx(2000.0)
+    assert trace.cost.steps < 100
+
+
+def test_before_the_first_brick_no_system_steps() -> None:
+    trace = played("- column: {levels: 1}\n  at: 1000 s", "expect: [{stands: {for: 0.1 s}}]", system="stock")
+    assert trace.cost.steps == pytest.approx(0.1 * 240, abs=1)
+
+
+def test_a_collapse_ends_the_build() -> None:
+    trace = played("- column: {levels: 14, step: 30 mm}\n  every: 1 s")
+    assert trace.collapse is not None
+    states = [track.state for track in trace.tracks.values()]
+    assert states[trace.collapse.level :] == [BrickState.UNPLACED] * (14 - trace.collapse.level)
+    assert states[0] is BrickState.FROZEN
+    assert BrickState.FALLEN in states
+
+
+def test_a_dropped_plank_is_frozen_where_it_lands() -> None:
+    trace = played("- bricks: [{name: plank, at: [0 mm, 0 mm, 30 mm], drop: true}]")
+    track = trace.tracks["plank"]
+    assert track.state is BrickState.FROZEN
+    assert track.rest.position_W[2] == pytest.approx(0.0039, abs=1e-4)
+    assert track.shift < 1e-4
+    assert trace.edges[0].lower == "ground"
+
+
+def test_events_are_told_as_they_happen_and_kept() -> None:
+    heard: list[Event] = []
+    trace = play(timeline_of("- column: {levels: 2}\n  every: 1 s"), SYSTEMS["thesis"], heard.append)
+    assert [event.kind for event in heard] == [EventKind.PLACED, EventKind.FROZEN] * 2
+    assert [(event.kind, event.bricks) for event in trace.events] == [(event.kind, event.bricks) for event in heard]
+    # Straight column: com above the middle of the contact, half a width from its border.
+    assert [event.margin for event in trace.events if event.kind is EventKind.PLACED] == pytest.approx(
+        [0.0117] * 2, abs=1e-4
+    )
+
+
+def test_a_bare_engine_says_by_its_forces_who_carries_whom() -> None:
+    #   The load's centre is a quarter of the way from left to right support: lever rule 3 to 1, within the contacts.
+    trace = played(
+        """
+        - bricks:
+            - {name: left, at: [-40 mm, 0 mm, 3.9 mm], rotate: [0 deg, 0 deg, 90 deg]}
+            - {name: right, at: [40 mm, 0 mm, 3.9 mm], rotate: [0 deg, 0 deg, 90 deg]}
+            - {name: beam, at: [-20 mm, 0 mm, 11.7 mm]}
+        """,
+        system="tuned",
+    )
+    shares = {edge.lower: edge.share for edge in trace.edges if edge.upper == "beam"}
+    assert sum(shares.values()) == pytest.approx(1.0)
+    assert 31.7 / 80 <= 1.0 - shares["right"] <= 1.0
+    assert shares["left"] > 0.5
+
+
+@pytest.mark.parametrize("system", SYSTEMS)
+def test_the_same_timeline_gives_the_same_trace_to_the_bit(system: str) -> None:
+    build = "- column: {levels: 4, step: 40 mm}\n  every: 0.5 s"
+    one, other = played(build, system=system), played(build, system=system)
+    assert one.tracks == other.tracks
+    assert one.events == other.events
+    assert one.edges == other.edges
+
+
+def test_turning_the_scene_about_the_vertical_changes_no_collapse_level() -> None:
+    levels = {
+        turned.collapse and turned.collapse.level
+        for heading in (0, 30, 90, 200)
+        for turned in [played(f"- column: {{levels: 12, step: 13.5 mm, heading: {heading} deg}}\n  every: 1 s")]
+    }
+    assert levels == {9}
+
+
+def test_moving_the_scene_changes_no_collapse_level() -> None:
+    moved = played("- column: {levels: 12, step: 13.5 mm, origin: [3 m, -2 m, 0 m]}\n  every: 1 s")
+    assert moved.collapse is not None
+    assert moved.collapse.level == 9
+
+
+@pytest.mark.parametrize("factor", [0.5, 10.0])
+def test_scaling_bricks_and_steps_changes_no_collapse_level(factor: float) -> None:
+    size = ", ".join(f"{side * factor} mm" for side in (117.6, 23.4, 7.8))
+    scaled = played(
+        f"- column: {{levels: 12, step: {13.5 * factor} mm}}\n  every: 2 s",
+        f"brick: {{size: [{size}], density: 557 kg/m3}}",
+    )
+    assert scaled.collapse is not None
+    assert scaled.collapse.level == 9

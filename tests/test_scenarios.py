@@ -1,0 +1,45 @@
+"""Every scenario of this repository, as documentation and as a test: played, judged, and held against its snapshot."""
+
+from pathlib import Path
+
+import pytest
+from _pytest.mark import ParameterSet
+
+from stackdsl.check import play_case, snapshot_of
+from stackdsl.expectations import judge
+from stackdsl.gathering import Case, gather
+from stackdsl.golden import current_stamp, golden_name
+from stackdsl.pytest_plugin import Golden
+
+ROOT = Path(__file__).parent.parent
+GATHERED = gather([ROOT / "scenarios"])
+
+
+def parameter(case: Case) -> ParameterSet:
+    marks = [pytest.mark.slow] if "long" in case.scenario.tags else []
+    return pytest.param(case, id=case.name, marks=marks)
+
+
+@pytest.mark.parametrize("case", [parameter(case) for case in GATHERED.cases])
+def test_a_scenario_meets_its_expectations_and_its_snapshot(case: Case, golden: Golden) -> None:
+    trace = play_case(case.timeline, case.system)
+    outcomes = judge(trace, case.scenario, case.variant, case.source, case.system)
+    assert [outcome for outcome in outcomes if not outcome.passed] == []
+    snapshot = snapshot_of(case, trace, current_stamp())
+    assert snapshot == golden(snapshot.identity)
+
+
+def test_no_scenario_has_a_mistake() -> None:
+    assert GATHERED.diagnostics == ()
+
+
+def test_every_golden_file_belongs_to_a_scenario() -> None:
+    written = {path.name for path in (ROOT / "golden").iterdir()}
+    assert written == {golden_name(case.identity) for case in GATHERED.cases}
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "scenarios").rglob("*.yaml")), ids=lambda path: path.name)
+def test_every_scenario_says_in_its_first_lines_what_it_shows(path: Path) -> None:
+    for document in path.read_text(encoding="utf-8").split("\n---\n"):
+        lines = [line for line in document.splitlines() if not line.startswith("# yaml-language-server")]
+        assert lines[0].startswith("# "), f"{path.name} has a scenario without a purpose in its first lines"
