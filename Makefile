@@ -28,6 +28,9 @@ test: $(READY)  ## set up, then run the tests
 test-slow: $(READY) ## the tests that take minutes
 	$(BIN)/python -m pytest -m slow
 
+bench: $(READY) ## speed against error on the four-stack, every system in one run
+	$(BIN)/python benchmarks/four_stack.py
+
 lint: $(READY)  ## format check, lint and types
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .

@@ -6,9 +6,10 @@ Two points are widened sideways into a thin quad, one becomes a small diamond, b
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from math import hypot
+from itertools import product
+from math import dist, hypot
 
-from stability.geometry import Point2, Polygon, centroid, convex_hull
+from stability.geometry import STRAIGHT, Point2, Polygon, centroid, convex_hull, straightened
 from stability.model import BodyId, Vec3
 
 # [m] Bodies this far apart still touch: engines keep a gap or report points early, and planks are not made truer.
@@ -41,11 +42,11 @@ def main_contact(areas: Iterable[ContactArea]) -> Polygon:
 def plan_hull(points_W: Sequence[Vec3]) -> Polygon:
     """The convex hull seen from above, made two-dimensional where the points are one or on a line."""
     hull = convex_hull((x, y) for x, y, _ in points_W)
-    if len(hull) == 1:
-        return _diamond(hull[0])
-    if len(hull) == 2:  # noqa: PLR2004 -- the ends of a line
-        return _thin_quad(hull[0], hull[1])
-    return hull
+    polygon = straightened(hull)
+    if polygon:
+        return polygon
+    one, other = max(product(hull, repeat=2), key=lambda ends: dist(*ends))
+    return _thin_quad(one, other) if dist(one, other) > STRAIGHT else _diamond(one)
 
 
 def _diamond(centre: Point2) -> Polygon:

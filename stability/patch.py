@@ -5,14 +5,10 @@ stack, rounding decides which: PyBullet then reports points in the middle of an 
 asked whether two bricks touch, and geometry where.
 """
 
-from math import dist
-
-from stability.geometry import Point2, Polygon, body_axes, box_corners, convex_hull
+from stability.geometry import Point2, Polygon, body_axes, box_corners, convex_hull, straightened
 from stability.model import Pose, Vec3
 
 PARALLEL = 0.9994  # cosine of 2 deg: faces further apart in direction touch along an edge, not over an area
-# [m] A corner that sticks out less than this from the line of its neighbours is rounding, not shape.
-STRAIGHT = 2e-5
 
 
 def face_patch(upper_size: Vec3, upper: Pose, lower_size: Vec3, lower: Pose) -> tuple[Vec3, ...]:
@@ -52,30 +48,6 @@ def _cut(polygon: Polygon, axis: int, sign: float, limit: float) -> Polygon:
             part = inside / (inside - inside_next)
             kept.append((here[0] + part * (there[0] - here[0]), here[1] + part * (there[1] - here[1])))
     return tuple(kept)
-
-
-def straightened(polygon: Polygon) -> Polygon:
-    """A convex polygon without corners that are only rounding; empty if nothing wider than that is left."""
-    corners = list(polygon)
-    changed = True
-    while changed and len(corners) > 2:  # noqa: PLR2004 -- a polygon has three
-        changed = False
-        for index, corner in enumerate(corners):
-            before, after = corners[index - 1], corners[(index + 1) % len(corners)]
-            if _off_line(corner, before, after) < STRAIGHT:
-                del corners[index]
-                changed = True
-                break
-    return tuple(corners) if len(corners) > 2 else ()  # noqa: PLR2004
-
-
-def _off_line(point: Point2, a: Point2, b: Point2) -> float:
-    """Distance of a corner from the line through its neighbours, or from a neighbour that it coincides with [m]."""
-    length = dist(a, b)
-    nearest = min(dist(point, a), dist(point, b))
-    if length < STRAIGHT:
-        return nearest
-    return min(nearest, abs((b[0] - a[0]) * (point[1] - a[1]) - (b[1] - a[1]) * (point[0] - a[0])) / length)
 
 
 def _most_upright(pose: Pose) -> tuple[int, float]:

@@ -9,12 +9,13 @@ from dataclasses import dataclass
 from math import degrees, inf
 
 from stability.geometry import box_corners
-from stackdsl.expressions import Variant
+from stackdsl.claims import Claim, Collapses, Displaced, Drift, Height, RestsOn, Stands
 from stackdsl.outcome import Outcome
-from stackdsl.quantities import Tolerance
-from stackdsl.schema import Claim, Collapses, Displaced, Drift, Height, RestsOn, Scenario, Stands
+from stackdsl.schema import Scenario
 from stackdsl.source import Path, Plain, Source
+from stackdsl.tolerances import Tolerance
 from stackdsl.trace import COLLAPSE_SHARE_OF_SMALLEST_SIDE, COLLAPSE_TILT, BrickState, BrickTrack, Trace
+from stackdsl.variants import Variant
 
 MILLIMETRES = 1000.0
 

@@ -6,7 +6,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stability.geometry import Point2, box_corners, centroid, composed, convex_hull, signed_distance, turned
+from stability.geometry import (
+    Point2,
+    box_corners,
+    centroid,
+    composed,
+    convex_hull,
+    signed_distance,
+    straightened,
+    turned,
+)
 from stability.model import Pose
 
 SQUARE = ((0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0))
@@ -39,6 +48,19 @@ def test_the_corners_of_a_box_are_its_half_lengths_away() -> None:
 def test_the_hull_of_a_square_with_points_inside_and_on_its_edges_is_the_square() -> None:
     inner = [(1.0, 1.0), (1.0, 0.0), (2.0, 1.0), (0.3, 1.9)]
     assert convex_hull([*inner, *SQUARE]) == SQUARE
+
+
+@given(st.lists(st.tuples(*[st.floats(-1e-15, 1e-15)] * 2), min_size=8, max_size=8))
+def test_rounding_never_costs_a_hull_its_extreme_corners(noise: list[Point2]) -> None:
+    #   A rectangle whose left side carries two points more: sorting them by x is sorting noise.
+    places = [(-0.0354, y) for y in (-0.0588, -0.0354, 0.0354, 0.0588)] + [(0.05, y) for y in (-0.0588, 0.0588)] * 2
+    points = [(x + dx, y + dy) for (x, y), (dx, dy) in zip(places, noise, strict=True)]
+    assert len(straightened(convex_hull(points))) == 4
+
+
+def test_a_polygon_no_wider_than_noise_is_none() -> None:
+    assert straightened(((0.0, 0.0), (1.0, 0.0), (1.0, 1e-6), (0.0, 1e-6))) == ()
+    assert straightened(()) == ()
 
 
 @pytest.mark.parametrize(
