@@ -12,6 +12,7 @@ import click
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
+from stackdsl.author_types import SYSTEMS
 from stackdsl.check import OnResult, Terms, check, is_whole_set, play_case
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.gathering import Case, Gathered, Selection, cases_of, gather
@@ -22,7 +23,6 @@ from stackdsl.report.event_text import event_text
 from stackdsl.report.explanation import explanation_text
 from stackdsl.report.json import report_json
 from stackdsl.report.text import report_text
-from stackdsl.schema import SYSTEMS
 from stackdsl.source import parse
 from stackdsl.validation import schema_text
 

@@ -66,6 +66,11 @@ class Diagnostic:
     hint: str = ""
 
 
+def reading_order(diagnostic: Diagnostic) -> tuple[int, int, str, str]:
+    """Sorts diagnostics of one file by place, then by what they say."""
+    return diagnostic.span.line, diagnostic.span.column, diagnostic.code, diagnostic.message
+
+
 @dataclass(frozen=True, slots=True)
 class Page:
     """The text of a file, and how to point into it. Lines and columns count from 0 here, as parsers count."""

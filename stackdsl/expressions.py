@@ -1,4 +1,4 @@
-"""`${...}`: arithmetic with units over the variables of `let:` and `matrix:`, done before validation.
+"""One `${...}`: arithmetic with units over the variables of `let:` and `matrix:`, done before validation.
 
 An expression is split into tokens here; only Python's grammar is borrowed to group them, and nothing is evaluated by
 Python. Values are exact fractions, so that `floor(0.3 m / 0.1 m)` is 3. Roots and sines are kept to 15 digits, so that
@@ -9,18 +9,16 @@ Python. Values are exact fractions, so that `floor(0.3 m / 0.1 m)` is 3. Roots a
 # mypy: disable-error-code="no-any-return"
 
 import ast
-import keyword
 import math
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from fractions import Fraction
-from itertools import product
 from typing import TYPE_CHECKING, Final, TypeAlias, cast
 
-from stackdsl.diagnostics import Diagnostic, did_you_mean
-from stackdsl.quantities import NUMBER, UNIT, UNITS, MistakeError, registry, shown, unit_amount
-from stackdsl.source import MAX_EXACT, Path, Plain, Source
+from stackdsl.diagnostics import did_you_mean
+from stackdsl.mistakes import MistakeError, shown
+from stackdsl.quantities import NUMBER, UNIT, UNITS, registry, unit_amount
+from stackdsl.source import MAX_EXACT, Plain
 
 if TYPE_CHECKING:
     from stackdsl.quantities import Amount
@@ -28,14 +26,9 @@ if TYPE_CHECKING:
     # None stands for a variable whose own line is mistaken: what uses it is left as written.
     Names: TypeAlias = Mapping[str, Amount | None]
 
-# A mistake may turn up once a variant: where it is and what it says make it one.
-Mistakes: TypeAlias = dict[tuple[Path, str], MistakeError]
-
-FIXED: Final = ("scenario", "let", "matrix")  # what is not filled in like the rest
 MAX_LENGTH: Final = 160  # [characters] of an expression
 MAX_BITS: Final = 1000  # of numerator and denominator; any such fraction is a finite double
 MAX_POWER: Final = 64
-MAX_VARIANTS: Final = 256
 
 PI: Final = Fraction("3.14159265358979323846264338327950288")
 ROUNDINGS: Final = {
@@ -60,175 +53,19 @@ NOUNS: Final = {
 
 _EXPRESSION = re.compile(r"\$\{([^{}]*)\}")
 _CONSTANT = re.compile(rf"(?P<number>[+-]?{NUMBER})\s*(?P<unit>{UNIT})?")
-_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+VARIABLE: Final = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 _TOKEN = re.compile(
     rf"\s*(?:(?P<literal>{NUMBER})\s*(?P<unit>{UNIT})(?!\s*\()|(?P<number>{NUMBER})(?![\w.])"
-    rf"|(?P<name>{_NAME.pattern})|(?P<operator>\*\*|[-+*/(),]))\s*"
+    rf"|(?P<name>{VARIABLE.pattern})|(?P<operator>\*\*|[-+*/(),]))\s*"
 )
 
 
-class _EarlierMistakeError(Exception):
+class EarlierMistakeError(Exception):
     """The value cannot be known, for reasons already told."""
-
-
-class _NameError(MistakeError):
-    """The name of a variable is at fault, not its value."""
 
 
 def _mistake(message: str, hint: str = "") -> MistakeError:
     return MistakeError("SD109", message, hint)
-
-
-# --- variants ---------------------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True)
-class Variant:
-    """A scenario with its variables filled in."""
-
-    parameters: tuple[tuple[str, str], ...]  # the choice from each row of `matrix`, as written
-    values: dict[str, Plain]
-
-
-def expand(source: Source) -> tuple[tuple[Variant, ...], tuple[Diagnostic, ...]]:
-    """One variant for each combination of `matrix`, in the author's order, and the mistakes of all expressions.
-
-    A value whose expression is mistaken stays as written, so that the rest of its variant can still be validated.
-    """
-    axes, mistakes = _axes(source.values.get("matrix", {}))
-    variants = []
-    for choice in product(*axes.values()):
-        variant, more = _variant(source.values, dict(zip(axes, choice, strict=True)))
-        variants.append(variant)
-        mistakes |= more
-    found = {_diagnostic(source, path, mistake) for (path, _), mistake in mistakes.items()}
-    return tuple(variants), tuple(sorted(found, key=reading_order))
-
-
-def _diagnostic(source: Source, path: Path, mistake: MistakeError) -> Diagnostic:
-    span = source.key_span_of(path) if isinstance(mistake, _NameError) else source.span_of(path)
-    return Diagnostic(mistake.code, span, mistake.message, mistake.hint)
-
-
-def reading_order(diagnostic: Diagnostic) -> tuple[int, int, str, str]:
-    """Sorts diagnostics of one file by place, then by what they say."""
-    return diagnostic.span.line, diagnostic.span.column, diagnostic.code, diagnostic.message
-
-
-def _variant(values: dict[str, Plain], choice: dict[str, Plain]) -> tuple[Variant, Mistakes]:
-    """One combination of the matrix, filled in; a row that is mistaken has the value None."""
-    rows = {name: None if written is None else _constant(written) for name, written in choice.items()}
-    names, lets, mistakes = _let(values.get("let", {}), rows)
-    name = values.get("scenario")
-    if isinstance(name, str) and "${" in name:
-        fixed = _mistake("the name of a scenario cannot vary", "variants are told apart by their values of the matrix")
-        mistakes |= _at(("scenario",), fixed)
-    body = {key: value for key, value in values.items() if key not in FIXED}
-    filled = {key: _filled(value, (key,), names) for key, value in body.items()}
-    found = _merged(found for _, found in filled.values())
-    changed = {"let": lets, **{key: value for key, (value, _) in filled.items()}}
-    parameters = tuple((name, str(written)) for name, written in choice.items() if written is not None)
-    return Variant(parameters, {key: changed.get(key, value) for key, value in values.items()}), mistakes | found
-
-
-def _axes(matrix: Plain) -> tuple[dict[str, list[Plain]], Mistakes]:
-    """The rows of `matrix`; a mistaken one has the single value None."""
-    if not isinstance(matrix, dict):
-        return {}, _at(("matrix",), MistakeError("SD103", "expected a mapping", "write {step: [10 mm, 12 mm]}"))
-    found = {name: _row_mistakes(name, row) for name, row in matrix.items()}
-    mistakes = _merged(found.values())
-    axes: dict[str, list[Plain]] = {
-        name: row if isinstance(row, list) and not found[name] else [None] for name, row in matrix.items()
-    }
-    count = math.prod(len(row) for row in axes.values())
-    if count <= MAX_VARIANTS:
-        return axes, mistakes
-    message = f"the matrix has {count} combinations, and {MAX_VARIANTS} are the most"
-    return {name: [None] for name in axes}, mistakes | _at(("matrix",), MistakeError("SD206", message))
-
-
-def _row_mistakes(name: str, row: Plain) -> Mistakes:
-    path: Path = ("matrix", name)
-    try:
-        _check_name(name)
-    except MistakeError as mistake:
-        return _at(path, mistake)
-    if not isinstance(row, list) or not row:
-        return _at(path, MistakeError("SD103", "expected a list of values", "write [10 mm, 12 mm]"))
-    mistakes: Mistakes = {}
-    for index, written in enumerate(row):
-        try:
-            _constant(written)
-            if written in row[:index]:
-                raise MistakeError("SD104", f"{shown(written)} is in the row already", "write each value once")
-        except MistakeError as mistake:
-            mistakes |= _at((*path, index), mistake)
-    return mistakes
-
-
-def _let(let: Plain, rows: "Names") -> tuple["Names", Plain, Mistakes]:
-    """All variables; `let` with their values in place of its expressions; and its mistakes."""
-    if not isinstance(let, dict):
-        return rows, let, _at(("let",), MistakeError("SD103", "expected a mapping", "write {length: 120 mm}"))
-    names, lets, mistakes = dict(rows), dict(let), _merged(())
-    for name, written in let.items():
-        filled, found = _filled(written, ("let", name), names)
-        names[name], lets[name] = None, filled
-        try:
-            _check_name(name, rows)
-            if not (isinstance(filled, str) and "${" in filled):
-                names[name] = _constant(filled)
-        except MistakeError as mistake:
-            found |= _at(("let", name), mistake)
-        mistakes |= found
-    return names, lets, mistakes
-
-
-def _check_name(name: str, taken: Iterable[str] = ()) -> None:
-    if not _NAME.fullmatch(name) or keyword.iskeyword(name):
-        raise _NameError("SD109", f"'{name}' cannot name a variable", "write letters, digits and _, a letter first")
-    if name in UNITS or name in FUNCTIONS or name == "pi":
-        raise _NameError("SD109", f"'{name}' is a unit or a function, not a variable", "take a longer name")
-    if name in taken:
-        raise _NameError("SD109", f"'{name}' is a variable of the matrix already", "take another name")
-
-
-def _constant(written: Plain) -> "Amount":
-    """A number or a quantity, written without an expression."""
-    text = str(written) if isinstance(written, int | float) and not isinstance(written, bool) else written
-    match = _CONSTANT.fullmatch(text.strip()) if isinstance(text, str) else None
-    if match is None:
-        raise _mistake(f"{shown(written)} is neither a number nor a quantity", "write such as 12, 13.5 mm, or ${2 * n}")
-    return _bounded(unit_amount(match["unit"] or "") * Fraction(match["number"]))
-
-
-def _filled(value: Plain, path: Path, names: "Names") -> tuple[Plain, Mistakes]:
-    """A value with its expressions worked out, save those with mistakes."""
-    if isinstance(value, dict):
-        members = {key: _filled(member, (*path, key), names) for key, member in value.items()}
-        return {key: member for key, (member, _) in members.items()}, _merged(found for _, found in members.values())
-    if isinstance(value, list):
-        items = [_filled(item, (*path, index), names) for index, item in enumerate(value)]
-        return [item for item, _ in items], _merged(found for _, found in items)
-    if not isinstance(value, str) or "${" not in value:
-        return value, {}
-    try:
-        return interpolate(value, names), {}
-    except MistakeError as mistake:
-        return value, _at(path, mistake)
-    except _EarlierMistakeError:
-        return value, {}
-
-
-def _at(path: Path, mistake: MistakeError) -> Mistakes:
-    return {(path, mistake.message): mistake}
-
-
-def _merged(many: Iterable[Mistakes]) -> Mistakes:
-    return {key: mistake for mistakes in many for key, mistake in mistakes.items()}
-
-
-# --- one expression ---------------------------------------------------------------------------------------------------
 
 
 def interpolate(text: str, names: "Names") -> int | float | str:
@@ -296,7 +133,7 @@ def _variable(name: str, names: "Names") -> "Amount":
         raise _mistake(f"unknown variable '{name}'", did_you_mean(name, known) or "define it above, under `let`")
     amount = names[name]
     if amount is None:
-        raise _EarlierMistakeError
+        raise EarlierMistakeError
     return amount
 
 
@@ -359,6 +196,15 @@ def _wave(name: str, angle: "Amount") -> "Amount":
 
 
 # --- amounts ----------------------------------------------------------------------------------------------------------
+
+
+def constant(written: Plain) -> "Amount":
+    """A number or a quantity, written without an expression."""
+    text = str(written) if isinstance(written, int | float) and not isinstance(written, bool) else written
+    match = _CONSTANT.fullmatch(text.strip()) if isinstance(text, str) else None
+    if match is None:
+        raise _mistake(f"{shown(written)} is neither a number nor a quantity", "write such as 12, 13.5 mm, or ${2 * n}")
+    return _bounded(unit_amount(match["unit"] or "") * Fraction(match["number"]))
 
 
 def _number(amount: "Amount", role: str) -> Fraction:

@@ -6,12 +6,12 @@ from pathlib import Path
 
 from stackdsl.compiler import compile_timeline
 from stackdsl.diagnostics import Diagnostic
-from stackdsl.expressions import Variant, expand
 from stackdsl.schema import Scenario
 from stackdsl.snapshot import Identity
 from stackdsl.source import Loaded, Source, load
 from stackdsl.timeline import Timeline
 from stackdsl.validation import validate
+from stackdsl.variants import Variant, expand
 
 SUFFIXES = (".yaml", ".yml")
 

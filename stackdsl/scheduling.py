@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from stability.model import BodyId
+from stackdsl.anchors import Anchor
 from stackdsl.diagnostics import Diagnostic
-from stackdsl.schema import Anchor, Scenario
+from stackdsl.schema import Scenario
 from stackdsl.source import Source
 from stackdsl.written import WrittenBrick
 

@@ -26,7 +26,7 @@ from stackdsl.layouts import (
     place,
     wall,
 )
-from stackdsl.quantities import MistakeError
+from stackdsl.mistakes import MistakeError
 
 KAPLA = CATALOGUE["kapla"].size
 LENGTH, WIDTH, THICKNESS = KAPLA

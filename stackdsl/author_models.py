@@ -1,0 +1,97 @@
+"""The kinds of mapping that an author writes, which the models of the language are made from."""
+
+from typing import Any, ClassVar, Self
+
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    GetJsonSchemaHandler,
+    ModelWrapValidatorHandler,
+    field_validator,
+    model_validator,
+)
+from pydantic_core import CoreSchema
+
+from stackdsl.author_types import JsonSchema
+from stackdsl.mistakes import MistakeError, shown
+
+
+class AuthorModel(BaseModel):
+    """A mapping that an author writes."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _reject_nothing(cls, written: object) -> object:
+        if written is None:
+            raise MistakeError("SD103", "there is no value", "write one, or remove the key")
+        return written
+
+
+class Choice(AuthorModel):
+    """A mapping that needs exactly one of several keys."""
+
+    one_of: ClassVar[tuple[str, ...]]
+
+    @model_validator(mode="after")
+    def _choose(self) -> Self:
+        written = [key for key in self.one_of if getattr(self, key) is not None]
+        if len(written) == 1:
+            return self
+        message = f"exactly one of {', '.join(self.one_of)} is needed, not {' and '.join(written) or 'none'}"
+        raise MistakeError("SD108", message, "keep one of them" if written else "write one of them")
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchema:
+        schema = handler(core)
+        handler.resolve_ref_schema(schema)["oneOf"] = [{"required": [key]} for key in cls.one_of]
+        return schema
+
+
+class Shorthand(AuthorModel):
+    """A mapping that may also be written as one scalar: the value of one key, or a word that stands for no key.
+
+    The scalar is spelt out as the mapping before validation. A union would report a mistake once for each alternative.
+    """
+
+    scalar_key: ClassVar[str] = ""
+    scalar_word: ClassVar[str] = ""
+
+    @classmethod
+    def spelt_out(cls, scalar: object) -> object:
+        """The scalar as a mapping, or as the model itself."""
+        if cls.scalar_key:
+            return {cls.scalar_key: scalar}
+        if scalar == cls.scalar_word:
+            return cls.model_construct()
+        message = f"expected '{cls.scalar_word}' or a mapping, not {shown(scalar)}"
+        raise MistakeError("SD104", message, f"write {cls.scalar_word}, or a mapping with {cls._keys()}")
+
+    @classmethod
+    def _keys(cls) -> str:
+        return ", ".join(field.alias or name for name, field in cls.model_fields.items())
+
+    @classmethod
+    def scalar_schema(cls, properties: dict[str, JsonSchema]) -> JsonSchema:
+        """What editors are told of the scalar."""
+        return properties[cls.scalar_key] if cls.scalar_key else {"const": cls.scalar_word}
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _spell_out(cls, written: object, handler: ModelWrapValidatorHandler[Self]) -> Self:
+        if written == {}:
+            raise MistakeError("SD102", "the mapping is empty", f"give one of {cls._keys()}")
+        spelt = written if isinstance(written, dict | list | cls) else cls.spelt_out(written)
+        return spelt if isinstance(spelt, cls) else handler(spelt)
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchema:
+        mapping = super().__get_pydantic_json_schema__(core, handler)
+        return {"anyOf": [cls.scalar_schema(handler.resolve_ref_schema(mapping)["properties"]), mapping]}
+
+
+def default(written: object, description: str) -> Any:  # noqa: ANN401 -- as `Field`, it stands for a value of any type
+    """A key that may be absent, with its default as an author would write it, so that editors show it so."""
+    return Field(default=written, validate_default=True, description=description)

@@ -1,0 +1,145 @@
+"""The types of the values that an author writes: quantities, tolerances, names, and systems.
+
+Each tells pydantic how the value is read, and editors how it is written.
+"""
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Annotated, Final, Literal, TypeAlias, get_args
+
+from pydantic import AfterValidator, Field, GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic_core import CoreSchema, core_schema
+
+from stability.model import GROUND
+from stackdsl.mistakes import MistakeError, shown
+from stackdsl.quantities import (
+    ACCELERATION,
+    ANGLE,
+    COUNT,
+    DENSITY,
+    DURATION,
+    EXTENT,
+    LENGTH,
+    LEVEL,
+    MASS,
+    SHARE,
+    SIGNED,
+    Dimension,
+    parse_quantity,
+    quantity_pattern,
+)
+from stackdsl.tolerances import Tolerance, parse_lower_bound, parse_tolerance
+
+JsonSchema: TypeAlias = dict[str, object]
+EXPRESSION_PATTERN: Final = r"\$\{"
+
+
+@dataclass(frozen=True, eq=False)  # compared as what it is, for `schema` cannot be hashed
+class Reads:
+    """Tells pydantic which function reads a value, and editors how it is written."""
+
+    read: Callable[[object], object]
+    schema: JsonSchema
+
+    def __get_pydantic_core_schema__(self, _source: object, _handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.read)
+
+    def __get_pydantic_json_schema__(self, _core: CoreSchema, _handler: GetJsonSchemaHandler) -> JsonSchema:
+        return dict(self.schema)
+
+
+def text_schema(pattern: str, description: str, example: str) -> JsonSchema:
+    """Text of one form, or an expression."""
+    whole = rf"^\s*(?:{pattern})\s*$|{EXPRESSION_PATTERN}"
+    return {"type": "string", "pattern": whole, "description": description, "examples": [example]}
+
+
+# --- quantities and tolerances ----------------------------------------------------------------------------------------
+
+
+def _quantity(dimension: Dimension) -> Reads:
+    schema = text_schema(quantity_pattern(dimension), f"{dimension.noun} with its unit", dimension.example)
+    return Reads(partial(parse_quantity, dimension=dimension), _or_number(schema, dimension))
+
+
+def _tolerance(dimension: Dimension, example: str, parse: Callable[..., Tolerance] = parse_tolerance) -> Reads:
+    quantity = quantity_pattern(dimension)
+    pair = rf"{quantity if dimension.units else SIGNED}|{SIGNED}"
+    forms = [rf"(?:[<>]=?|[≤≥])\s*{quantity}", rf"(?:{pair})\s*(?:±|\+/?-|\.\.)\s*{quantity}"]
+    prefix = rf"{dimension.prefix}\s+" if dimension.prefix else ""
+    pattern = rf"{prefix}(?:{'|'.join([*forms, *([SIGNED] if dimension.whole else [])])})"
+    schema = text_schema(pattern, f"{dimension.noun} within a tolerance", example)
+    return Reads(partial(parse, dimension=dimension), _or_number(schema, dimension) if dimension is COUNT else schema)
+
+
+def _or_number(schema: JsonSchema, dimension: Dimension) -> JsonSchema:
+    if dimension.needs_unit:
+        return schema
+    number = {"type": "integer" if dimension.whole else "number", "minimum": dimension.least, "maximum": dimension.most}
+    return {"anyOf": [number, schema]}
+
+
+Length = Annotated[float, _quantity(LENGTH)]  # [m], either sign
+NonNegativeLength = Annotated[float, _quantity(EXTENT)]  # [m]
+PositiveLength = Annotated[float, _quantity(replace(EXTENT, positive=True))]  # [m]
+Duration = Annotated[float, _quantity(DURATION)]  # [s]
+PositiveDuration = Annotated[float, _quantity(replace(DURATION, positive=True))]  # [s]
+Angle = Annotated[float, _quantity(ANGLE)]  # [rad]
+Slope = Annotated[float, _quantity(replace(ANGLE, least=0.0, most=1.5))]  # [rad], less than upright
+Density = Annotated[float, _quantity(DENSITY)]  # [kg/m3]
+Mass = Annotated[float, _quantity(MASS)]  # [kg]
+Acceleration = Annotated[float, _quantity(ACCELERATION)]  # [m/s2]
+Friction = Annotated[float, Field(strict=True, ge=0, le=10, allow_inf_nan=False)]  # Coulomb coefficient
+
+LengthTolerance = Annotated[Tolerance, _tolerance(EXTENT, "200 mm ± 1 mm")]
+LengthLowerBound = Annotated[Tolerance, _tolerance(EXTENT, "> 5 mm", parse_lower_bound)]
+DurationTolerance = Annotated[Tolerance, _tolerance(DURATION, "5 s .. 7 s")]
+CountTolerance = Annotated[Tolerance, _tolerance(COUNT, "<= 2")]
+LevelTolerance = Annotated[Tolerance, _tolerance(LEVEL, "level 9 ± 1")]
+ShareTolerance = Annotated[Tolerance, _tolerance(SHARE, "0.25 ± 0.02")]
+
+
+# --- names ------------------------------------------------------------------------------------------------------------
+
+_SLUG = r"[a-z0-9][a-z0-9-]{0,63}"
+NAME: Final = r"[A-Za-z][A-Za-z0-9_.-]{0,63}"
+
+
+def _read_text(written: object, pattern: str, noun: str, advice: str) -> str:
+    if not isinstance(written, str):
+        raise MistakeError("SD103", f"expected {noun}, not {shown(written)}", advice)
+    if not re.fullmatch(pattern, written):
+        raise MistakeError("SD104", f"{shown(written)} is not {noun}", advice)
+    return written
+
+
+def _text(pattern: str, noun: str, advice: str, example: str) -> Reads:
+    read = partial(_read_text, pattern=pattern, noun=noun, advice=advice)
+    return Reads(read, text_schema(pattern, noun, example))
+
+
+_NAME_ADVICE = "begin with a letter, then letters, digits, _ . or -"
+_SLUG_ADVICE = "write small letters, digits and -, at most 64"
+Slug = Annotated[str, _text(_SLUG, "a name for files", _SLUG_ADVICE, "slant-tower")]
+BodyName = Annotated[str, _text(NAME, "the name of a brick", _NAME_ADVICE, "L3.2")]
+BrickName = Annotated[
+    str, _text(rf"(?!(?:{GROUND}|wall[0-9]+)$){NAME}", "a name that a brick can have", _NAME_ADVICE, "keystone")
+]
+Text = Annotated[str, Field(min_length=1, max_length=2000)]
+
+
+# --- systems ----------------------------------------------------------------------------------------------------------
+
+System: TypeAlias = Literal["thesis", "tuned", "stock"]
+SYSTEMS: Final[tuple[System, ...]] = get_args(System)
+
+
+def _once(systems: tuple[System, ...]) -> tuple[System, ...]:
+    if len(set(systems)) < len(systems):
+        raise MistakeError("SD104", "a system is named twice", "name each once")
+    return systems
+
+
+Systems = Annotated[tuple[System, ...], Field(min_length=1), AfterValidator(_once)]

@@ -1,0 +1,25 @@
+"""Mistakes as whoever reads one value raises them; where in the file that value stands is not known there."""
+
+
+class MistakeError(ValueError):
+    """A mistake of the author in one value; a `ValueError`, so that pydantic carries it."""
+
+    def __init__(self, code: str, message: str, hint: str = "") -> None:
+        super().__init__(message)
+        self.code, self.message, self.hint = code, message, hint
+
+
+def shown(written: object) -> str:
+    """What the author wrote, for a message."""
+    match written:
+        case None:
+            return "nothing"
+        case bool():
+            return str(written).lower()
+        case str():
+            return f"'{written}'" if len(written) <= 40 else f"'{written[:39]}…'"  # noqa: PLR2004 -- what fits a line
+        case dict():
+            return "a mapping"
+        case list() | tuple():
+            return "a list"
+    return repr(written)

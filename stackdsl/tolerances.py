@@ -1,0 +1,117 @@
+"""Tolerances as people write them, read into SI: `9 ± 1`, `>= 20`, `5 s .. 7 s`.
+
+One that can never hold, or that a measured value could only meet by luck, is a mistake.
+"""
+
+import re
+from dataclasses import dataclass
+from fractions import Fraction
+from math import ceil, floor, inf
+
+from stackdsl.mistakes import MistakeError
+from stackdsl.quantities import QUANTITY, SIGNED, Dimension, advice, as_text, exact_quantity
+
+
+@dataclass(frozen=True, slots=True)
+class Tolerance:
+    """The values that satisfy an author, in SI."""
+
+    low: float  # -inf if there is none
+    high: float  # inf if there is none
+    low_open: bool  # the bound itself does not hold
+    high_open: bool
+    text: str  # as written
+
+    def holds(self, value: float) -> bool:
+        """Whether the value lies inside."""
+        above = self.low < value if self.low_open else self.low <= value
+        return above and (value < self.high if self.high_open else value <= self.high)
+
+    def margin(self, value: float) -> float:
+        """Signed distance to the nearest bound, positive inside; 0 at a bound, also at an open one."""
+        return min(value - self.low, self.high - value)
+
+
+_ONE_SIDED = re.compile(r"(>=|<=|[<>≥≤])\s*(.+)")
+_AROUND = re.compile(r"(.+?)\s*(?:±|\+/?-)\s*(.+)")
+_BETWEEN = re.compile(r"(.+?)\s*\.\.\s*(.+)")
+
+
+def parse_tolerance(written: object, dimension: Dimension) -> Tolerance:
+    """A tolerance in SI: `9 ± 1`, `>= 20`, `5 s .. 7 s`, or an exact whole number."""
+    text = as_text(written, dimension)
+    body = _after_prefix(text, dimension)
+    low, high, is_open = _bounds(body, text, dimension)
+    tolerance = Tolerance(float(low), float(high), is_open and low != -inf, is_open and high != inf, text)
+    if low > high:
+        raise _malformed(text, "has its bounds the wrong way round", "write the smaller number first")
+    if low == high and not dimension.whole:
+        raise _malformed(text, "leaves no room, and a measured value is never exact", "add ± and a width")
+    if not _can_hold(tolerance, dimension):
+        raise _malformed(text, f"can never hold for {dimension.noun}", advice(dimension))
+    return tolerance
+
+
+def parse_lower_bound(written: object, dimension: Dimension) -> Tolerance:
+    """A tolerance without an upper end."""
+    tolerance = parse_tolerance(written, dimension)
+    if tolerance.high != inf:
+        raise _malformed(tolerance.text, "is not a lower bound", f"write > {dimension.example}")
+    return tolerance
+
+
+def _malformed(text: str, fault: str, hint: str) -> MistakeError:
+    return MistakeError("SD107", f"the tolerance '{text}' {fault}", hint)
+
+
+def _after_prefix(text: str, dimension: Dimension) -> str:
+    head, _, rest = text.partition(" ")
+    if not dimension.prefix:
+        return text
+    if head != dimension.prefix:
+        raise MistakeError("SD105", f"'{text}' does not say '{dimension.prefix}'", advice(dimension))
+    return rest.strip()
+
+
+def _bounds(body: str, text: str, dimension: Dimension) -> tuple[Fraction | float, Fraction | float, bool]:
+    """Lower and upper bound, and whether they are open."""
+    if match := _ONE_SIDED.fullmatch(body):
+        bound = _part(match[2], text, dimension)
+        low, high = (bound, inf) if match[1] in {">", ">=", "≥"} else (-inf, bound)
+        return low, high, match[1] in {">", "<"}
+    if match := _AROUND.fullmatch(body):
+        middle, width = _pair(match, text, dimension)
+        if width < 0:
+            raise _malformed(text, "has a negative width", "write the width after ± without a sign")
+        return middle - width, middle + width, False
+    if match := _BETWEEN.fullmatch(body):
+        return *_pair(match, text, dimension), False
+    exact = _part(body, text, dimension)
+    return exact, exact, False
+
+
+def _pair(match: re.Match[str], text: str, dimension: Dimension) -> tuple[Fraction, Fraction]:
+    """Both numbers; a unit that is due and stands only at the end is for both."""
+    first, last = match[1], match[2]
+    unit = QUANTITY.fullmatch(last)
+    if dimension.needs_unit and unit and re.fullmatch(SIGNED, first):
+        first += unit["unit"] or ""
+    return _part(first, text, dimension), _part(last, text, dimension)
+
+
+def _part(part: str, text: str, dimension: Dimension) -> Fraction:
+    try:
+        return exact_quantity(part, dimension)
+    except MistakeError as mistake:
+        if mistake.code != "SD103":
+            raise
+        raise _malformed(text, f"cannot be read at '{part}'", "write 9 ± 1, >= 20, or 5 .. 7") from mistake
+
+
+def _can_hold(tolerance: Tolerance, dimension: Dimension) -> bool:
+    low, high = max(tolerance.low, dimension.least), min(tolerance.high, dimension.most)
+    if dimension.whole:
+        first = floor(low) + 1 if tolerance.low_open and low == tolerance.low else ceil(low)
+        last = ceil(high) - 1 if tolerance.high_open and high == tolerance.high else floor(high)
+        return first <= last
+    return low < high or (tolerance.holds(low) and low == high)

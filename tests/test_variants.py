@@ -1,0 +1,118 @@
+"""Variants of a scenario: what `let:` and `matrix:` make of it."""
+
+from itertools import product
+
+import pytest
+
+from stackdsl.diagnostics import Diagnostic
+from stackdsl.source import Source, parse
+from stackdsl.variants import MAX_VARIANTS, Variant, expand
+
+
+def source(text: str) -> Source:
+    loaded = parse(text, "a.yaml")
+    assert loaded.diagnostics == ()
+    return loaded.sources[0]
+
+
+def expanded(text: str) -> tuple[Variant, ...]:
+    variants, diagnostics = expand(source(text))
+    assert diagnostics == ()
+    return variants
+
+
+def mistakes(text: str) -> list[str]:
+    """Each mistake as `code marked text: message`."""
+    return [f"{each.code} {marked(each)}: {each.message}" for each in expand(source(text))[1]]
+
+
+def marked(diagnostic: Diagnostic) -> str:
+    span = diagnostic.span
+    return span.excerpt[span.column - 1 : span.end_column - 1]
+
+
+def test_a_scenario_without_variables_is_its_own_only_variant() -> None:
+    text = "{scenario: a, build: [{column: {levels: 3}}]}"
+    assert expanded(text) == (Variant((), source(text).values),)
+
+
+def test_a_matrix_gives_each_combination_in_the_order_of_the_author() -> None:
+    variants = expanded('{matrix: {step: [12 mm, 10 mm], n: [2, 1]}, build: ["${n * step}"]}')
+    assert [variant.parameters for variant in variants] == [
+        (("step", step), ("n", n)) for step, n in product(["12 mm", "10 mm"], ["2", "1"])
+    ]
+    assert [variant.values["build"] for variant in variants] == [["0.024 m"], ["0.012 m"], ["0.02 m"], ["0.01 m"]]
+
+
+def test_let_may_use_the_matrix_and_the_lines_above() -> None:
+    (variant,) = expanded("""
+        {matrix: {step: [12 mm]}, let: {half: "${step / 2}", share: 25 %, n: "${step / half}"}, a: ["${n}", "${share}"]}
+        """)
+    assert variant.values["a"] == [2, 0.25]
+    assert variant.values["let"] == {"half": "0.006 m", "share": "25 %", "n": 2}
+
+
+def test_the_source_is_left_as_it_was() -> None:
+    text = '{let: {n: 2}, a: ["${n}", {b: "${n}"}]}'
+    given_source = source(text)
+    expand(given_source)
+    assert given_source.values == source(text).values
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("matrix: 5", ["SD103 5: expected a mapping"]),
+        ("let: []", ["SD103 []: expected a mapping"]),
+        ("matrix: {n: 5}", ["SD103 5: expected a list of values"]),
+        ("matrix: {n: []}", ["SD103 []: expected a list of values"]),
+        ("matrix: {n: [1, one]}", ["SD109 one: 'one' is neither a number nor a quantity"]),
+        ("matrix: {n: [1, true]}", ["SD109 true: true is neither a number nor a quantity"]),
+        ("matrix: {n: [1, 2, 1]}", ["SD104 1: 1 is in the row already"]),
+        ("matrix: {mm: [1]}", ["SD109 mm: 'mm' is a unit or a function, not a variable"]),
+        ("let: {pi: 3}", ["SD109 pi: 'pi' is a unit or a function, not a variable"]),
+        ("let: {min: 3}", ["SD109 min: 'min' is a unit or a function, not a variable"]),
+        ("let: {a-b: 3}", ["SD109 a-b: 'a-b' cannot name a variable"]),
+        ("let: {if: 3}", ["SD109 if: 'if' cannot name a variable"]),
+        ("let: {a: 2 * 3}", ["SD109 2 * 3: '2 * 3' is neither a number nor a quantity"]),
+        ("let: {a: 3 miles}", ["SD109 3 miles: '3 miles' is neither a number nor a quantity"]),
+        ("let: {a: '${b}', b: 1}", ["SD109 '${b}': unknown variable 'b'"]),
+        ("let: {a: '${a}'}", ["SD109 '${a}': unknown variable 'a'"]),
+        ("{matrix: {a: [1]}, let: {a: 2}}", ["SD109 a: 'a' is a variable of the matrix already"]),
+        ("scenario: tower-${1}", ["SD109 tower-${1}: the name of a scenario cannot vary"]),
+        ("build: [{a: '${1 / 0}'}]", ["SD109 '${1 / 0}': division by zero"]),
+    ],
+)
+def test_mistakes_are_shown_where_they_are(text: str, expected: list[str]) -> None:
+    assert mistakes(text) == expected
+
+
+def test_mistakes_are_told_in_the_order_of_the_text() -> None:
+    text = "{a: ['${b}', '${c}', '${d}', '${e}'], let: {f: x}, matrix: {k: [v, w]}}"
+    places = [each.span.column for each in expand(source(text))[1]]
+    assert len(places) == 7
+    assert places == sorted(places)
+
+
+def test_what_follows_from_a_mistake_is_not_told_again() -> None:
+    text = "{let: {a: x, b: '${2 * a}'}, c: '${b + 1}', d: '${a}'}"
+    assert mistakes(text) == ["SD109 x: 'x' is neither a number nor a quantity"]
+    assert expand(source(text))[0][0].values["c"] == "${b + 1}"
+
+
+def test_a_mistake_of_several_variants_is_told_once() -> None:
+    text = "{matrix: {n: [1, 2, 3]}, a: '${1 m + n}', b: '${1 / (n - 2)}'}"
+    assert mistakes(text) == [
+        "SD109 '${1 m + n}': cannot add a length and a number",
+        "SD109 '${1 / (n - 2)}': division by zero",
+    ]
+
+
+def test_variants_are_limited() -> None:
+    row = ", ".join(str(number) for number in range(16))
+    full = f"{{matrix: {{a: [{row}], b: [{row}]}}, c: 1}}"
+    assert len(expanded(full)) == MAX_VARIANTS
+    variants, (diagnostic,) = expand(source(f"{{matrix: {{a: [{row}], b: [{row}], d: [1, 2]}}, c: '${{a}}'}}"))
+    assert diagnostic.code == "SD206"
+    assert "512 combinations" in diagnostic.message
+    assert len(variants) == 1  # so that the rest can still be validated
