@@ -13,7 +13,7 @@ from rich.table import Table
 
 from stackdsl.check import play_case
 from stackdsl.gathering import gather
-from stackdsl.systems import SYSTEMS
+from stackdsl.playing.systems import SYSTEMS
 from stackdsl.trace import Trace
 
 SCENARIO = Path(__file__).parent.parent / "scenarios" / "four-stack.yaml"

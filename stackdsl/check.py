@@ -7,11 +7,11 @@ from time import perf_counter
 
 from stackdsl.expectations import compare_with_truth, judge
 from stackdsl.gathering import Case, Gathered
-from stackdsl.golden import check_golden, current_stamp, golden_name, obsolete, remove_obsolete
 from stackdsl.outcome import Report, RunStatus, VariantResult
+from stackdsl.playing.systems import SYSTEMS
 from stackdsl.pool import Task, TaskResult, TaskStatus, run_supervised
-from stackdsl.snapshot import Snapshot, take
-from stackdsl.systems import SYSTEMS
+from stackdsl.snapshots.golden import check_golden, current_stamp, golden_name, obsolete, remove_obsolete
+from stackdsl.snapshots.snapshot import Snapshot, take
 from stackdsl.timeline import Timeline
 from stackdsl.trace import Event, Trace
 
@@ -71,7 +71,7 @@ def check(
 
 def play_case(timeline: Timeline, system: str, on_event: Callable[[Event], None] = lambda event: None) -> Trace:
     """What a worker does. The engine is imported here, where a scene needs it, and nowhere before."""
-    from stackdsl.runner import play  # noqa: PLC0415 -- it imports PyBullet
+    from stackdsl.playing.runner import play  # noqa: PLC0415 -- it imports PyBullet
 
     return play(timeline, SYSTEMS[system], on_event)
 

@@ -12,19 +12,19 @@ import click
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from stackdsl.author_types import SYSTEMS
 from stackdsl.check import OnResult, Terms, check, is_whole_set, play_case
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.gathering import Case, Gathered, Selection, cases_of, gather
-from stackdsl.golden import GoldenWriteRefusedError, refuse_in_ci
+from stackdsl.language.author_types import SYSTEMS
+from stackdsl.language.validation import schema_text
 from stackdsl.outcome import ExitCode, Report, VariantResult, exit_code
+from stackdsl.reading.source import parse
 from stackdsl.report.diagnostic_text import diagnostic_text
 from stackdsl.report.event_text import event_text
 from stackdsl.report.explanation import explanation_text
 from stackdsl.report.json import report_json
 from stackdsl.report.text import report_text
-from stackdsl.source import parse
-from stackdsl.validation import schema_text
+from stackdsl.snapshots.golden import GoldenWriteRefusedError, refuse_in_ci
 
 FilePath = click.Path(path_type=Path)
 ONE_FILE = click.argument("file", type=FilePath)

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from math import degrees, inf
 
 from stability.geometry import box_corners
-from stackdsl.claims import Claim, Collapses, Displaced, Drift, Height, RestsOn, Stands
+from stackdsl.language.claims import Claim, Collapses, Displaced, Drift, Height, RestsOn, Stands
+from stackdsl.language.schema import Scenario
+from stackdsl.language.tolerances import Tolerance
+from stackdsl.language.variants import Variant
 from stackdsl.outcome import Outcome
-from stackdsl.schema import Scenario
-from stackdsl.source import Path, Plain, Source
-from stackdsl.tolerances import Tolerance
+from stackdsl.reading.source import Path, Plain, Source
 from stackdsl.trace import COLLAPSE_SHARE_OF_SMALLEST_SIDE, COLLAPSE_TILT, BrickState, BrickTrack, Trace
-from stackdsl.variants import Variant
 
 MILLIMETRES = 1000.0
 

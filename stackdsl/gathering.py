@@ -4,14 +4,14 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from stackdsl.compiler import compile_timeline
+from stackdsl.compiling.compiler import compile_timeline
 from stackdsl.diagnostics import Diagnostic
-from stackdsl.schema import Scenario
-from stackdsl.snapshot import Identity
-from stackdsl.source import Loaded, Source, load
+from stackdsl.language.schema import Scenario
+from stackdsl.language.validation import validate
+from stackdsl.language.variants import Variant, expand
+from stackdsl.reading.source import Loaded, Source, load
+from stackdsl.snapshots.snapshot import Identity
 from stackdsl.timeline import Timeline
-from stackdsl.validation import validate
-from stackdsl.variants import Variant, expand
 
 SUFFIXES = (".yaml", ".yml")
 

@@ -18,9 +18,9 @@ from syrupy.extensions.json import JSONSnapshotExtension
 from syrupy.location import PyTestLocation
 from syrupy.types import PropertyFilter, PropertyMatcher, SerializableData, SerializedData, SnapshotIndex
 
-from stackdsl.golden import golden_name, judge_text, refuse_in_ci, write_golden
 from stackdsl.outcome import GoldenStatus
-from stackdsl.snapshot import Identity, Snapshot, canonical_text
+from stackdsl.snapshots.golden import golden_name, judge_text, refuse_in_ci, write_golden
+from stackdsl.snapshots.snapshot import Identity, Snapshot, canonical_text
 
 Golden = Callable[[Identity], SnapshotAssertion]
 

@@ -5,7 +5,7 @@ from textwrap import dedent
 
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.gathering import Case, cases_of
-from stackdsl.source import parse
+from stackdsl.reading.source import parse
 from stackdsl.timeline import Timeline
 
 ROOT = Path(__file__).parent.parent

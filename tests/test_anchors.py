@@ -2,8 +2,8 @@
 
 import pytest
 
-from stackdsl.anchors import Anchor, parse_anchor
-from stackdsl.mistakes import MistakeError
+from stackdsl.language.anchors import Anchor, parse_anchor
+from stackdsl.language.mistakes import MistakeError
 
 
 @pytest.mark.parametrize(

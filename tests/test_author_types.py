@@ -5,7 +5,7 @@ import re
 import pytest
 from pydantic import TypeAdapter, ValidationError
 
-from stackdsl.author_types import BrickName, LengthTolerance
+from stackdsl.language.author_types import BrickName, LengthTolerance
 
 
 @pytest.mark.parametrize("name", ["a", "L3.2", "key-stone_1", "Wall", "wall", "walls", "grounded"])

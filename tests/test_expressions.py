@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stackdsl.expressions import evaluate, interpolate
-from stackdsl.mistakes import MistakeError
-from stackdsl.quantities import LENGTH, parse_quantity, unit_amount
+from stackdsl.language.expressions import evaluate, interpolate
+from stackdsl.language.mistakes import MistakeError
+from stackdsl.language.quantities import LENGTH, parse_quantity, unit_amount
 
 NAMES = {
     "n": unit_amount("") * 3,

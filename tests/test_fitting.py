@@ -3,7 +3,7 @@
 import pytest
 
 from stability.model import GROUND, Plane, Pose, Vec3
-from stackdsl.fitting import Sited, fits
+from stackdsl.compiling.fitting import Sited, fits
 
 FLOOR = Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5)
 WALL = Plane("wall 1", (0.3, 0.0, 0.0), (-1.0, 0.0, 0.0), 0.5)

@@ -12,8 +12,9 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from stackdsl.comparison import MalformedSnapshotError, compare
-from stackdsl.golden import (
+from stackdsl.outcome import GoldenDifference, GoldenStatus
+from stackdsl.snapshots.comparison import MalformedSnapshotError, compare
+from stackdsl.snapshots.golden import (
     GoldenWriteRefusedError,
     check_golden,
     current_stamp,
@@ -22,8 +23,7 @@ from stackdsl.golden import (
     refuse_in_ci,
     remove_obsolete,
 )
-from stackdsl.outcome import GoldenDifference, GoldenStatus
-from stackdsl.snapshot import FORMAT, Identity, Snapshot, canonical_text, document
+from stackdsl.snapshots.snapshot import FORMAT, Identity, Snapshot, canonical_text, document
 from stackdsl.trace import BrickState
 from tests.test_snapshot import FALL, IDENTITY, taken, tower, track
 

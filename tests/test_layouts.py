@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stability.model import Vec3
-from stackdsl.catalogue import CATALOGUE
-from stackdsl.layouts import (
+from stackdsl.language.catalogue import CATALOGUE
+from stackdsl.language.layouts import (
     LAYOUTS,
     MAX_BRICKS,
     BrickSpec,
@@ -26,7 +26,7 @@ from stackdsl.layouts import (
     place,
     wall,
 )
-from stackdsl.mistakes import MistakeError
+from stackdsl.language.mistakes import MistakeError
 
 KAPLA = CATALOGUE["kapla"].size
 LENGTH, WIDTH, THICKNESS = KAPLA

@@ -11,8 +11,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from stackdsl.mistakes import MistakeError
-from stackdsl.quantities import (
+from stackdsl.language.mistakes import MistakeError
+from stackdsl.language.quantities import (
     ACCELERATION,
     ANGLE,
     DENSITY,
@@ -141,5 +141,5 @@ def test_editors_accept_every_quantity_that_is_accepted(dimension: Dimension, da
 
 
 def test_units_are_not_made_before_they_are_needed() -> None:
-    code = "import sys, stackdsl.quantities; sys.exit('pint' in sys.modules)"
+    code = "import sys, stackdsl.language.quantities; sys.exit('pint' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

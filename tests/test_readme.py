@@ -8,7 +8,7 @@ from pathlib import Path
 from stackdsl.check import play_case
 from stackdsl.expectations import judge
 from stackdsl.gathering import cases_of
-from stackdsl.source import parse
+from stackdsl.reading.source import parse
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")

@@ -2,8 +2,8 @@
 
 import pytest
 
-from stackdsl.runner import play
-from stackdsl.systems import SYSTEMS
+from stackdsl.playing.runner import play
+from stackdsl.playing.systems import SYSTEMS
 from stackdsl.trace import BrickState, Event, EventKind, Trace
 from tests.scenes import timeline_of
 

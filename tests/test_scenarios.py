@@ -8,12 +8,12 @@ import pytest
 from _pytest.mark import ParameterSet
 
 from stackdsl.check import play_case, snapshot_of
-from stackdsl.comparison import compare_documents
 from stackdsl.expectations import judge
 from stackdsl.gathering import Case, gather
-from stackdsl.golden import current_stamp, golden_name
 from stackdsl.pytest_plugin import Golden
-from stackdsl.snapshot import document
+from stackdsl.snapshots.comparison import compare_documents
+from stackdsl.snapshots.golden import current_stamp, golden_name
+from stackdsl.snapshots.snapshot import document
 from stackdsl.timeline import Placement
 
 ROOT = Path(__file__).parent.parent

@@ -8,14 +8,14 @@ import pytest
 import yaml
 from pydantic import TypeAdapter, ValidationError
 
-from stackdsl.author_types import SYSTEMS
-from stackdsl.catalogue import CATALOGUE
-from stackdsl.layouts import LAYOUTS, ColumnParams
-from stackdsl.schema import BrickKind, BuildStep, Scenario
-from stackdsl.source import parse
-from stackdsl.tolerances import Tolerance
-from stackdsl.validation import json_schema, keys_at, schema_text
-from stackdsl.variants import expand
+from stackdsl.language.author_types import SYSTEMS
+from stackdsl.language.catalogue import CATALOGUE
+from stackdsl.language.layouts import LAYOUTS, ColumnParams
+from stackdsl.language.schema import BrickKind, BuildStep, Scenario
+from stackdsl.language.tolerances import Tolerance
+from stackdsl.language.validation import json_schema, keys_at, schema_text
+from stackdsl.language.variants import expand
+from stackdsl.reading.source import parse
 
 SCHEMA_FILE = Path(__file__).parent.parent / "stackdsl" / "scenario.schema.json"
 
@@ -176,7 +176,7 @@ def accepted_by_editors(text: str) -> bool:
 
 def test_the_schema_file_is_current() -> None:
     assert SCHEMA_FILE.read_text(encoding="utf-8") == schema_text(), (
-        "python -c 'from stackdsl.validation import schema_text; print(schema_text(), end=\"\")' "
+        "python -c 'from stackdsl.language.validation import schema_text; print(schema_text(), end=\"\")' "
         "> stackdsl/scenario.schema.json"
     )
 

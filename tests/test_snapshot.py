@@ -12,7 +12,7 @@ from typing import TypeVar
 import pytest
 
 from stability.model import Brick, Pose, Vec3
-from stackdsl.snapshot import UNCLEAR, Identity, Snapshot, canonical_text, document, take
+from stackdsl.snapshots.snapshot import UNCLEAR, Identity, Snapshot, canonical_text, document, take
 from stackdsl.trace import BrickState, BrickTrack, Collapse, Cost, Edge, Event, EventKind, Trace
 
 T = TypeVar("T")

@@ -10,9 +10,9 @@ import yaml
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from stackdsl import source as source_module
 from stackdsl.diagnostics import CODES, Span
-from stackdsl.source import (
+from stackdsl.reading import source as source_module
+from stackdsl.reading.source import (
     MAX_ALIASED,
     MAX_BYTES,
     MAX_DEPTH,

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from stackdsl.mistakes import MistakeError
-from stackdsl.quantities import COUNT, DURATION, EXTENT, LEVEL, SHARE, Dimension
-from stackdsl.tolerances import Tolerance, parse_lower_bound, parse_tolerance
+from stackdsl.language.mistakes import MistakeError
+from stackdsl.language.quantities import COUNT, DURATION, EXTENT, LEVEL, SHARE, Dimension
+from stackdsl.language.tolerances import Tolerance, parse_lower_bound, parse_tolerance
 
 
 def mistake(written: object, dimension: Dimension) -> MistakeError:

@@ -12,10 +12,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from stackdsl.diagnostics import CODES, Diagnostic, Span
-from stackdsl.quantities import LENGTH
-from stackdsl.source import Path, Plain, Source, parse
-from stackdsl.validation import json_schema, keys_at, validate
-from stackdsl.variants import Variant, expand
+from stackdsl.language.quantities import LENGTH
+from stackdsl.language.validation import json_schema, keys_at, validate
+from stackdsl.language.variants import Variant, expand
+from stackdsl.reading.source import Path, Plain, Source, parse
 from tests.test_schema import EVERYTHING
 
 HEAD = "scenario: a\n"

@@ -5,8 +5,8 @@ from itertools import product
 import pytest
 
 from stackdsl.diagnostics import Diagnostic
-from stackdsl.source import Source, parse
-from stackdsl.variants import MAX_VARIANTS, Variant, expand
+from stackdsl.language.variants import MAX_VARIANTS, Variant, expand
+from stackdsl.reading.source import Source, parse
 
 
 def source(text: str) -> Source:

@@ -1,0 +1,1 @@
+"""Report -> text or JSON: renderers, one a file, that compute nothing."""

@@ -4,9 +4,9 @@ from collections.abc import Iterator, Sequence
 
 from stability.geometry import body_axes
 from stability.model import Vec3
-from stackdsl.fitting import Sited, fits
+from stackdsl.compiling.fitting import Sited, fits
 from stackdsl.gathering import Case
-from stackdsl.systems import SYSTEMS
+from stackdsl.playing.systems import SYSTEMS
 from stackdsl.timeline import Placement, Timeline
 
 

@@ -12,8 +12,8 @@ from typing import Final, TypeAlias
 import yaml
 
 from stackdsl.diagnostics import Diagnostic, Page, Span, did_you_mean
-from stackdsl.plain_scalars import QUOTE_WIDTH, Scalar, Trap, key_trap, plain_value, shown
-from stackdsl.yaml_syntax import UNKNOWN_ESCAPE
+from stackdsl.reading.plain_scalars import QUOTE_WIDTH, Scalar, Trap, key_trap, plain_value, shown
+from stackdsl.reading.yaml_syntax import UNKNOWN_ESCAPE
 
 MAX_DEPTH: Final = 64  # collections in each other; keeps the recursion below far from Python's limit of 1000 frames
 MAX_VALUES: Final = 100_000  # written in one file; bounds the memory that spans take to some 100 MB

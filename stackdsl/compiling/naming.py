@@ -4,11 +4,11 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 
 from stability.model import GROUND, BodyId, Plane
+from stackdsl.compiling.fitting import Sited, fits
+from stackdsl.compiling.written import WrittenBrick
 from stackdsl.diagnostics import Diagnostic, did_you_mean
-from stackdsl.fitting import Sited, fits
-from stackdsl.schema import Scenario
-from stackdsl.source import Path, Source
-from stackdsl.written import WrittenBrick
+from stackdsl.language.schema import Scenario
+from stackdsl.reading.source import Path, Source
 
 
 def levels_of(written: Sequence[WrittenBrick], planes: Sequence[Plane]) -> list[int]:

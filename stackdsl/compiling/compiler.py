@@ -7,15 +7,15 @@ from collections.abc import Iterator, Sequence
 from math import inf
 
 from stability.model import BodyId, Brick, Plane, Quaternion
+from stackdsl.compiling.fitting import Fit, Sited, fits
+from stackdsl.compiling.naming import levels_of, names_of, shared_names, unknown_bricks
+from stackdsl.compiling.scheduling import scheduled
+from stackdsl.compiling.site import planes_of, tilt_of, turned_plane, turned_pose
+from stackdsl.compiling.written import WrittenBrick, bricks_of
 from stackdsl.diagnostics import Diagnostic
-from stackdsl.fitting import Fit, Sited, fits
-from stackdsl.naming import levels_of, names_of, shared_names, unknown_bricks
-from stackdsl.scheduling import scheduled
-from stackdsl.schema import Scenario
-from stackdsl.site import planes_of, tilt_of, turned_plane, turned_pose
-from stackdsl.source import Path, Source
+from stackdsl.language.schema import Scenario
+from stackdsl.reading.source import Path, Source
 from stackdsl.timeline import Placement, Timeline, World
-from stackdsl.written import WrittenBrick, bricks_of
 
 HOLD = 2.0  # [s] watched after the last placement unless an expectation says for how long
 

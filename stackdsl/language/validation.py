@@ -10,13 +10,13 @@ from pydantic import ValidationError
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import ErrorDetails, core_schema
 
-from stackdsl.author_types import EXPRESSION_PATTERN
 from stackdsl.diagnostics import Diagnostic, did_you_mean, reading_order
-from stackdsl.layouts import place
-from stackdsl.mistakes import MistakeError, shown
-from stackdsl.schema import Scenario
-from stackdsl.source import Path, Source
-from stackdsl.variants import Variant
+from stackdsl.language.author_types import EXPRESSION_PATTERN
+from stackdsl.language.layouts import place
+from stackdsl.language.mistakes import MistakeError, shown
+from stackdsl.language.schema import Scenario
+from stackdsl.language.variants import Variant
+from stackdsl.reading.source import Path, Source
 
 DIALECT: Final = "https://json-schema.org/draft/2020-12/schema"
 

@@ -4,9 +4,9 @@ import re
 from dataclasses import dataclass
 from typing import Annotated
 
-from stackdsl.author_types import NAME, Reads, text_schema
-from stackdsl.mistakes import MistakeError, shown
-from stackdsl.quantities import DURATION, parse_quantity, quantity_pattern
+from stackdsl.language.author_types import NAME, Reads, text_schema
+from stackdsl.language.mistakes import MistakeError, shown
+from stackdsl.language.quantities import DURATION, parse_quantity, quantity_pattern
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,11 +13,11 @@ from stability.extension import StackStability, Update
 from stability.model import BodyId
 from stability.pybullet_engine import PyBulletWorld
 from stability.support import shares
-from stackdsl.carrying import ForceMeter
-from stackdsl.systems import System
+from stackdsl.playing.carrying import ForceMeter
+from stackdsl.playing.systems import System
+from stackdsl.playing.watch import Watch
 from stackdsl.timeline import Placement, Timeline
 from stackdsl.trace import BrickState, BrickTrack, Collapse, Cost, Edge, Event, EventKind, Trace
-from stackdsl.watch import Watch
 
 SAMPLING = 0.01  # [s] between looks at all that moves; a free fall covers half a millimetre in the first
 AFTERMATH = 1.0  # [s] a collapse is followed; a plank falls from a metre in less than half of it

@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from stability.model import BodyId
-from stackdsl.anchors import Anchor
+from stackdsl.compiling.written import WrittenBrick
 from stackdsl.diagnostics import Diagnostic
-from stackdsl.schema import Scenario
-from stackdsl.source import Source
-from stackdsl.written import WrittenBrick
+from stackdsl.language.anchors import Anchor
+from stackdsl.language.schema import Scenario
+from stackdsl.reading.source import Source
 
 
 def scheduled(

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from math import ceil, floor, inf
 
-from stackdsl.mistakes import MistakeError
-from stackdsl.quantities import QUANTITY, SIGNED, Dimension, advice, as_text, exact_quantity
+from stackdsl.language.mistakes import MistakeError
+from stackdsl.language.quantities import QUANTITY, SIGNED, Dimension, advice, as_text, exact_quantity
 
 
 @dataclass(frozen=True, slots=True)

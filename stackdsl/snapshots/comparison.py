@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from typing import TypeAlias, TypeGuard
 
 from stackdsl.outcome import GoldenDifference
-from stackdsl.snapshot import (
+from stackdsl.snapshots.snapshot import (
     COLLAPSE_TIME,
     HEIGHT,
     MARGIN,

@@ -4,9 +4,9 @@ from typing import Annotated, ClassVar, Final
 
 from pydantic import BeforeValidator, Field, WithJsonSchema
 
-from stackdsl import author_types as t
-from stackdsl.author_models import AuthorModel, Choice, Shorthand
-from stackdsl.layouts import MAX_BRICKS, Levels
+from stackdsl.language import author_types as t
+from stackdsl.language.author_models import AuthorModel, Choice, Shorthand
+from stackdsl.language.layouts import MAX_BRICKS, Levels
 
 BodyNames = Annotated[tuple[t.BodyName, ...], Field(min_length=1, max_length=MAX_BRICKS)]
 

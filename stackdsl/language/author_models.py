@@ -13,8 +13,8 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema
 
-from stackdsl.author_types import JsonSchema
-from stackdsl.mistakes import MistakeError, shown
+from stackdsl.language.author_types import JsonSchema
+from stackdsl.language.mistakes import MistakeError, shown
 
 
 class AuthorModel(BaseModel):

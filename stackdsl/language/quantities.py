@@ -13,7 +13,7 @@ from math import inf
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 from stackdsl.diagnostics import did_you_mean
-from stackdsl.mistakes import MistakeError, shown
+from stackdsl.language.mistakes import MistakeError, shown
 
 if TYPE_CHECKING:
     from pint import UnitRegistry

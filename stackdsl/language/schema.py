@@ -5,14 +5,14 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Self, TypeAlias
 from pydantic import Field, WithJsonSchema, create_model, model_validator
 
 from stability.model import Vec3
-from stackdsl import author_types as t
-from stackdsl.anchors import AnchorText
-from stackdsl.author_models import AuthorModel, Choice, Shorthand, default
-from stackdsl.catalogue import CATALOGUE
-from stackdsl.claims import Expectation, Truth
 from stackdsl.diagnostics import did_you_mean
-from stackdsl.layouts import LAYOUTS, MAX_BRICKS, LayoutParams, Levels
-from stackdsl.mistakes import MistakeError, shown
+from stackdsl.language import author_types as t
+from stackdsl.language.anchors import AnchorText
+from stackdsl.language.author_models import AuthorModel, Choice, Shorthand, default
+from stackdsl.language.catalogue import CATALOGUE
+from stackdsl.language.claims import Expectation, Truth
+from stackdsl.language.layouts import LAYOUTS, MAX_BRICKS, LayoutParams, Levels
+from stackdsl.language.mistakes import MistakeError, shown
 
 # --- given: bricks and world ------------------------------------------------------------------------------------------
 

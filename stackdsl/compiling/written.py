@@ -6,9 +6,9 @@ from math import cos, sin
 
 from stability.geometry import composed
 from stability.model import Pose, Quaternion, Vec3
-from stackdsl.layouts import place
-from stackdsl.schema import Scenario, Step
-from stackdsl.source import Path
+from stackdsl.language.layouts import place
+from stackdsl.language.schema import Scenario, Step
+from stackdsl.reading.source import Path
 
 
 @dataclass(frozen=True, slots=True)

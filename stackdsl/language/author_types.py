@@ -13,8 +13,8 @@ from pydantic import AfterValidator, Field, GetCoreSchemaHandler, GetJsonSchemaH
 from pydantic_core import CoreSchema, core_schema
 
 from stability.model import GROUND
-from stackdsl.mistakes import MistakeError, shown
-from stackdsl.quantities import (
+from stackdsl.language.mistakes import MistakeError, shown
+from stackdsl.language.quantities import (
     ACCELERATION,
     ANGLE,
     COUNT,
@@ -30,7 +30,7 @@ from stackdsl.quantities import (
     parse_quantity,
     quantity_pattern,
 )
-from stackdsl.tolerances import Tolerance, parse_lower_bound, parse_tolerance
+from stackdsl.language.tolerances import Tolerance, parse_lower_bound, parse_tolerance
 
 JsonSchema: TypeAlias = dict[str, object]
 EXPRESSION_PATTERN: Final = r"\$\{"

@@ -8,13 +8,13 @@ from itertools import product
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 from stackdsl.diagnostics import Diagnostic, reading_order
-from stackdsl.expressions import FUNCTIONS, VARIABLE, EarlierMistakeError, constant, interpolate
-from stackdsl.mistakes import MistakeError, shown
-from stackdsl.quantities import UNITS
-from stackdsl.source import Path, Plain, Source
+from stackdsl.language.expressions import FUNCTIONS, VARIABLE, EarlierMistakeError, constant, interpolate
+from stackdsl.language.mistakes import MistakeError, shown
+from stackdsl.language.quantities import UNITS
+from stackdsl.reading.source import Path, Plain, Source
 
 if TYPE_CHECKING:
-    from stackdsl.expressions import Names
+    from stackdsl.language.expressions import Names
 
 # A mistake may turn up once a variant: where it is and what it says make it one.
 Mistakes: TypeAlias = dict[tuple[Path, str], MistakeError]

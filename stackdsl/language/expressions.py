@@ -16,12 +16,12 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Final, TypeAlias, cast
 
 from stackdsl.diagnostics import did_you_mean
-from stackdsl.mistakes import MistakeError, shown
-from stackdsl.quantities import NUMBER, UNIT, UNITS, registry, unit_amount
-from stackdsl.source import MAX_EXACT, Plain
+from stackdsl.language.mistakes import MistakeError, shown
+from stackdsl.language.quantities import NUMBER, UNIT, UNITS, registry, unit_amount
+from stackdsl.reading.source import MAX_EXACT, Plain
 
 if TYPE_CHECKING:
-    from stackdsl.quantities import Amount
+    from stackdsl.language.quantities import Amount
 
     # None stands for a variable whose own line is mistaken: what uses it is left as written.
     Names: TypeAlias = Mapping[str, Amount | None]

@@ -6,7 +6,7 @@ from math import cos, sin
 
 from stability.geometry import composed, turned
 from stability.model import GROUND, IDENTITY, Plane, Pose, Quaternion, Vec3
-from stackdsl.schema import Scenario
+from stackdsl.language.schema import Scenario
 
 Z_AXIS: Vec3 = (0.0, 0.0, 1.0)
 

@@ -12,9 +12,9 @@ from typing import Final, TypeAlias
 
 import yaml
 
-from stackdsl.characters import unreadable_characters
 from stackdsl.diagnostics import Diagnostic, Page, Span, page_of
-from stackdsl.nodes import (
+from stackdsl.reading.characters import unreadable_characters
+from stackdsl.reading.nodes import (
     BEGIN,
     MAX_DEPTH,
     MAX_MISTAKES,
@@ -28,8 +28,8 @@ from stackdsl.nodes import (
     document,
     too_deep,
 )
-from stackdsl.plain_scalars import MAX_EXACT, Scalar
-from stackdsl.yaml_syntax import UNKNOWN_ESCAPE, syntax_error
+from stackdsl.reading.plain_scalars import MAX_EXACT, Scalar
+from stackdsl.reading.yaml_syntax import UNKNOWN_ESCAPE, syntax_error
 
 __all__ = [
     "MAX_ALIASED",

@@ -12,9 +12,9 @@ from typing import Annotated, Final, TypeAlias, TypeVar, cast
 from pydantic import Field, model_validator
 
 from stability.model import Vec3
-from stackdsl.author_models import AuthorModel, default
-from stackdsl.author_types import Angle, Length, NonNegativeLength, PositiveLength
-from stackdsl.mistakes import MistakeError
+from stackdsl.language.author_models import AuthorModel, default
+from stackdsl.language.author_types import Angle, Length, NonNegativeLength, PositiveLength
+from stackdsl.language.mistakes import MistakeError
 
 MAX_LEVELS: Final = 10_000  # beyond, a typo: the tallest plank towers have a few hundred levels
 MAX_BRICKS: Final = 20_000  # in one step of `build`; a minute of computing

@@ -1,0 +1,1 @@
+"""Scenario -> timeline: what is placed when and where, and whether it fits."""

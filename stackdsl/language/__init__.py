@@ -1,0 +1,1 @@
+"""What an author may write: values, layouts, claims, and the whole scenario."""

@@ -1,0 +1,1 @@
+"""Timeline -> trace: the systems, the world, and the watch over every brick."""
