@@ -1,6 +1,6 @@
 """What stability needs from a physics engine, and nothing more. SI units, world frame W, z up."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence, Set
 from typing import Protocol
 
 from stability.model import BodyId, BodyState, ContactPoint, Vec3
@@ -9,14 +9,17 @@ from stability.model import BodyId, BodyState, ContactPoint, Vec3
 class Engine(Protocol):
     """A running engine, reached only through its public interface.
 
-    Bodies that the engine holds fixed from the start (ground, walls) are no bricks; they may appear in contacts.
+    Contacts may also name bodies that are neither bricks nor fixed, such as robots; nothing is taken to rest on them.
     """
 
     def time(self) -> float:
         """The engine's clock [s]."""
 
     def masses(self) -> Mapping[BodyId, float]:
-        """The mass of every brick, frozen or not [kg]. New bricks appear here as soon as they exist."""
+        """The mass of every brick, frozen or not [kg]; the same object as long as no body comes or goes."""
+
+    def fixed(self) -> Set[BodyId]:
+        """The bodies that never move, such as ground and walls; the same object as long as no body comes or goes."""
 
     def box(self, body: BodyId) -> Vec3 | None:
         """The full lengths of a body that is a box [m], brick or fixed; None for any other shape."""

@@ -6,6 +6,7 @@ add the stable ones, update what is above each brick, test the whole stack, wake
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from math import inf
 
 from stability.contact import TOUCHING, ContactArea, contact_area, main_contact
 from stability.contact_graph import with_all_above
@@ -14,6 +15,8 @@ from stability.freezing import Activity, Evidence, RestLimits, next_activity
 from stability.model import BodyId, BodyState, ContactPoint, Vec3
 from stability.patch import face_patch
 from stability.support import Load, StackedBrick, failing, lies_above, loads_above, tipping_margin
+
+ROUNDING = 1e-9  # [s] clocks are sums of steps
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,10 +45,14 @@ class StackStability:
     engine: Engine
     rest: RestLimits = field(default_factory=RestLimits)
     contact: ContactLimits = field(default_factory=ContactLimits)
+    # Look at every frozen brick and its supports each time, and wake what somebody else has moved. Without it, cheaper.
+    guard: bool = True
     stack: dict[BodyId, StackedBrick] = field(default_factory=dict, init=False)
     loads: dict[BodyId, Load] = field(default_factory=dict, init=False)
     _activity: dict[BodyId, Activity] = field(default_factory=dict, init=False)
     _slow_since: dict[BodyId, float] = field(default_factory=dict, init=False)
+    _held: dict[BodyId, BodyState] = field(default_factory=dict, init=False)  # as frozen; and their fixed supports
+    _seen: tuple[object, object] = field(default=(None, None), init=False)  # the engine's bodies, last time
 
     def awake(self) -> list[BodyId]:
         """The bricks that the engine moves, by name."""
@@ -57,7 +64,7 @@ class StackStability:
 
     def update(self) -> Update:
         """One pass of the published method over what the engine has just done."""
-        lost = self._forget_removed()
+        lost = self._forget_removed() + self._wake_disturbed()
         awake = self.awake()
         if not awake:
             return Update(woken=lost)
@@ -76,15 +83,36 @@ class StackStability:
         return self._wake([brick for brick in bricks if brick in self.stack])
 
     def _forget_removed(self) -> tuple[BodyId, ...]:
-        """Drop bricks that the engine no longer has, and wake what rested on them."""
-        masses = self.engine.masses()
-        removed = {brick for brick in self.stack if brick not in masses}
-        if not removed:
+        """Drop bricks that the engine no longer has, and wake what rested on them or on a fixed body that is gone."""
+        bricks, fixed = self.engine.masses(), self.engine.fixed()
+        if self._seen[0] is bricks and self._seen[1] is fixed:
             return ()
-        orphans = [name for name, brick in self.stack.items() if name not in removed and removed & {*brick.rests_on}]
-        for brick in removed:
+        self._seen = (bricks, fixed)
+        for brick in [brick for brick in self.stack if brick not in bricks]:
             del self.stack[brick]
-        return self._wake(orphans)
+            self._held.pop(brick, None)
+            self._activity.pop(brick, None)
+        return self._wake(
+            [
+                name
+                for name, brick in self.stack.items()
+                if any(support not in self.stack and support not in fixed for support in brick.rests_on)
+            ]
+        )
+
+    def _wake_disturbed(self) -> tuple[BodyId, ...]:
+        """Wake what somebody else has moved or pushed since it was frozen, and what rests on it."""
+        if not self.guard or not self._held:
+            return ()
+        fixed = self.engine.fixed()
+        present = [body for body in self._held if body in self.stack or body in fixed]
+        states = self.engine.states(present)
+        disturbed = {body for body in present if states[body] != self._held[body]}
+        for body in disturbed:
+            self._held[body] = states[body]
+        return self._wake(
+            [name for name, brick in self.stack.items() if name in disturbed or disturbed.intersection(brick.rests_on)]
+        )
 
     def _follow(self, awake: Collection[BodyId], states: Mapping[BodyId, BodyState]) -> None:
         now = self.engine.time()
@@ -100,13 +128,16 @@ class StackStability:
 
     def _newly_stable(self, awake: Collection[BodyId], states: Mapping[BodyId, BodyState]) -> list[StackedBrick]:
         """The slow bricks that rest stably on what was in the stack before this pass."""
+        slow_since = self.engine.time() - self.rest.dwell + ROUNDING
         potential = [
-            brick for brick in awake if brick in self._slow_since and self._activity[brick] is not Activity.UNSTABLE
+            brick
+            for brick in awake
+            if self._slow_since.get(brick, inf) <= slow_since and self._activity[brick] is not Activity.UNSTABLE
         ]
         if not potential:
             return []
         masses = self.engine.masses()
-        points = self._supporting_points(potential, awake, states)
+        points = self._supporting_points(potential, states)
         tested = (
             stacked_brick(brick, masses[brick], states[brick].pose.position_W, points[brick])
             for brick in potential
@@ -115,15 +146,17 @@ class StackStability:
         return [brick for brick in tested if lies_above((brick.com_W[0], brick.com_W[1]), brick.main)]
 
     def _supporting_points(
-        self, potential: Collection[BodyId], awake: Collection[BodyId], states: Mapping[BodyId, BodyState]
+        self, potential: Collection[BodyId], states: Mapping[BodyId, BodyState]
     ) -> dict[BodyId, dict[BodyId, Sequence[Vec3]]]:
         """The points at which each potential brick rests on the stack or on something fixed, by support."""
-        moving = set(awake)
+        fixed = self.engine.fixed()
         reported: dict[BodyId, dict[BodyId, list[Vec3]]] = {brick: {} for brick in potential}
         for point in self.engine.contacts(potential):
             for upper, lower, upward in ((point.a, point.b, 1.0), (point.b, point.a, -1.0)):
                 # Two bricks that are both outside the stack cannot be resting on a part of it.
-                if upper not in reported or lower in moving or point.gap > self.contact.gap:
+                if upper not in reported or not (lower in self.stack or lower in fixed):
+                    continue
+                if point.gap > self.contact.gap:
                     continue
                 if upward * point.normal_BA_W[2] < self.contact.upward:
                     continue
@@ -147,12 +180,15 @@ class StackStability:
             self.engine.freeze(brick.id)
             self.stack[brick.id] = brick
             self._step(brick.id, Evidence(stands=True))
+            if self.guard:
+                self._held |= self.engine.states([brick.id, *(on for on in brick.rests_on if on not in self._held)])
 
     def _wake(self, failed: Sequence[BodyId]) -> tuple[BodyId, ...]:
         woken = sorted(with_all_above({name: brick.rests_on for name, brick in self.stack.items()}, failed))
         for brick in woken:
             self.engine.wake(brick)
             del self.stack[brick]
+            self._held.pop(brick, None)
             self._slow_since.pop(brick, None)
             self._step(brick, Evidence(fails=True))
         if woken:

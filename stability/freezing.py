@@ -22,14 +22,16 @@ class Activity(Enum):
 class RestLimits:
     """What counts as not moving.
 
-    The source sets a threshold on speed and turning without giving it. It has no `hold_off`: that is ours, because a
-    brick woken from a stack starts at rest, passes the test of a single brick at the next step, and is frozen again
+    The source sets a threshold on speed and turning without giving it. The two spans of time are ours. `dwell`: a brick
+    in flight is slow at its highest point, for 2 speed / g = 1 ms, and would be frozen in the air. `hold_off`: a brick
+    woken from a stack starts at rest, passes the test of a single brick at the next step, and would be frozen again
     before it can move; a failing tower would hang in the air. A slow topple shows within a tenth of a second.
     """
 
     speed: float = 0.005  # [m/s] of the centre of mass; a solver's noise on a plank at rest is a tenth of it
     turning: float = 0.1  # [rad/s]; the end of a plank then moves at about `speed`
-    hold_off: float = 0.1  # [s]
+    dwell: float = 0.002  # [s] a brick is slow before it is tested
+    hold_off: float = 0.1  # [s] the same for a woken brick
 
     def slow(self, state: BodyState) -> bool:
         """Whether the brick may be at rest."""

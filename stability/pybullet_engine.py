@@ -5,7 +5,7 @@ that matters made explicit, because `contactBreakingThreshold` belongs to the wh
 """
 
 import os
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence, Set
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from math import sqrt
@@ -43,16 +43,19 @@ ORIGIN = (0.0, 0.0, 0.0)
 
 @dataclass
 class PyBulletBodies:
-    """The bodies of a running client: those with mass are bricks, those without (at first sight) are fixed.
+    """The bodies of a running client: single bodies with mass are bricks, those without (at first sight) are fixed.
 
-    Bodies are called by name if they are in `names`, else by their number. New ones are noticed by themselves.
+    Bodies with joints are neither, and with `only` nor is any body whose number is not in it. Bodies are called by name
+    if they are in `names`, else by their number as text. New ones are noticed by themselves.
     """
 
     client: int
+    only: Set[int] | None = None
     names: dict[int, BodyId] = field(default_factory=dict)
     scale: float = field(default=1.0, init=False)  # engine metres per scene metre; densities are kept
     _clock: float = field(default=0.0, init=False)
     _masses: dict[BodyId, float] = field(default_factory=dict, init=False)
+    _fixed: frozenset[BodyId] = field(default=frozenset(), init=False)
     _bodies: dict[BodyId, int] = field(default_factory=dict, init=False)
     _boxes: dict[BodyId, Vec3 | None] = field(default_factory=dict, init=False)
     _noticed: tuple[int, int] = field(default=(0, -1), init=False)
@@ -70,27 +73,38 @@ class PyBulletBodies:
         self._clock += float(pybullet.getPhysicsEngineParameters(self.client)["fixedTimeStep"])
 
     def masses(self) -> Mapping[BodyId, float]:
+        self._notice_bodies()
+        return self._masses
+
+    def fixed(self) -> Set[BodyId]:
+        self._notice_bodies()
+        return self._fixed
+
+    def _notice_bodies(self) -> None:
         # Numbers are given in rising order and never again, so count and last one tell whether anything changed.
         count = pybullet.getNumBodies(self.client)
         last = pybullet.getBodyUniqueId(count - 1, self.client) if count else -1
-        if (count, last) != self._noticed:
-            self._notice_bodies()
-            self._noticed = (count, last)
-        return self._masses
+        if (count, last) == self._noticed:
+            return
+        self._noticed = (count, last)
+        numbers = [pybullet.getBodyUniqueId(index, self.client) for index in range(count)]
+        bodies = {self.names.setdefault(number, str(number)): number for number in numbers}
+        masses = {name: self._mass(name, number) for name, number in bodies.items()}
+        single = {name for name, number in bodies.items() if pybullet.getNumJoints(number, self.client) == 0}
+        self._bodies = bodies
+        self._masses = {
+            name: mass
+            for name, mass in masses.items()
+            if mass > 0.0 and name in single and (self.only is None or bodies[name] in self.only)
+        }
+        self._fixed = frozenset(name for name, mass in masses.items() if mass == 0.0 and name in single)
+        self._boxes = {name: box for name, box in self._boxes.items() if name in bodies}
 
-    def _notice_bodies(self) -> None:
-        present = [pybullet.getBodyUniqueId(i, self.client) for i in range(pybullet.getNumBodies(self.client))]
-        for name in [name for name, body in self._bodies.items() if body not in present]:
-            del self._bodies[name]
-            self._masses.pop(name, None)
-            self._boxes.pop(name, None)
-        for body in present:
-            name = self.names.setdefault(body, str(body))
-            if name not in self._bodies:
-                self._bodies[name] = body
-                mass = float(pybullet.getDynamicsInfo(body, -1, self.client)[0])
-                if mass > 0.0:
-                    self._masses[name] = mass / self.scale**3
+    def _mass(self, name: BodyId, number: int) -> float:
+        """The mass of a body [kg]; of a brick that is frozen by now, what it was at first sight."""
+        if self._bodies.get(name) == number and (name in self._masses or name in self._fixed):
+            return self._masses.get(name, 0.0)
+        return float(pybullet.getDynamicsInfo(number, -1, self.client)[0]) / self.scale**3
 
     def box(self, body: BodyId) -> Vec3 | None:
         if body not in self._boxes:
@@ -117,7 +131,7 @@ class PyBulletBodies:
         found = []
         for brick in sorted(wanted):
             for point in pybullet.getContactPoints(bodyA=self._bodies[brick], physicsClientId=self.client) or ():
-                a, b = self.names[point[1]], self.names[point[2]]
+                a, b = (self.names.setdefault(number, str(number)) for number in point[1:3])
                 other = b if a == brick else a
                 if other not in wanted or brick < other:
                     found.append(self._contact_point(a, b, point))
@@ -230,7 +244,7 @@ class PyBulletWorld(PyBulletBodies):
             physicsClientId=self.client,
         )
         self.names[body] = name
-        self.masses()
+        self._notice_bodies()
 
 
 def engine_parameters(settings: EngineSettings) -> dict[str, float]:

@@ -85,6 +85,9 @@ def _stands(claim: Stands, trace: Trace) -> Finding:
     if missing:
         why = f"it fell at level {trace.collapse.level}; " if trace.collapse is not None else ""
         return Finding(f"{why}{len(missing)} of {len(meant)} never placed", -len(missing), "bricks", passed=False)
+    unsettled = [track.brick.id for track in meant if track.state is BrickState.UNSETTLED]
+    if unsettled:
+        return Finding(f"{unsettled[0]} has not come to rest", -len(unsettled), "bricks", passed=False)
     fallen = sum(track.state is BrickState.FALLEN for track in meant)
     measured = f"{fallen} of {len(meant)} bricks fell" if fallen else f"{len(meant)} bricks stand"
     margin, unit = min((_margin_to_collapse(track) for track in meant), default=(inf, ""))
@@ -145,7 +148,7 @@ def _rests_on(claim: RestsOn, trace: Trace) -> Finding:
 def _height(claim: Height, trace: Trace) -> Finding:
     meant = [track for track in _placed(trace) if claim.of in (None, track.brick.id)]
     if claim.of is None:
-        meant = [track for track in meant if track.state is not BrickState.FALLEN]
+        meant = [track for track in meant if track.state not in (BrickState.FALLEN, BrickState.UNSETTLED)]
     top = max((z for track in meant for _, _, z in box_corners(track.brick.size, track.final)), default=0.0)
     return _within(claim.within, top, "mm", _mm(top))
 

@@ -46,6 +46,7 @@ class BrickState(StrEnum):
     FROZEN = "frozen"  # stands, held fixed by the extension
     STANDING = "standing"  # stands in the hands of the engine
     FALLEN = "fallen"  # left its place
+    UNSETTLED = "unsettled"  # dropped, and still not at rest
     UNPLACED = "unplaced"  # the structure fell before its turn
 
 
@@ -83,6 +84,14 @@ class Cost:
     judgements: int  # passes of the stability extension
 
 
+class Verdict(StrEnum):
+    """What came of the structure as a whole."""
+
+    STANDS = "stands"
+    COLLAPSES = "collapses"
+    UNSETTLED = "unsettled"  # nothing left its place, but something dropped has not come to rest yet
+
+
 @dataclass(frozen=True, slots=True)
 class Trace:
     """A whole run."""
@@ -94,6 +103,14 @@ class Trace:
     cost: Cost
     # Who carried each brick once it had been judged or had settled, at the next placement; for snapshots.
     edges_when_placed: Mapping[BodyId, tuple[Edge, ...]]
+
+    @property
+    def verdict(self) -> Verdict:
+        """What came of the structure as a whole."""
+        if self.collapse is not None:
+            return Verdict.COLLAPSES
+        unsettled = any(track.state is BrickState.UNSETTLED for track in self.tracks.values())
+        return Verdict.UNSETTLED if unsettled else Verdict.STANDS
 
     @property
     def drift(self) -> float:

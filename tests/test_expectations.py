@@ -84,6 +84,14 @@ def test_bricks_that_were_never_placed_do_not_stand() -> None:
     assert outcome("stands: {levels: 2}", unplaced).passed
 
 
+def test_a_brick_that_has_not_come_to_rest_does_not_stand() -> None:
+    falling = replace(STANDING, tracks={**STANDING.tracks, "L3.1": track("L3.1", 3, state=BrickState.UNSETTLED)})
+    found = outcome("stands: all", falling)
+    assert not found.passed
+    assert found.measured == "L3.1 has not come to rest"
+    assert outcome("height: 15.6 mm ± 0.5 mm", falling).passed
+
+
 def test_a_brick_that_only_tilts_is_judged_by_its_angle() -> None:
     tilted = replace(STANDING, tracks={"L1.1": replace(track("L1.1", 1), tilt=0.25)})
     found = outcome("stands: {bricks: [L1.1]}", tilted)

@@ -107,27 +107,102 @@ def test_no_setting_leaks_from_one_world_to_the_next() -> None:
     assert settled(before=wild) == settled(before=None)
 
 
-def test_the_extension_freezes_the_bricks_of_a_client_that_somebody_else_runs() -> None:
+@contextmanager
+def client_of_somebody() -> Iterator[int]:
+    """A PyBullet client with a box for a table, number 0, its top at z = 0."""
     client = pybullet.connect(pybullet.DIRECT)
     try:
         pybullet.setGravity(0.0, 0.0, -9.81, client)
-        ground = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[1, 1, 1], physicsClientId=client)
-        pybullet.createMultiBody(0.0, ground, basePosition=[0, 0, -1], physicsClientId=client)
-        shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[0.3, 0.1, 0.05], physicsClientId=client)
-        bodies = PyBulletBodies(client)
-        stability = StackStability(bodies)
-        for level in range(3):  # brick by brick, each noticed by itself
-            pybullet.createMultiBody(1.0, shape, basePosition=[0, 0, 0.05 + 0.1 * level], physicsClientId=client)
-            for _ in range(60):
-                bodies.step()
-                stability.update()
-        assert stability.awake() == []
-        assert len(stability.stack) == 3
-        assert stability.least_margin() == pytest.approx(0.1, abs=1e-3)
-        pybullet.removeBody(1, client)
-        assert len(stability.update().woken) == 2
+        table = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[1, 1, 1], physicsClientId=client)
+        pybullet.createMultiBody(0.0, table, basePosition=[0, 0, -1], physicsClientId=client)
+        yield client
     finally:
         pybullet.disconnect(client)
+
+
+def box(client: int, *position: float) -> int:
+    shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[0.3, 0.1, 0.05], physicsClientId=client)
+    return int(pybullet.createMultiBody(1.0, shape, basePosition=position, physicsClientId=client))
+
+
+def stacked(client: int) -> tuple[PyBulletBodies, StackStability]:
+    """Three boxes on the table, set down one by one, each noticed by itself."""
+    bodies = PyBulletBodies(client)
+    stability = StackStability(bodies)
+    for level in range(3):
+        box(client, 0.0, 0.0, 0.05 + 0.1 * level)
+        played(bodies, stability, 60)
+    assert stability.awake() == []
+    return bodies, stability
+
+
+def played(bodies: PyBulletBodies, stability: StackStability, steps: int) -> list[str]:
+    woken: list[str] = []
+    for _ in range(steps):
+        bodies.step()
+        woken += stability.update().woken
+    return woken
+
+
+def test_the_extension_freezes_the_bricks_of_a_client_that_somebody_else_runs() -> None:
+    with client_of_somebody() as client:
+        _, stability = stacked(client)
+        assert sorted(stability.stack) == ["1", "2", "3"]
+        assert stability.least_margin() == pytest.approx(0.1, abs=1e-6)
+
+
+@pytest.mark.parametrize("body", [0, 1])
+def test_removing_what_bricks_stand_on_lets_them_fall(body: int) -> None:
+    with client_of_somebody() as client:
+        bodies, stability = stacked(client)
+        pybullet.removeBody(body, client)
+        played(bodies, stability, 60)
+        assert bodies.states(["3"])["3"].pose.position_W[2] < 0.24
+
+
+def test_a_frozen_brick_that_is_given_a_velocity_flies_off_with_it() -> None:
+    with client_of_somebody() as client:
+        bodies, stability = stacked(client)
+        pybullet.resetBaseVelocity(3, [0, 2, 0], physicsClientId=client)
+        assert played(bodies, stability, 60) == ["3"]
+        assert bodies.states(["3"])["3"].pose.position_W[1] > 0.2
+
+
+def test_a_robot_is_neither_frozen_nor_stood_upon() -> None:
+    with client_of_somebody() as client:
+        shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[0.3, 0.3, 0.05], physicsClientId=client)
+        robot = pybullet.createMultiBody(
+            5.0,
+            shape,
+            basePosition=[0, 0, 0.05],
+            linkMasses=[1.0],
+            linkCollisionShapeIndices=[shape],
+            linkVisualShapeIndices=[-1],
+            linkPositions=[[0, 0, 0.1]],
+            linkOrientations=[[0, 0, 0, 1]],
+            linkInertialFramePositions=[[0, 0, 0]],
+            linkInertialFrameOrientations=[[0, 0, 0, 1]],
+            linkParentIndices=[0],
+            linkJointTypes=[pybullet.JOINT_FIXED],
+            linkJointAxis=[[0, 0, 1]],
+            physicsClientId=client,
+        )
+        box(client, 0.0, 0.0, 0.25)
+        bodies = PyBulletBodies(client)
+        stability = StackStability(bodies)
+        played(bodies, stability, 240)
+        assert stability.stack == {}
+        assert pybullet.getDynamicsInfo(robot, -1, client)[0] == 5.0
+
+
+def test_only_the_named_bodies_are_bricks() -> None:
+    with client_of_somebody() as client:
+        one, other = box(client, 0.0, 0.0, 0.05), box(client, 0.0, 0.5, 0.05)
+        bodies = PyBulletBodies(client, only={one})
+        stability = StackStability(bodies)
+        played(bodies, stability, 60)
+        assert list(stability.stack) == [str(one)]
+        assert pybullet.getDynamicsInfo(other, -1, client)[0] == 1.0
 
 
 @SCALES

@@ -59,6 +59,26 @@ def test_a_dropped_plank_is_frozen_where_it_lands() -> None:
     assert trace.edges[0].lower == "ground"
 
 
+def test_a_plank_still_in_the_air_at_the_end_has_not_settled() -> None:
+    trace = played("- bricks: [{name: plank, at: [0 mm, 0 mm, 50 m], drop: true}]", system="tuned")
+    assert trace.verdict == "unsettled"
+    # 2 s of free fall; where it is at the very end, not at the last look before.
+    assert 50.0 - trace.tracks["plank"].final.position_W[2] == pytest.approx(0.5 * 9.81 * 4.0, rel=1e-3)
+
+
+@pytest.mark.parametrize("height", [0.02, 0.1, 0.3, 1.0])
+def test_a_dropped_plank_is_frozen_on_its_support_and_not_above_it(height: float) -> None:
+    trace = played(
+        f"""
+        - bricks: [{{name: base, at: [0 mm, 0 mm, 3.9 mm]}}]
+        - bricks: [{{name: plank, at: [0 mm, 0 mm, {11.7 + 1000.0 * height} mm], drop: true}}]
+          after: built + 1 s
+        """
+    )
+    assert trace.tracks["plank"].state is BrickState.FROZEN
+    assert trace.tracks["plank"].final.position_W[2] == pytest.approx(0.0117, abs=5e-5)
+
+
 def test_events_are_told_as_they_happen_and_kept() -> None:
     heard: list[Event] = []
     trace = play(timeline_of("- column: {levels: 2}\n  every: 1 s"), SYSTEMS["thesis"], heard.append)

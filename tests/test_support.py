@@ -1,5 +1,6 @@
 """The published base model against its own equations, worked out by hand."""
 
+from dataclasses import replace
 from math import hypot
 
 import pytest
@@ -141,3 +142,22 @@ def test_moving_the_stack_and_scaling_its_mass_changes_no_verdict(shift: float, 
             for areas in [tuple(moved(area) for area in brick.areas)]
         }
         assert failing(other, loads_above(other)) == failing(stack, loads_above(stack))
+
+
+@given(st.permutations(range(9)), st.permutations(range(9)))
+def test_renaming_and_reordering_bricks_changes_no_verdict(names: list[int], order: list[int]) -> None:
+    stack = stepped_column(9, 0.0135)
+    new = {name: f"{names[index]:03}" for index, name in enumerate(stack)} | {"ground": "ground"}
+    bricks = [
+        replace(
+            brick,
+            id=new[name],
+            areas=tuple(replace(area, on=new[area.on]) for area in brick.areas),
+        )
+        for name, brick in stack.items()
+    ]
+    renamed = {bricks[index].id: bricks[index] for index in order}
+    loads = loads_above(renamed)
+    assert failing(renamed, loads) == (new["001"],)
+    for name, load in loads_above(stack).items():
+        assert loads[new[name]].com == pytest.approx(load.com)

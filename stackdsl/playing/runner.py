@@ -33,7 +33,7 @@ def play(timeline: Timeline, system: System, on_event: OnEvent = lambda event: N
     try:
         for plane in timeline.world.planes:
             world.add_plane(plane)
-        run = _Run(timeline, world, StackStability(world) if system.extension else None, on_event)
+        run = _Run(timeline, world, StackStability(world, guard=False) if system.extension else None, on_event)
         run.play()
         return run.trace(perf_counter() - started)
     finally:
@@ -64,6 +64,7 @@ class _Run:
         self._advance(self._end())
         if self.collapse:
             self._advance(self._end())
+        self._look()
         self._close_placement()
 
     def _end(self) -> float:

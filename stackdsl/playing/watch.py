@@ -48,13 +48,20 @@ class Watched:
         if time - self.slow_since >= NOT_MOVING.hold_off:
             self.rest = state.pose
 
+    def state(self, frozen: bool) -> BrickState:
+        """How it ended."""
+        if self.left_its_place:
+            return BrickState.FALLEN
+        if self.rest is None:
+            return BrickState.UNSETTLED
+        return BrickState.FROZEN if frozen else BrickState.STANDING
+
     def track(self, frozen: bool) -> BrickTrack:
         """What the trace keeps of it."""
-        standing = BrickState.FROZEN if frozen else BrickState.STANDING
         return BrickTrack(
             brick=self.placement.brick,
             level=self.placement.level,
-            state=BrickState.FALLEN if self.left_its_place else standing,
+            state=self.state(frozen),
             placed=self.placement.pose,
             rest=self.rest or self.last,
             final=self.last,
