@@ -3,7 +3,7 @@
 from collections.abc import Collection, Mapping, Sequence, Set
 from typing import Protocol
 
-from stability.model import BodyId, BodyState, ContactPoint, Vec3
+from stability.model import BodyId, BodyState, ContactPoint, Shape
 
 
 class Engine(Protocol):
@@ -21,17 +21,23 @@ class Engine(Protocol):
     def fixed(self) -> Set[BodyId]:
         """The bodies that never move, such as ground and walls; the same object as long as no body comes or goes."""
 
-    def box(self, body: BodyId) -> Vec3 | None:
-        """The full lengths of a body that is a box [m], brick or fixed; None for any other shape."""
+    def shape(self, body: BodyId) -> Shape:
+        """The shape of a body, brick or fixed, centred on its position and along its axes."""
+
+    def near(self, brick: BodyId) -> Sequence[BodyId]:
+        """The bodies that may touch a brick: a superset, by bounding boxes, in a fixed order."""
 
     def states(self, bodies: Collection[BodyId]) -> Mapping[BodyId, BodyState]:
         """Pose and motion of these bodies, bricks or fixed."""
 
-    def contacts(self, bricks: Collection[BodyId]) -> Sequence[ContactPoint]:
-        """The contact points that involve at least one of these bricks, as of the last step; each once."""
+    def contacts(self, brick: BodyId) -> Sequence[ContactPoint]:
+        """The contact points of a brick as of the last step."""
 
     def freeze(self, brick: BodyId) -> None:
         """Hold a brick where it is, without velocity; it goes on colliding."""
+
+    def holds(self, brick: BodyId) -> bool:
+        """Whether a brick is still as `freeze` left it: the same body, and held."""
 
     def wake(self, brick: BodyId) -> None:
         """Give a frozen brick back to the engine, at rest, with the mass that it had."""

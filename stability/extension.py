@@ -8,25 +8,15 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import inf
 
-from stability.contact import TOUCHING, ContactArea, contact_area, main_contact
+from stability.contact import ContactArea, contact_area, main_contact
 from stability.contact_graph import with_all_above
 from stability.engine import Engine
 from stability.freezing import Activity, Evidence, RestLimits, next_activity
-from stability.model import BodyId, BodyState, ContactPoint, Vec3
-from stability.patch import face_patch
+from stability.model import BodyId, BodyState, Vec3
+from stability.resting import ContactLimits, resting_points
 from stability.support import Load, StackedBrick, failing, lies_above, loads_above, tipping_margin
 
 ROUNDING = 1e-9  # [s] clocks are sums of steps
-
-
-@dataclass(frozen=True, slots=True)
-class ContactLimits:
-    """Which of the engine's contact points carry weight."""
-
-    gap: float = TOUCHING  # [m] engines report points that do not touch yet; settled planks are within 0.1 mm
-    # z of the normal towards the carried brick: steeper than 60 deg is a side touch, which the base model leaves out.
-    upward: float = 0.5
-    impact_speed: float = 0.05  # [m/s] a point that approaches faster is an impact, not a support
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,25 +52,39 @@ class StackStability:
         """The smallest tipping margin in the stack [m]; None if the stack is empty."""
         return min((tipping_margin(brick, self.loads[name]) for name, brick in self.stack.items()), default=None)
 
+    def set_down(self, bricks: Iterable[BodyId]) -> None:
+        """Say that these bricks were set down at rest: they may be tested at once, before any step."""
+        self._slow_since |= dict.fromkeys(bricks, -inf)
+
     def update(self) -> Update:
         """One pass of the published method over what the engine has just done."""
+        before = len(self.stack)
         lost = self._forget_removed() + self._wake_disturbed()
         awake = self.awake()
-        if not awake:
-            return Update(woken=lost)
         states = self.engine.states(awake)
         self._follow(awake, states)
         added = self._newly_stable(awake, states)
-        if not added:
-            return Update(woken=lost)
+        if not added and len(self.stack) == before:
+            return Update()
         self._freeze(added)
-        self.loads = loads_above(self.stack)
-        failed = failing(self.stack, self.loads)
-        return Update(tuple(brick.id for brick in added), lost + self._wake(failed), failed)
+        failed, woken = self._wake_failing()
+        return Update(tuple(brick.id for brick in added), lost + woken, failed)
 
     def wake(self, bricks: Iterable[BodyId]) -> tuple[BodyId, ...]:
         """Give these bricks and all that rests on them back to the engine (section 3.3.7); returns those woken."""
-        return self._wake([brick for brick in bricks if brick in self.stack])
+        return self._wake([brick for brick in bricks if brick in self.stack]) + self._wake_failing()[1]
+
+    def _wake_failing(self) -> tuple[tuple[BodyId, ...], tuple[BodyId, ...]]:
+        """The stack test, until all that is left passes: who failed, and who was woken for it."""
+        all_failed: tuple[BodyId, ...] = ()
+        all_woken: tuple[BodyId, ...] = ()
+        while True:
+            self.loads = loads_above(self.stack)
+            failed = failing(self.stack, self.loads)
+            if not failed:
+                return all_failed, all_woken
+            all_failed += failed
+            all_woken += self._wake(failed)
 
     def _forget_removed(self) -> tuple[BodyId, ...]:
         """Drop bricks that the engine no longer has, and wake what rested on them or on a fixed body that is gone."""
@@ -88,10 +92,16 @@ class StackStability:
         if self._seen[0] is bricks and self._seen[1] is fixed:
             return ()
         self._seen = (bricks, fixed)
-        for brick in [brick for brick in self.stack if brick not in bricks]:
+        return self._drop([brick for brick in self.stack if brick not in bricks])
+
+    def _drop(self, gone: Collection[BodyId]) -> tuple[BodyId, ...]:
+        """Strike bricks from the stack that the engine no longer holds; wake what has lost a support."""
+        for brick in gone:
             del self.stack[brick]
             self._held.pop(brick, None)
             self._activity.pop(brick, None)
+            self._slow_since.pop(brick, None)
+        fixed = self.engine.fixed()
         return self._wake(
             [
                 name
@@ -104,20 +114,21 @@ class StackStability:
         """Wake what somebody else has moved or pushed since it was frozen, and what rests on it."""
         if not self.guard or not self._held:
             return ()
+        dropped = self._drop([brick for brick in self.stack if not self.engine.holds(brick)])
         fixed = self.engine.fixed()
         present = [body for body in self._held if body in self.stack or body in fixed]
         states = self.engine.states(present)
         disturbed = {body for body in present if states[body] != self._held[body]}
-        for body in disturbed:
-            self._held[body] = states[body]
-        return self._wake(
+        self._held |= {body: states[body] for body in disturbed}
+        return dropped + self._wake(
             [name for name, brick in self.stack.items() if name in disturbed or disturbed.intersection(brick.rests_on)]
         )
 
     def _follow(self, awake: Collection[BodyId], states: Mapping[BodyId, BodyState]) -> None:
         now = self.engine.time()
         for brick in awake:
-            if not self.rest.slow(states[brick]):
+            woken = self._activity.get(brick) is Activity.UNSTABLE
+            if not self.rest.slow(states[brick], self.rest.still if woken else 1.0):
                 self._slow_since.pop(brick, None)
                 continue
             since = self._slow_since.setdefault(brick, now)
@@ -134,46 +145,16 @@ class StackStability:
             for brick in awake
             if self._slow_since.get(brick, inf) <= slow_since and self._activity[brick] is not Activity.UNSTABLE
         ]
-        if not potential:
-            return []
         masses = self.engine.masses()
-        points = self._supporting_points(potential, states)
-        tested = (
-            stacked_brick(brick, masses[brick], states[brick].pose.position_W, points[brick])
-            for brick in potential
-            if points[brick]
-        )
-        return [brick for brick in tested if lies_above((brick.com_W[0], brick.com_W[1]), brick.main)]
-
-    def _supporting_points(
-        self, potential: Collection[BodyId], states: Mapping[BodyId, BodyState]
-    ) -> dict[BodyId, dict[BodyId, Sequence[Vec3]]]:
-        """The points at which each potential brick rests on the stack or on something fixed, by support."""
-        fixed = self.engine.fixed()
-        reported: dict[BodyId, dict[BodyId, list[Vec3]]] = {brick: {} for brick in potential}
-        for point in self.engine.contacts(potential):
-            for upper, lower, upward in ((point.a, point.b, 1.0), (point.b, point.a, -1.0)):
-                # Two bricks that are both outside the stack cannot be resting on a part of it.
-                if upper not in reported or not (lower in self.stack or lower in fixed):
-                    continue
-                if point.gap > self.contact.gap:
-                    continue
-                if upward * point.normal_BA_W[2] < self.contact.upward:
-                    continue
-                if approach_speed(states[upper], point) <= self.contact.impact_speed:
-                    reported[upper].setdefault(lower, []).append(point.position_W)
-        return {
-            upper: {lower: self._points_of(upper, lower, states[upper], points) for lower, points in supports.items()}
-            for upper, supports in reported.items()
-        }
-
-    def _points_of(self, upper: BodyId, lower: BodyId, state: BodyState, reported: Sequence[Vec3]) -> Sequence[Vec3]:
-        """The corners of the contact of two boxes face on face; of anything else, what the engine reported."""
-        upper_size, lower_size = self.engine.box(upper), self.engine.box(lower)
-        if upper_size is None or lower_size is None:
-            return reported
-        below = self.engine.states([lower])[lower].pose
-        return face_patch(upper_size, state.pose, lower_size, below) or reported
+        supports = self.stack.keys() | self.engine.fixed()
+        found = []
+        for brick in potential:
+            points = resting_points(self.engine, brick, states[brick], supports, self.contact)
+            if points:
+                tested = stacked_brick(brick, masses[brick], states[brick].pose.position_W, points)
+                if lies_above((tested.com_W[0], tested.com_W[1]), tested.main):
+                    found.append(tested)
+        return found
 
     def _freeze(self, added: Sequence[StackedBrick]) -> None:
         for brick in added:
@@ -191,8 +172,6 @@ class StackStability:
             self._held.pop(brick, None)
             self._slow_since.pop(brick, None)
             self._step(brick, Evidence(fails=True))
-        if woken:
-            self.loads = loads_above(self.stack)
         return tuple(woken)
 
 
@@ -200,12 +179,3 @@ def stacked_brick(brick: BodyId, mass: float, com_W: Vec3, points: Mapping[BodyI
     """A brick with its contact areas, supports by name."""
     areas: tuple[ContactArea, ...] = tuple(contact_area(on, points[on]) for on in sorted(points))
     return StackedBrick(brick, mass, com_W, areas, main_contact(areas))
-
-
-def approach_speed(state: BodyState, point: ContactPoint) -> float:
-    """Speed of a brick's material point along the contact normal [m/s], the other body being at rest."""
-    vx, vy, vz = state.velocity_W
-    ox, oy, oz = state.angular_velocity_W
-    rx, ry, rz = (p - c for p, c in zip(point.position_W, state.pose.position_W, strict=True))
-    point_velocity = (vx + oy * rz - oz * ry, vy + oz * rx - ox * rz, vz + ox * ry - oy * rx)
-    return abs(sum(v * n for v, n in zip(point_velocity, point.normal_BA_W, strict=True)))

@@ -3,7 +3,7 @@
 Frozen means held fixed in the engine because the model says that it stands; it still collides.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from math import hypot
 
@@ -31,11 +31,23 @@ class RestLimits:
     speed: float = 0.005  # [m/s] of the centre of mass; a solver's noise on a plank at rest is a tenth of it
     turning: float = 0.1  # [rad/s]; the end of a plank then moves at about `speed`
     dwell: float = 0.002  # [s] a brick is slow before it is tested
-    hold_off: float = 0.1  # [s] the same for a woken brick
+    hold_off: float = 0.1  # [s] the same for a woken brick, and as `still` as a tower is not that tips by a hair
+    still: float = 0.2  # share of the limits for a woken brick
 
-    def slow(self, state: BodyState) -> bool:
-        """Whether the brick may be at rest."""
-        return hypot(*state.velocity_W) < self.speed and hypot(*state.angular_velocity_W) < self.turning
+    def slow(self, state: BodyState, share: float = 1.0) -> bool:
+        """Whether the brick may be at rest; within a share of the limits."""
+        speed, turning = hypot(*state.velocity_W), hypot(*state.angular_velocity_W)
+        return speed < share * self.speed and turning < share * self.turning
+
+    def scaled(self, lengths: float, times: float) -> "RestLimits":
+        """The same limits for a scene whose lengths and times are so many times larger."""
+        return replace(
+            self,
+            speed=self.speed * lengths / times,
+            turning=self.turning / times,
+            dwell=self.dwell * times,
+            hold_off=self.hold_off * times,
+        )
 
 
 @dataclass(frozen=True, slots=True)

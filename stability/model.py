@@ -29,6 +29,23 @@ class Brick:
 
 
 @dataclass(frozen=True, slots=True)
+class Box:
+    """The shape of a brick, and of many a table."""
+
+    size: Vec3  # full lengths along the body axes [m]
+
+
+@dataclass(frozen=True, slots=True)
+class HalfSpace:
+    """The shape of ground without end: all that lies behind a plane through the body's position."""
+
+    normal: Vec3  # unit, out of the solid, in body axes
+
+
+Shape: TypeAlias = Box | HalfSpace | None  # None for any other
+
+
+@dataclass(frozen=True, slots=True)
 class Plane:
     """A fixed half-space that bricks rest on or lean against: the ground, or a wall."""
 

@@ -8,11 +8,12 @@ import os
 from collections.abc import Collection, Iterator, Mapping, Sequence, Set
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from math import sqrt
+from math import log10, sqrt
 from typing import Any
 
+from stability.contact import TOUCHING
 from stability.engine_settings import EngineSettings
-from stability.model import BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Vec3
+from stability.model import IDENTITY, BodyId, BodyState, Box, Brick, ContactPoint, HalfSpace, Plane, Pose, Shape, Vec3
 
 
 @contextmanager
@@ -35,9 +36,11 @@ with _silent_stderr():
 FRICTIONLESS = 1e-6
 # Half the side of the box that stands for a half-space [m]. A box, because PyBullet gives a box on a plane one contact
 # point a step, and a box on a box all four at once.
-HALF_SPACE = 1e3
+HALF_SPACE = 1e5
 # [engine m/s], for bodies as well as joints. By default PyBullet clamps speeds at 100, which is 10 m/s at scale 100.
 TOP_SPEED = 1e4
+# [engine kg] for the heaviest brick: far above the thresholds, and even ten thousand press far below the cap of 1e10.
+HEAVIEST = 1e4
 ORIGIN = (0.0, 0.0, 0.0)
 
 
@@ -52,12 +55,13 @@ class PyBulletBodies:
     client: int
     only: Set[int] | None = None
     names: dict[int, BodyId] = field(default_factory=dict)
-    scale: float = field(default=1.0, init=False)  # engine metres per scene metre; densities are kept
+    scale: float = field(default=1.0, init=False)  # engine metres per scene metre
+    _mass_unit: float = field(default=1.0, init=False)  # engine kilograms per scene kilogram
     _clock: float = field(default=0.0, init=False)
     _masses: dict[BodyId, float] = field(default_factory=dict, init=False)
     _fixed: frozenset[BodyId] = field(default=frozenset(), init=False)
     _bodies: dict[BodyId, int] = field(default_factory=dict, init=False)
-    _boxes: dict[BodyId, Vec3 | None] = field(default_factory=dict, init=False)
+    _shapes: dict[BodyId, Shape] = field(default_factory=dict, init=False)
     _noticed: tuple[int, int] = field(default=(0, -1), init=False)
 
     def time(self) -> float:
@@ -81,7 +85,7 @@ class PyBulletBodies:
         return self._fixed
 
     def _notice_bodies(self) -> None:
-        # Numbers are given in rising order and never again, so count and last one tell whether anything changed.
+        # Count and last number tell of almost all changes; `holds` finds a body that took over a number.
         count = pybullet.getNumBodies(self.client)
         last = pybullet.getBodyUniqueId(count - 1, self.client) if count else -1
         if (count, last) == self._noticed:
@@ -98,20 +102,36 @@ class PyBulletBodies:
             if mass > 0.0 and name in single and (self.only is None or bodies[name] in self.only)
         }
         self._fixed = frozenset(name for name, mass in masses.items() if mass == 0.0 and name in single)
-        self._boxes = {name: box for name, box in self._boxes.items() if name in bodies}
+        self._shapes = {name: shape for name, shape in self._shapes.items() if name in bodies}
 
     def _mass(self, name: BodyId, number: int) -> float:
         """The mass of a body [kg]; of a brick that is frozen by now, what it was at first sight."""
         if self._bodies.get(name) == number and (name in self._masses or name in self._fixed):
             return self._masses.get(name, 0.0)
-        return float(pybullet.getDynamicsInfo(number, -1, self.client)[0]) / self.scale**3
+        return float(pybullet.getDynamicsInfo(number, -1, self.client)[0]) / self._mass_unit
 
-    def box(self, body: BodyId) -> Vec3 | None:
-        if body not in self._boxes:
-            shapes = pybullet.getCollisionShapeData(self._bodies[body], -1, self.client)
-            is_box = len(shapes) == 1 and shapes[0][2] == pybullet.GEOM_BOX and shapes[0][5] == ORIGIN
-            self._boxes[body] = _scaled(shapes[0][3], 1.0 / self.scale) if is_box else None
-        return self._boxes[body]
+    def shape(self, body: BodyId) -> Shape:
+        if body not in self._shapes:
+            self._shapes[body] = self._shape(pybullet.getCollisionShapeData(self._bodies[body], -1, self.client))
+        return self._shapes[body]
+
+    def _shape(self, parts: Sequence[Sequence[Any]]) -> Shape:
+        if len(parts) != 1:
+            return None
+        _, _, kind, dimensions, _, position, orientation = parts[0]
+        if position != ORIGIN or orientation != IDENTITY:
+            return None
+        if kind == pybullet.GEOM_BOX:
+            return Box(_scaled(dimensions, 1.0 / self.scale))
+        return HalfSpace(dimensions) if kind == pybullet.GEOM_PLANE else None
+
+    def near(self, brick: BodyId) -> Sequence[BodyId]:
+        low, high = pybullet.getAABB(self._bodies[brick], -1, self.client)
+        margin = TOUCHING * self.scale
+        around = pybullet.getOverlappingObjects(
+            [x - margin for x in low], [x + margin for x in high], physicsClientId=self.client
+        )
+        return sorted({self.names.setdefault(body, str(body)) for body, _ in around or ()} - {brick})
 
     def states(self, bodies: Collection[BodyId]) -> dict[BodyId, BodyState]:
         rate = 1.0 / sqrt(self.scale)  # of speeds: metres grow by scale, seconds by its root
@@ -126,21 +146,15 @@ class PyBulletBodies:
             )
         return found
 
-    def contacts(self, bricks: Collection[BodyId]) -> Sequence[ContactPoint]:
-        wanted = set(bricks)
-        found = []
-        for brick in sorted(wanted):
-            for point in pybullet.getContactPoints(bodyA=self._bodies[brick], physicsClientId=self.client) or ():
-                a, b = (self.names.setdefault(number, str(number)) for number in point[1:3])
-                other = b if a == brick else a
-                if other not in wanted or brick < other:
-                    found.append(self._contact_point(a, b, point))
-        return found
+    def contacts(self, brick: BodyId) -> Sequence[ContactPoint]:
+        points = pybullet.getContactPoints(bodyA=self._bodies[brick], physicsClientId=self.client)
+        return [self._contact_point(point) for point in points or ()]
 
-    def _contact_point(self, a: BodyId, b: BodyId, point: Sequence[Any]) -> ContactPoint:
+    def _contact_point(self, point: Sequence[Any]) -> ContactPoint:
+        a, b = (self.names.setdefault(body, str(body)) for body in point[1:3])
         on_b, normal, gap, force = point[6:10]
         on_b_W = _scaled(on_b, 1.0 / self.scale)
-        return ContactPoint(a, b, on_b_W, normal, gap / self.scale, force / self.scale**3)
+        return ContactPoint(a, b, on_b_W, normal, gap / self.scale, force / self._mass_unit)
 
     def freeze(self, brick: BodyId) -> None:
         body = self._bodies[brick]
@@ -148,8 +162,17 @@ class PyBulletBodies:
         pybullet.resetBaseVelocity(body, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), physicsClientId=self.client)
         pybullet.changeDynamics(body, -1, mass=0.0, physicsClientId=self.client)
 
+    def holds(self, brick: BodyId) -> bool:
+        mass = float(pybullet.getDynamicsInfo(self._bodies[brick], -1, self.client)[0])
+        if mass == 0.0:
+            return True
+        # The owner has given it a mass, or has put another body in its place, under the same number.
+        self._masses = {**self._masses, brick: mass / self._mass_unit}
+        self._shapes.pop(brick, None)
+        return False
+
     def wake(self, brick: BodyId) -> None:
-        mass = self._masses[brick] * self.scale**3
+        mass = self._masses[brick] * self._mass_unit
         pybullet.changeDynamics(self._bodies[brick], -1, mass=mass, physicsClientId=self.client)
 
 
@@ -164,16 +187,24 @@ class PyBulletWorld(PyBulletBodies):
 
     settings: EngineSettings = field(kw_only=True)
     friction: float = field(kw_only=True)  # Coulomb coefficient of brick on brick
-    _shapes: dict[Vec3, int] = field(default_factory=dict, init=False)
+    _box_numbers: dict[Vec3, int] = field(default_factory=dict, init=False)
 
     @classmethod
-    def opened(cls, settings: EngineSettings, gravity: float, friction: float) -> "PyBulletWorld":
-        """A new, empty world with gravity [m/s2] along -z."""
+    def opened(
+        cls, settings: EngineSettings, gravity: float, friction: float, heaviest: float | None = None
+    ) -> "PyBulletWorld":
+        """A new, empty world with gravity [m/s2] along -z.
+
+        Nothing depends on the unit of mass but the solver's absolute thresholds and its cap on impulses, so with scaled
+        settings it is chosen by the mass of the heaviest brick to come [kg].
+        """
         client = pybullet.connect(pybullet.DIRECT)
         if client < 0:
             raise RuntimeError("PyBullet accepts no more clients in this process")
         world = cls(client, settings=settings, friction=friction)
         world.scale = settings.scale
+        if heaviest is not None and settings.scale != 1.0:
+            world._mass_unit = 10.0 ** round(log10(HEAVIEST / heaviest))
         pybullet.setGravity(0.0, 0.0, -gravity, client)
         pybullet.setPhysicsEngineParameter(**engine_parameters(settings), physicsClientId=client)
         return world
@@ -210,7 +241,7 @@ class PyBulletWorld(PyBulletBodies):
         """Set a brick down, at rest."""
         a, b, c = _scaled(brick.size, 0.5 * self.scale)
         body = pybullet.createMultiBody(
-            baseMass=brick.mass * self.scale**3,
+            baseMass=brick.mass * self._mass_unit,
             baseCollisionShapeIndex=self._box((a, b, c)),
             basePosition=_scaled(pose.position_W, self.scale),
             baseOrientation=pose.orientation,
@@ -222,11 +253,11 @@ class PyBulletWorld(PyBulletBodies):
         return max(sqrt(self.friction), FRICTIONLESS)
 
     def _box(self, half_extents: Vec3) -> int:
-        if half_extents not in self._shapes:
-            self._shapes[half_extents] = pybullet.createCollisionShape(
+        if half_extents not in self._box_numbers:
+            self._box_numbers[half_extents] = pybullet.createCollisionShape(
                 pybullet.GEOM_BOX, halfExtents=half_extents, physicsClientId=self.client
             )
-        return self._shapes[half_extents]
+        return self._box_numbers[half_extents]
 
     def _name(self, body: int, name: BodyId, own_friction: float) -> None:
         pybullet.changeDynamics(

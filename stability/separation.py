@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from itertools import product
 from math import inf, sqrt
 
-from stability.geometry import body_axes, box_corners
-from stability.model import Plane, Pose, Vec3
+from stability.geometry import body_axes, box_corners, turned
+from stability.model import HalfSpace, Plane, Pose, Vec3
 
 PARALLEL = 1e-9  # sine below which two edges give no direction of their own
 
@@ -42,6 +42,11 @@ def box_above_plane(size: Vec3, pose: Pose, plane: Plane) -> Separation:
     """The separation of a box from a half-space."""
     gaps = (_dot(_minus(corner, plane.point_W), plane.normal_W) for corner in box_corners(size, pose))
     return Separation(min(gaps), plane.normal_W)
+
+
+def in_world(shape: HalfSpace, pose: Pose) -> Plane:
+    """A half-space as the plane that bounds it in W; it knows of no friction."""
+    return Plane("", pose.position_W, turned(pose.orientation, shape.normal), friction=0.0)
 
 
 def _edge_products(axes_a: tuple[Vec3, ...], axes_b: tuple[Vec3, ...]) -> list[Vec3]:

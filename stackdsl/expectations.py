@@ -88,6 +88,8 @@ def _stands(claim: Stands, trace: Trace) -> Finding:
     unsettled = [track.brick.id for track in meant if track.state is BrickState.UNSETTLED]
     if unsettled:
         return Finding(f"{unsettled[0]} has not come to rest", -len(unsettled), "bricks", passed=False)
+    if claim.for_ is not None:  # what falls later is no matter of this claim
+        meant = [track for track in meant if track.left_at is None or track.left_at <= trace.built + claim.for_]
     fallen = sum(track.state is BrickState.FALLEN for track in meant)
     measured = f"{fallen} of {len(meant)} bricks fell" if fallen else f"{len(meant)} bricks stand"
     margin, unit = min((_margin_to_collapse(track) for track in meant), default=(inf, ""))
@@ -147,6 +149,8 @@ def _rests_on(claim: RestsOn, trace: Trace) -> Finding:
 
 def _height(claim: Height, trace: Trace) -> Finding:
     meant = [track for track in _placed(trace) if claim.of in (None, track.brick.id)]
+    if not meant:
+        return Finding("never placed", 0.0, "mm", passed=False)
     if claim.of is None:
         meant = [track for track in meant if track.state not in (BrickState.FALLEN, BrickState.UNSETTLED)]
     top = max((z for track in meant for _, _, z in box_corners(track.brick.size, track.final)), default=0.0)

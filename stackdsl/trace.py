@@ -62,6 +62,7 @@ class BrickTrack:
     final: Pose
     shift: float  # largest distance of its centre from `rest` afterwards, over the whole run [m]
     tilt: float  # largest turn of its axes out of `rest` afterwards [rad]
+    left_at: float | None = None  # when it was seen to have left its place [s]
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +104,11 @@ class Trace:
     cost: Cost
     # Who carried each brick once it had been judged or had settled, at the next placement; for snapshots.
     edges_when_placed: Mapping[BodyId, tuple[Edge, ...]]
+
+    @property
+    def built(self) -> float:
+        """When the last brick was placed [s]."""
+        return max((event.time for event in self.events if event.kind is EventKind.PLACED), default=0.0)
 
     @property
     def verdict(self) -> Verdict:

@@ -84,6 +84,18 @@ def test_bricks_that_were_never_placed_do_not_stand() -> None:
     assert outcome("stands: {levels: 2}", unplaced).passed
 
 
+def test_what_falls_after_the_time_that_was_asked_for_does_not_count() -> None:
+    fell = replace(track("L3.1", 3, shift=0.05, state=BrickState.FALLEN), left_at=2.5)
+    late = replace(FALLEN, tracks={**STANDING.tracks, "L3.1": fell})
+    assert outcome("stands: {for: 2 s}", late).passed
+    assert not outcome("stands: {for: 3 s}", late).passed
+
+
+def test_the_height_of_a_brick_that_was_never_placed_is_not_met() -> None:
+    unplaced = replace(STANDING, tracks={**STANDING.tracks, "L3.1": track("L3.1", 3, state=BrickState.UNPLACED)})
+    assert not outcome("height: {of: L3.1, is: '< 200 mm'}", unplaced).passed
+
+
 def test_a_brick_that_has_not_come_to_rest_does_not_stand() -> None:
     falling = replace(STANDING, tracks={**STANDING.tracks, "L3.1": track("L3.1", 3, state=BrickState.UNSETTLED)})
     found = outcome("stands: all", falling)

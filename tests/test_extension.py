@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from stability.extension import StackStability, Update, approach_speed
-from stability.model import BodyId, BodyState, ContactPoint, Pose, Vec3
+from stability.extension import StackStability, Update
+from stability.model import BodyId, BodyState, ContactPoint, Pose, Shape, Vec3
 
 HALF = 0.05  # half the length of a brick [m]
 STEP = 0.01  # [s]
@@ -33,14 +33,20 @@ class ScriptedEngine:
     def fixed(self) -> Set[BodyId]:
         return self.immovable
 
-    def box(self, body: BodyId) -> Vec3 | None:
+    def shape(self, body: BodyId) -> Shape:
         return None
+
+    def near(self, brick: BodyId) -> Sequence[BodyId]:
+        return sorted({point.b for point in self.touching.get(brick, [])})
 
     def states(self, bodies: Collection[BodyId]) -> Mapping[BodyId, BodyState]:
         return {body: self.bricks.get(body, AT_ORIGIN) for body in bodies}
 
-    def contacts(self, bricks: Collection[BodyId]) -> Sequence[ContactPoint]:
-        return [point for brick in sorted(bricks) for point in self.touching.get(brick, [])]
+    def contacts(self, brick: BodyId) -> Sequence[ContactPoint]:
+        return self.touching.get(brick, [])
+
+    def holds(self, brick: BodyId) -> bool:
+        return brick in self.frozen
 
     def freeze(self, brick: BodyId) -> None:
         self.frozen.add(brick)
@@ -82,6 +88,7 @@ def test_a_column_is_frozen_from_the_ground_up_one_brick_a_pass() -> None:
     "reason",
     [
         {"gap": 0.001},
+        {"gap": -0.001},
         {"normal_BA_W": (1.0, 0.0, 0.0)},
         {"normal_BA_W": (0.0, 0.0, -1.0)},
     ],
@@ -194,8 +201,30 @@ def test_nothing_is_taken_to_rest_on_a_body_that_is_neither_brick_nor_fixed() ->
     assert settled(engine, StackStability(engine)).frozen == ()
 
 
-def test_the_approach_speed_of_a_turning_brick_is_that_of_the_touching_point() -> None:
-    #   turning about y at 2 rad/s, the point 0.05 m along x moves down at 0.1 m/s
-    state = BodyState(Pose((0.0, 0.0, 0.0)), angular_velocity_W=(0.0, 2.0, 0.0))
-    point = ContactPoint("a", "b", (0.05, 0.0, 0.0), (0.0, 0.0, 1.0), 0.0)
-    assert approach_speed(state, point) == pytest.approx(0.1)
+def test_bricks_set_down_at_rest_are_tested_before_any_step() -> None:
+    engine = ScriptedEngine()
+    stability = StackStability(engine)
+    engine.place("a", 0.0, "ground", (-HALF, HALF))
+    stability.set_down(["a"])
+    assert stability.update().frozen == ("a",)
+
+
+def test_taking_a_counterweight_away_wakes_what_it_held() -> None:
+    #   |w|    |x|      w is set first; without it, com of beam and x lies 15 mm out, and the post ends at 10 mm
+    #    |--beam--|
+    #      |post|
+    engine = ScriptedEngine()
+    stability = StackStability(engine)
+    for name, x, on, overlap in (
+        ("post", 0.0, "ground", (-0.01, 0.01)),
+        ("beam", 0.0, "post", (-0.01, 0.01)),
+        ("w", -0.015, "beam", (-0.02, -0.01)),
+        ("x", 0.03, "beam", (0.02, 0.04)),
+    ):
+        engine.place(name, x, on, overlap)
+        settled(engine, stability)
+    assert stability.awake() == []
+    del engine.bricks["w"]
+    update = after_a_step(engine, stability)
+    assert update.failed == ("beam",)
+    assert update.woken == ("beam", "x")

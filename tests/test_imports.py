@@ -25,6 +25,7 @@ ORDER = {
         "engine_settings",
         "engine",
         "pybullet_engine",
+        "resting",
         "extension",
     ),
     "stackdsl": (
@@ -53,6 +54,7 @@ ORDER = {
         "compiling.site",
         "compiling.naming",
         "compiling.scheduling",
+        "compiling.agreement",
         "compiling.compiler",
         "playing.systems",
         "trace",
@@ -70,6 +72,7 @@ ORDER = {
         "report.diagnostic_text",
         "report.event_text",
         "report.explanation",
+        "report.outcome_text",
         "report.text",
         "report.json",
         "cli",

@@ -51,7 +51,7 @@ def test_a_plank_set_down_flush_touches_with_its_four_corners_and_presses_with_i
         engine.add_brick(plank(), Pose((0.0, 0.0, SIZE[2] / 2.0)))
         for _ in range(20):
             engine.step()
-        points = engine.contacts(["plank"])
+        points = engine.contacts("plank")
         corners = {(round(p.position_W[0], 4), round(p.position_W[1], 4)) for p in points}
         assert corners == {(x, y) for x in (-0.0588, 0.0588) for y in (-0.0117, 0.0117)}
         assert all(p.normal_BA_W[2] * (1.0 if p.a == "plank" else -1.0) > 0.999 for p in points)
@@ -203,6 +203,80 @@ def test_only_the_named_bodies_are_bricks() -> None:
         played(bodies, stability, 60)
         assert list(stability.stack) == [str(one)]
         assert pybullet.getDynamicsInfo(other, -1, client)[0] == 1.0
+
+
+def test_another_body_under_the_number_of_a_frozen_one_is_not_taken_for_it() -> None:
+    with client_of_somebody() as client:
+        bodies, stability = stacked(client)
+        pybullet.removeBody(3, client)
+        assert box(client, 0.0, 0.0, 1.0) == 3  # PyBullet gives the number again
+        played(bodies, stability, 10)
+        assert "3" not in stability.stack
+        assert bodies.states(["3"])["3"].velocity_W[2] < 0.0
+        played(bodies, stability, 240)
+        assert "3" in stability.stack
+
+
+def test_taking_a_counterweight_away_wakes_the_beam_that_it_held() -> None:
+    with client_of_somebody() as client:
+        bodies = PyBulletBodies(client)
+        stability = StackStability(bodies)
+        cube = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[0.05] * 3, physicsClientId=client)
+        pybullet.createMultiBody(1.0, cube, basePosition=[0, 0, 0.05], physicsClientId=client)
+        box(client, 0.0, 0.0, 0.15)
+        weight = pybullet.createMultiBody(1.0, cube, basePosition=[-0.08, 0, 0.25], physicsClientId=client)
+        played(bodies, stability, 60)
+        pybullet.createMultiBody(1.0, cube, basePosition=[0.2, 0, 0.25], physicsClientId=client)
+        played(bodies, stability, 60)
+        assert stability.awake() == []
+        pybullet.removeBody(weight, client)
+        assert played(bodies, stability, 1) == ["1", "2", "4"]  # the post under it would tip as well
+
+
+def test_a_stack_on_a_plane_without_end_stands_on_its_whole_under_side() -> None:
+    client = pybullet.connect(pybullet.DIRECT)
+    try:
+        pybullet.setGravity(0.0, 0.0, -9.81, client)
+        plane = pybullet.createCollisionShape(pybullet.GEOM_PLANE, physicsClientId=client)
+        pybullet.createMultiBody(0.0, plane, physicsClientId=client)
+        _, stability = stacked(client)
+        assert stability.least_margin() == pytest.approx(0.1, abs=1e-4)
+    finally:
+        pybullet.disconnect(client)
+
+
+def test_a_box_turned_within_its_body_is_left_to_the_engines_contact_points() -> None:
+    with client_of_somebody() as client:
+        turned = pybullet.createCollisionShape(
+            pybullet.GEOM_BOX,
+            halfExtents=[0.3, 0.1, 0.05],
+            collisionFrameOrientation=[0, 0, 0.7071067811865476, 0.7071067811865476],
+            physicsClientId=client,
+        )
+        pybullet.createMultiBody(0.0, turned, basePosition=[0, 0, 0.05], physicsClientId=client)
+        box(client, 0.2, 0.0, 0.15)  # its centre is 0.1 m beyond the support, which reaches to x = 0.1 m
+        bodies = PyBulletBodies(client)
+        stability = StackStability(bodies)
+        for _ in range(60):
+            bodies.step()
+            stability.update()
+        assert stability.stack == {} or bodies.states(["2"])["2"].pose.position_W[2] < 0.14
+
+
+@SCALES
+@pytest.mark.parametrize("mass", [1e-6, 0.012, 1e9])
+def test_bricks_of_any_mass_stand_on_the_ground(scale: float, mass: float) -> None:
+    settings = replace(SETTINGS, scale=scale)
+    engine = PyBulletWorld.opened(settings, gravity=9.81, friction=0.5, heaviest=mass)
+    try:
+        engine.add_plane(Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5))
+        engine.add_brick(Brick("brick", SIZE, mass), Pose((0.0, 0.0, SIZE[2] / 2.0)))
+        for _ in range(200):
+            engine.step()
+        assert engine.states(["brick"])["brick"].pose.position_W[2] == pytest.approx(SIZE[2] / 2.0, abs=1e-4)
+        assert engine.masses()["brick"] == pytest.approx(mass)
+    finally:
+        engine.close()
 
 
 @SCALES

@@ -17,13 +17,12 @@ class ForceMeter:
 
     upward: dict[BodyId, dict[BodyId, float]] = field(default_factory=lambda: defaultdict(lambda: defaultdict(float)))
 
-    def add(self, contacts: Iterable[ContactPoint]) -> None:
-        """Take in the contacts of one step."""
+    def add(self, brick: BodyId, contacts: Iterable[ContactPoint]) -> None:
+        """Take in the contacts of a brick in one step: those that press it up."""
         for point in contacts:
-            z = point.normal_BA_W[2]
-            if abs(z) >= UPWARD:
-                upper, lower = (point.a, point.b) if z > 0.0 else (point.b, point.a)
-                self.upward[upper][lower] += point.normal_force * abs(z)
+            other, z = (point.b, point.normal_BA_W[2]) if point.a == brick else (point.a, -point.normal_BA_W[2])
+            if z >= UPWARD:
+                self.upward[brick][other] += point.normal_force * z
 
     def edges(self, brick: BodyId) -> tuple[Edge, ...]:
         """The supports of a brick and their shares."""

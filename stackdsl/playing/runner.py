@@ -7,11 +7,14 @@ A collapse ends the build, and is followed for a while to see what falls.
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import groupby
+from math import sqrt
 from time import perf_counter
 
 from stability.extension import StackStability, Update
+from stability.freezing import RestLimits
 from stability.model import BodyId
 from stability.pybullet_engine import PyBulletWorld
+from stability.separation import boxes_apart
 from stability.support import shares
 from stackdsl.playing.carrying import ForceMeter
 from stackdsl.playing.systems import System
@@ -23,17 +26,35 @@ SAMPLING = 0.01  # [s] between looks at all that moves; a free fall covers half 
 AFTERMATH = 1.0  # [s] a collapse is followed; a plank falls from a metre in less than half of it
 FORCE_WINDOW = 0.25  # [s] at the end over which a bare engine's contact forces are averaged
 
+# [m] a brick that is placed may lie this deep in one that was dropped: engines let bricks sink and creep by as much.
+MOST_OVERLAP = 1e-3
+# The scene that the rest limits were chosen for: KAPLA planks on earth.
+USUAL_GRAVITY, USUAL_SIZE = 9.81, 0.0078  # [m/s2], [m]
+
 OnEvent = Callable[[Event], None]
+
+
+class BlockedPlacementError(RuntimeError):
+    """A brick is to be placed where another one is by now."""
+
+
+def rest_limits(timeline: Timeline) -> RestLimits:
+    """The usual limits, scaled so that larger bricks or weaker gravity give the same verdicts (Froude)."""
+    size = max(min(placement.brick.size) for placement in timeline.placements) / USUAL_SIZE
+    return RestLimits().scaled(lengths=size, times=sqrt(size * USUAL_GRAVITY / timeline.world.gravity))
 
 
 def play(timeline: Timeline, system: System, on_event: OnEvent = lambda event: None) -> Trace:
     """Play a timeline on a system, in a world of its own."""
     started = perf_counter()
-    world = PyBulletWorld.opened(system.engine, timeline.world.gravity, timeline.world.friction)
+    heaviest = max(placement.brick.mass for placement in timeline.placements)
+    world = PyBulletWorld.opened(system.engine, timeline.world.gravity, timeline.world.friction, heaviest)
     try:
         for plane in timeline.world.planes:
             world.add_plane(plane)
-        run = _Run(timeline, world, StackStability(world, guard=False) if system.extension else None, on_event)
+        # Nobody else touches this world, so nothing needs to be guarded.
+        extension = StackStability(world, rest_limits(timeline), guard=False) if system.extension else None
+        run = _Run(timeline, world, extension, on_event)
         run.play()
         return run.trace(perf_counter() - started)
     finally:
@@ -75,9 +96,26 @@ class _Run:
         if self._nothing_can_move():
             self.gave_way = None  # what failed before has come to rest again, and is not what fails now
         for placement in group:
+            self._keep_clear(placement)
             self.world.add_brick(placement.brick, placement.pose)
             self.watch.add(placement)
         self._tell(Event(time, EventKind.PLACED, tuple(placement.brick.id for placement in group)))
+        if self.extension is not None:
+            # The author sets them down at rest, so they are judged as they stand, level by level, before any step.
+            self.extension.set_down(placement.brick.id for placement in group if not placement.drop)
+            while self._judge(self.extension):
+                pass
+
+    def _keep_clear(self, placement: Placement) -> None:
+        """Where a dropped brick comes to lie is not known before; nothing may be placed into it."""
+        for other in self.watch.bricks.values():
+            if not other.placement.drop:
+                continue
+            apart = boxes_apart(placement.brick.size, placement.pose, other.placement.brick.size, other.last)
+            if apart.gap < -MOST_OVERLAP:
+                message = f"brick '{placement.brick.id}' cannot be placed at {placement.time:g} s:"
+                where = f"'{other.placement.brick.id}' has moved there"
+                raise BlockedPlacementError(f"{message} {where} ({-1000.0 * apart.gap:.3g} mm of overlap)")
 
     def _close_placement(self) -> None:
         """Before the next bricks come: note how the last ones were carried, and how safely the stack stood."""
@@ -108,7 +146,8 @@ class _Run:
     def _nothing_can_move(self) -> bool:
         return not self.watch.bricks or (self.extension is not None and not self.extension.awake())
 
-    def _judge(self, extension: StackStability) -> None:
+    def _judge(self, extension: StackStability) -> bool:
+        """One pass of the extension; whether it froze anything."""
         moving = extension.awake()
         update = extension.update()
         self.judgements += 1
@@ -117,6 +156,7 @@ class _Run:
             self.watch.see(self.world.time(), self.world.states([*moving, *update.woken]))
             self.watch.freeze(update.frozen)
             self._tell_update(update)
+        return bool(update.frozen) and not update.woken
 
     def _tell_update(self, update: Update) -> None:
         now = self.world.time()
@@ -135,7 +175,8 @@ class _Run:
         moving = self.extension.awake() if self.extension is not None else list(self.watch.bricks)
         self.watch.see(now, self.world.states(moving))
         if self.extension is None and now >= self._end() - FORCE_WINDOW:
-            self.forces.add(self.world.contacts(moving))
+            for brick in moving:
+                self.forces.add(brick, self.world.contacts(brick))
         if self.collapse is None and (first := self.watch.first_to_leave()) is not None:
             level = list(self.watch.bricks.values())[-1].placement.level
             self.collapse = Collapse(now, level, first, self.gave_way)

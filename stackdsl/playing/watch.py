@@ -11,6 +11,7 @@ from stackdsl.timeline import Placement
 from stackdsl.trace import COLLAPSE_SHARE_OF_SMALLEST_SIDE, COLLAPSE_TILT, BrickState, BrickTrack
 
 NOT_MOVING = RestLimits(speed=0.002, turning=0.035, hold_off=0.1)  # a slow topple needs that long to show
+READ_BACK = 1e-12  # [m] what a position loses on its way into a scaled engine and back
 
 
 @dataclass
@@ -23,6 +24,7 @@ class Watched:
     shift: float = 0.0  # [m] largest since rest
     tilt: float = 0.0  # [rad] largest since rest
     slow_since: float | None = None
+    left_at: float | None = None  # [s]
 
     @property
     def left_its_place(self) -> bool:
@@ -37,8 +39,11 @@ class Watched:
         if self.rest is None:
             self._wait_for_rest(time, state)
         else:
-            self.shift = max(self.shift, dist(self.rest.position_W, state.pose.position_W))
+            shift = dist(self.rest.position_W, state.pose.position_W)
+            self.shift = max(self.shift, shift if shift > READ_BACK else 0.0)
             self.tilt = max(self.tilt, turn_between(self.rest, state.pose))
+            if self.left_at is None and self.left_its_place:
+                self.left_at = time
 
     def _wait_for_rest(self, time: float, state: BodyState) -> None:
         if not NOT_MOVING.slow(state):
@@ -67,6 +72,7 @@ class Watched:
             final=self.last,
             shift=self.shift,
             tilt=self.tilt,
+            left_at=self.left_at,
         )
 
 
