@@ -1,7 +1,7 @@
 """The pipeline: cases -> traces -> outcomes and snapshots -> report. Worlds are stepped in supervised processes."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
 
@@ -11,7 +11,8 @@ from stackdsl.outcome import Report, RunStatus, VariantResult
 from stackdsl.playing.systems import SYSTEMS
 from stackdsl.pool import Task, TaskResult, TaskStatus, run_supervised
 from stackdsl.snapshots.golden import check_golden, current_stamp, golden_name, obsolete, remove_obsolete
-from stackdsl.snapshots.snapshot import Snapshot, take
+from stackdsl.snapshots.record import Snapshot
+from stackdsl.snapshots.snapshot import take
 from stackdsl.timeline import Timeline
 from stackdsl.trace import Event, Trace
 
@@ -21,6 +22,7 @@ STATUSES = {
     TaskStatus.TIMED_OUT: RunStatus.TIMED_OUT,
     TaskStatus.NOT_RUN: RunStatus.NOT_RUN,
 }
+TIME_LIMIT = 600.0  # [s] of wall time a case; many times what the largest scenario takes
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +32,8 @@ class Terms:
     golden: Path
     update: bool = False
     workers: int = 1
-    time_limit: float = 600.0  # [s] of wall time a case
+    time_limit: float = TIME_LIMIT  # [s] of wall time a case
+    update_command: str = ""  # the same call, with an update of the golden files
 
 
 OnResult = Callable[[VariantResult], None]
@@ -47,24 +50,27 @@ def check(
     results: dict[int, VariantResult] = {}
 
     def done(index: int, result: TaskResult) -> None:
-        results[index] = judged(selected[index], result, terms)
+        results[index] = checked(selected[index], result, terms)
         on_result(results[index])
 
     tasks = [Task(play_case, (case.timeline, case.system), terms.time_limit) for case in selected]
     pool = run_supervised(tasks, terms.workers, done)
     for index, left in enumerate(pool.results):
         if index not in results:
-            results[index] = judged(selected[index], left, terms)
+            results[index] = checked(selected[index], left, terms)
     known = whole_set and not gathered.diagnostics and not pool.interrupted
     unused = obsolete(terms.golden, [golden_name(case.identity) for case in gathered.cases], known)
     if terms.update:
         remove_obsolete(unused)
+    # After an interrupt an update would accept what nobody has seen.
+    to_accept = (unused or any(result.golden_failed for result in results.values())) and not pool.interrupted
     return Report(
         results=tuple(results[index] for index in range(len(selected))),
         diagnostics=gathered.diagnostics,
         obsolete=() if terms.update else unused,
         removed=unused if terms.update else (),
         interrupted=pool.interrupted,
+        accept=terms.update_command if to_accept and not terms.update else "",
         wall_time=perf_counter() - started,
     )
 
@@ -76,37 +82,41 @@ def play_case(timeline: Timeline, system: str, on_event: Callable[[Event], None]
     return play(timeline, SYSTEMS[system], on_event)
 
 
-def judged(case: Case, result: TaskResult, terms: Terms) -> VariantResult:
+def checked(case: Case, result: TaskResult, terms: Terms) -> VariantResult:
     """The result of a case: expectations, truths, and the comparison with its golden file."""
-    identity, trace = case.identity, result.value
-    if not isinstance(trace, Trace):
-        return VariantResult(
-            identity.scenario,
-            identity.variant,
-            case.system,
-            case.source.file,
-            STATUSES[result.status],
-            message=result.message,
-        )
+    if isinstance(result.value, Trace):
+        golden = check_golden(snapshot_of(case, result.value, current_stamp()), terms.golden, terms.update)
+        return replace(judged(case, result.value), golden=golden)
     return VariantResult(
-        scenario=identity.scenario,
-        variant=identity.variant,
+        case.identity.scenario,
+        case.identity.variant,
+        case.system,
+        case.source.file,
+        STATUSES[result.status],
+        message=result.message,
+    )
+
+
+def judged(case: Case, trace: Trace) -> VariantResult:
+    """The result of a case that was played, without its golden file."""
+    return VariantResult(
+        scenario=case.identity.scenario,
+        variant=case.identity.variant,
         system=case.system,
         file=case.source.file,
         status=RunStatus.DONE,
-        verdict="stands" if trace.collapse is None else "collapses",
+        verdict=trace.verdict.value,
         collapse=trace.collapse,
         drift=trace.drift,
         cost=trace.cost,
         outcomes=judge(trace, case.scenario, case.variant, case.source, case.system),
         truths=compare_with_truth(trace, case.scenario, case.variant, case.source),
-        golden=check_golden(snapshot_of(case, trace, current_stamp()), terms.golden, terms.update),
     )
 
 
 def snapshot_of(case: Case, trace: Trace, stamp: Mapping[str, str]) -> Snapshot:
     """What is locked of a run. Only what a model has proven or computed is locked to the millimetre."""
-    return take(trace, case.identity, stamp, proven=SYSTEMS[case.system].extension)
+    return take(trace, case.timeline.world, case.identity, stamp, proven=SYSTEMS[case.system].extension)
 
 
 def is_whole_set(paths: Sequence[Path], golden: Path) -> bool:

@@ -1,6 +1,7 @@
 """The command line: reads arguments, calls the pipeline, prints, and says with its exit code how it went."""
 
 import os
+import shlex
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -12,7 +13,7 @@ import click
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from stackdsl.check import OnResult, Terms, check, is_whole_set, play_case
+from stackdsl.check import TIME_LIMIT, OnResult, Terms, check, is_whole_set, judged, play_case
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.gathering import Case, Gathered, Selection, cases_of, gather
 from stackdsl.language.author_types import SYSTEMS
@@ -23,12 +24,15 @@ from stackdsl.report.diagnostic_text import diagnostic_text
 from stackdsl.report.event_text import event_text
 from stackdsl.report.explanation import explanation_text
 from stackdsl.report.json import report_json
+from stackdsl.report.outcome_text import outcome_text
 from stackdsl.report.text import report_text
 from stackdsl.snapshots.golden import GoldenWriteRefusedError, refuse_in_ci
 
 FilePath = click.Path(path_type=Path)
 ONE_FILE = click.argument("file", type=FilePath)
 ON_SYSTEMS = click.option("--system", "systems", multiple=True, type=click.Choice(SYSTEMS), help="Only these systems.")
+ON_KEYWORD = click.option("-k", "keyword", default="", help="Only cases whose name contains this.")
+GOLDEN = Path("golden")
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -40,15 +44,15 @@ def app() -> None:
 @app.command("check")
 @click.argument("paths", nargs=-1, type=FilePath)
 @ON_SYSTEMS
-@click.option("-k", "keyword", default="", help="Only cases whose name contains this.")
+@ON_KEYWORD
 @click.option("--tag", "tags", multiple=True, help="Only scenarios with this tag; with ! in front, without it.")
 @click.option("--list", "list_only", is_flag=True, help="Print the names of the selected cases and stop.")
 @click.option("--format", "form", type=click.Choice(["text", "json"]), default="text", show_default=True)
 @click.option("--update", is_flag=True, help="Accept what comes out as the new snapshots. Refused in CI.")
-@click.option("--golden", type=FilePath, default=Path("golden"), show_default=True, help="Directory of the snapshots.")
+@click.option("--golden", type=FilePath, default=GOLDEN, show_default=True, help="Directory of the snapshots.")
 @click.option("--jobs", type=click.IntRange(1, 256), default=os.cpu_count() or 1, help="Processes; default: all cores.")
 @click.option(
-    "--time-limit", type=click.FloatRange(min=0.001), default=600.0, show_default=True, help="Seconds a case."
+    "--time-limit", type=click.FloatRange(min=0.001), default=TIME_LIMIT, show_default=True, help="Seconds a case."
 )
 @click.pass_context
 def check_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
@@ -67,14 +71,14 @@ def check_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     """Play and judge everything under PATHS (default: scenarios), and compare it with its snapshots."""
     if update:
         refuse_in_ci(os.environ)
+    selection = Selection(systems, keyword, tags)
+    terms = Terms(golden, update, jobs, time_limit, _update_command(paths, selection, golden, time_limit))
     paths = paths or (Path("scenarios"),)
     gathered = gather(paths)
-    selection = Selection(systems, keyword, tags)
     selected = [case for case in gathered.cases if selection.takes(case)]
     if list_only:
         _list(gathered, selected)
         context.exit(_exit_code(Report(diagnostics=gathered.diagnostics), selected))
-    terms = Terms(golden, update, jobs, time_limit)
     with _progress(len(selected)) as on_result:
         report = check(gathered, selected, is_whole_set(paths, golden), terms, on_result)
     _print(report_json(report) if form == "json" else report_text(report, *_paper()))
@@ -84,33 +88,36 @@ def check_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
 @app.command("run")
 @ONE_FILE
 @ON_SYSTEMS
-@click.option("-k", "keyword", default="", help="Only cases whose name contains this.")
+@ON_KEYWORD
 @click.pass_context
 def run_command(context: click.Context, file: Path, systems: tuple[str, ...], keyword: str) -> None:
-    """Play FILE and print what happens as it happens."""
-    gathered = gather([file])
-    selection = Selection(systems, keyword)
-    selected = [case for case in gathered.cases if selection.takes(case)]
-    _complain(gathered.diagnostics)
+    """Play FILE, print what happens as it happens, and judge it; snapshots are not looked at."""
+    gathered, selected = _selected(file, Selection(systems, keyword))
+    results = []
     for case in selected:
         click.echo(case.name)
         trace = play_case(case.timeline, case.system, lambda event: click.echo(event_text(event)))
         fell = trace.collapse and f"collapses at level {trace.collapse.level} after {trace.collapse.time:.3f} s"
         cost = f"{trace.cost.simulated_time:g} s played in {trace.cost.wall_time:.3f} s, {trace.cost.steps} steps"
-        click.echo(f"{fell or 'stands'}; {cost}\n")
-    context.exit(_exit_code(Report(diagnostics=gathered.diagnostics), selected))
+        click.echo(f"{fell or 'stands'}; {cost}")
+        results.append(judged(case, trace))
+        for outcome in results[-1].outcomes:
+            click.echo(f"{'passed' if outcome.passed else 'failed'}: {outcome.span}: {outcome_text(outcome)}")
+        click.echo()
+    context.exit(_exit_code(Report(tuple(results), gathered.diagnostics), selected))
 
 
 @app.command("explain")
 @ONE_FILE
+@ON_SYSTEMS
+@ON_KEYWORD
 @click.pass_context
-def explain_command(context: click.Context, file: Path) -> None:
+def explain_command(context: click.Context, file: Path, systems: tuple[str, ...], keyword: str) -> None:
     """Print what FILE was compiled to."""
-    gathered = gather([file])
-    _complain(gathered.diagnostics)
-    for _, cases in groupby(gathered.cases, key=lambda case: (case.scenario.scenario, case.variant.parameters)):
+    gathered, selected = _selected(file, Selection(systems, keyword))
+    for _, cases in groupby(selected, key=lambda case: (case.scenario.scenario, case.variant.parameters)):
         _print(explanation_text(list(cases)))
-    context.exit(_exit_code(Report(diagnostics=gathered.diagnostics), gathered.cases))
+    context.exit(_exit_code(Report(diagnostics=gathered.diagnostics), selected))
 
 
 @app.command("schema")
@@ -125,7 +132,8 @@ def schema_command() -> None:
 def new_command(name: str, folder: Path) -> None:
     """Write a scenario called NAME to start from; never over an existing file."""
     path = folder / f"{name}.yaml"
-    text = files("stackdsl").joinpath("template.yaml").read_text(encoding="utf-8").replace("NAME", name)
+    template = files("stackdsl").joinpath("template.yaml").read_text(encoding="utf-8")
+    text = template.replace("NAME", name).replace("SCHEMA", _schema_seen_from(folder))
     for mistake in cases_of(parse(text, str(path)))[1]:
         raise click.UsageError(f"{mistake.message}; {mistake.hint}")
     try:
@@ -137,6 +145,33 @@ def new_command(name: str, folder: Path) -> None:
     except OSError as error:
         raise click.UsageError(f"{path} cannot be written: {error.strerror}") from error
     click.echo(f"wrote {path}; next: stackdsl check {path}")
+
+
+def _selected(file: Path, selection: Selection) -> tuple[Gathered, Sequence[Case]]:
+    """What one file holds, and the cases selected of it; its mistakes are told."""
+    gathered = gather([file])
+    _complain(gathered.diagnostics)
+    return gathered, [case for case in gathered.cases if selection.takes(case)]
+
+
+def _update_command(paths: Sequence[Path], selection: Selection, golden: Path, time_limit: float) -> str:
+    """The same check with --update, for a shell; it accepts what the check shows, and nothing else."""
+    # A path that begins with a dash would be taken for an option.
+    words = ["stackdsl", "check", *(f"./{path}" if str(path).startswith("-") else str(path) for path in paths)]
+    words += [word for system in selection.systems for word in ("--system", system)]
+    words += ["-k", selection.keyword] if selection.keyword else []
+    words += [word for tag in selection.tags for word in ("--tag", tag)]
+    words += ["--golden", str(golden)] if golden != GOLDEN else []
+    words += ["--time-limit", str(time_limit)] if time_limit != TIME_LIMIT else []
+    return shlex.join([*words, "--update"])
+
+
+def _schema_seen_from(folder: Path) -> str:
+    """The path of the packaged schema: relative if it is a part of the project at hand, which may be kept anywhere."""
+    schema = Path(str(files("stackdsl").joinpath("scenario.schema.json"))).resolve()
+    if not schema.is_relative_to(Path.cwd()):
+        return schema.as_posix()
+    return Path(os.path.relpath(schema, folder)).as_posix()
 
 
 def _list(gathered: Gathered, selected: Sequence[Case]) -> None:

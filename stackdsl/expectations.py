@@ -12,7 +12,7 @@ from stability.geometry import box_corners
 from stackdsl.language.claims import Claim, Collapses, Displaced, Drift, Height, RestsOn, Stands
 from stackdsl.language.schema import Scenario
 from stackdsl.language.tolerances import Tolerance
-from stackdsl.language.variants import Variant
+from stackdsl.language.variants import Variant, repeated
 from stackdsl.outcome import Outcome
 from stackdsl.reading.source import Path, Plain, Source
 from stackdsl.trace import COLLAPSE_SHARE_OF_SMALLEST_SIDE, COLLAPSE_TILT, BrickState, BrickTrack, Trace
@@ -50,7 +50,7 @@ def _outcome(path: Path, claim: Claim, trace: Trace, variant: Variant, source: S
     kind = claim.kind
     found = JUDGES[kind](getattr(claim, kind), trace)
     place = (*path, kind)
-    expected = as_written(_at(variant.values, place))
+    expected = as_written(repeated(_at(source.values, place), _at(variant.values, place)))
     return Outcome(kind, expected, found.measured, found.margin, found.unit, found.passed, source.key_span_of(place))
 
 

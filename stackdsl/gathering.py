@@ -1,6 +1,7 @@
 """Paths -> cases: every scenario of every file, in every variant, on every system that it names."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,7 +11,7 @@ from stackdsl.language.schema import Scenario
 from stackdsl.language.validation import validate
 from stackdsl.language.variants import Variant, expand
 from stackdsl.reading.source import Loaded, Source, load
-from stackdsl.snapshots.snapshot import Identity
+from stackdsl.snapshots.record import Identity
 from stackdsl.timeline import Timeline
 
 SUFFIXES = (".yaml", ".yml")
@@ -40,7 +41,10 @@ class Case:
 
 @dataclass(frozen=True, slots=True)
 class Gathered:
-    """All cases in the order of files, scenarios, variants and systems; and all that is wrong with the files."""
+    """The cases of all scenarios without a mistake, in the order of files, scenarios, variants and systems.
+
+    And all that is wrong with the others: what is not meant as it stands is neither played nor accepted.
+    """
 
     cases: tuple[Case, ...]
     diagnostics: tuple[Diagnostic, ...]
@@ -71,13 +75,17 @@ def gather(paths: Iterable[Path]) -> Gathered:
     """Read, validate and compile everything under these paths; a directory stands for the YAML files below it."""
     cases: list[Case] = []
     diagnostics: list[Diagnostic] = []
-    first: dict[str, Source] = {}
-    for loaded in map(load, files_under(paths)):
+    files = [load(path) for path in files_under(paths)]
+    first = _first_of_shared_names(source for loaded in files for source in loaded.sources)
+    for loaded in files:
         found, mistakes = cases_of(loaded)
         diagnostics += mistakes
-        for source in loaded.sources:
-            diagnostics += _shared_name(source, first)
-        cases += found
+        diagnostics += [
+            _shared_name(source, first[name])
+            for source in loaded.sources
+            if (name := _name(source)) in first and first[name] is not source
+        ]
+        cases += [case for case in found if case.scenario.scenario not in first]
     return Gathered(tuple(cases), tuple(diagnostics))
 
 
@@ -96,17 +104,27 @@ def _is_folder(path: Path) -> bool:
 
 
 def cases_of(loaded: Loaded) -> tuple[list[Case], list[Diagnostic]]:
-    """The cases of one file, and its mistakes, each told once however many variants share it."""
+    """The cases of the scenarios of one file that are without a mistake, and the mistakes of the others."""
     cases: list[Case] = []
-    mistakes = dict.fromkeys(loaded.diagnostics)
+    mistakes = list(loaded.diagnostics)
     for source in loaded.sources:
-        variants, malformed = expand(source)
-        mistakes |= dict.fromkeys(malformed)
-        for variant in variants:
-            found, wrong = _variant_cases(source, variant)
-            cases += found
-            mistakes |= dict.fromkeys(wrong)
-    return cases, list(mistakes)
+        found, wrong = _source_cases(source)
+        mistakes += wrong
+        # A mistake in one variant may be one in the meaning of all: what its matrix says, for example.
+        cases += [] if wrong else found
+    return cases, list(dict.fromkeys(mistakes))
+
+
+def _source_cases(source: Source) -> tuple[Sequence[Case], Sequence[Diagnostic]]:
+    """The cases of one scenario, and its mistakes, each told once however many variants share it."""
+    variants, malformed = expand(source)
+    cases: list[Case] = []
+    mistakes = dict.fromkeys(malformed)
+    for variant in variants:
+        found, wrong = _variant_cases(source, variant)
+        cases += found
+        mistakes |= dict.fromkeys(wrong)
+    return cases, tuple(mistakes)
 
 
 def _variant_cases(source: Source, variant: Variant) -> tuple[Sequence[Case], Sequence[Diagnostic]]:
@@ -119,12 +137,20 @@ def _variant_cases(source: Source, variant: Variant) -> tuple[Sequence[Case], Se
     return [Case(source, scenario, variant, timeline, system) for system in scenario.systems], ()
 
 
-def _shared_name(source: Source, first: dict[str, Source]) -> Iterator[Diagnostic]:
-    """Golden files are called by scenario, so no two may share a name."""
+def _first_of_shared_names(sources: Iterable[Source]) -> Mapping[str, Source]:
+    """By each name that several scenarios have, the first of them; golden files are called by it."""
+    named: defaultdict[str, list[Source]] = defaultdict(list)
+    for source in sources:
+        named[_name(source)].append(source)
+    return {name: namesakes[0] for name, namesakes in named.items() if name and len(namesakes) > 1}
+
+
+def _name(source: Source) -> str:
+    """The name of a scenario; empty where it has none, which is told elsewhere."""
     name = source.values.get("scenario")
-    if isinstance(name, str):
-        other = first.setdefault(name, source)
-        if other is not source:
-            there = other.span_of(("scenario",))
-            message = f"two scenarios are called '{name}'; the other one is at {there}"
-            yield Diagnostic("SD203", source.span_of(("scenario",)), message, "give this one another name")
+    return name if isinstance(name, str) else ""
+
+
+def _shared_name(source: Source, first: Source) -> Diagnostic:
+    message = f"two scenarios are called '{_name(source)}'; the other one is at {first.span_of(('scenario',))}"
+    return Diagnostic("SD203", source.span_of(("scenario",)), message, "give this one another name")

@@ -154,6 +154,7 @@ class Report:
     obsolete: tuple[str, ...] = ()  # golden files that belong to no variant any more
     removed: tuple[str, ...] = ()  # obsolete golden files that this call removed
     interrupted: bool = False
+    accept: str = ""  # the command that accepts all that differs from its golden file, and removes what is obsolete
     wall_time: float = field(default=0.0, compare=False)  # [s]
 
     @property

@@ -9,11 +9,13 @@ import os
 import pickle
 import signal
 import sys
+import threading
 import traceback
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from enum import StrEnum
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from time import monotonic
@@ -105,6 +107,29 @@ class _Worker:
         self.connection.close()
 
 
+@contextmanager
+def _interrupts_held_back() -> Iterator[None]:
+    """Put off Ctrl-C to the end; a process started meanwhile never gets it, from its first instruction on.
+
+    Ctrl-C reaches the whole process group. A process inherits what is blocked, as it would what is ignored, but what is
+    ignored would be lost here. Another thread may take what this one blocks, hence the handler.
+    """
+    if threading.current_thread() is not threading.main_thread():  # interrupts are not for this one
+        yield
+        return
+    resource_tracker.ensure_running()  # else starting a process would start it, which lets interrupts through again
+    pressed: list[int] = []
+    handler = signal.signal(signal.SIGINT, lambda number, _: pressed.append(number))
+    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
+        signal.signal(signal.SIGINT, handler)
+        if pressed:
+            signal.raise_signal(signal.SIGINT)
+
+
 @dataclass
 class _Pool:
     tasks: Sequence[Task]
@@ -143,10 +168,11 @@ class _Pool:
             except Exception as error:  # what pickling raises depends on what is pickled
                 self._close(index, _crash(error))
                 continue
-            worker = worker if worker is not None else _Worker.started()
-            worker.index = index
-            worker.allow(START_LIMIT)
-            self.busy.append(worker)
+            with _interrupts_held_back():
+                worker = worker if worker is not None else _Worker.started()
+                worker.index = index
+                worker.allow(START_LIMIT)
+                self.busy.append(worker)
             # If it is dead by now, its end of the pipe says so at the next look.
             with suppress(OSError):
                 worker.connection.send_bytes(order)
@@ -217,13 +243,23 @@ def _cause_of_death(process: BaseProcess) -> str:
 
 def _serve(connection: Connection) -> None:
     """What a worker does: one order after the other, until nobody is left to give any."""
-    # Ctrl-C reaches the whole process group; the parent decides what it means.
+    # The parent decides what Ctrl-C means; held back so far, it would stay so in whatever a task starts.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGINT])
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     _keep_off_stdout()
     with suppress(EOFError, OSError):
         while True:
             order = connection.recv_bytes()
             connection.send_bytes(_carry_out(order, lambda: connection.send_bytes(BEGUN)))
+
+
+def _end_with_parent() -> None:
+    """A parent that is killed ends nobody, and a task in hand may take long: nobody is left to want its result."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(1)
 
 
 def _keep_off_stdout() -> None:

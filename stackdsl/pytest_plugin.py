@@ -19,8 +19,9 @@ from syrupy.location import PyTestLocation
 from syrupy.types import PropertyFilter, PropertyMatcher, SerializableData, SerializedData, SnapshotIndex
 
 from stackdsl.outcome import GoldenStatus
+from stackdsl.snapshots.canonical import canonical_text
 from stackdsl.snapshots.golden import golden_name, judge_text, refuse_in_ci, write_golden
-from stackdsl.snapshots.snapshot import Identity, Snapshot, canonical_text
+from stackdsl.snapshots.record import Identity, Snapshot
 
 Golden = Callable[[Identity], SnapshotAssertion]
 

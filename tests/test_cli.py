@@ -2,6 +2,8 @@
 
 import json
 import os
+import shlex
+import shutil
 import signal
 import subprocess
 import sys
@@ -32,6 +34,22 @@ class Result:
     def text(self) -> str:
         return self.out + self.err
 
+
+# The command, with a Ctrl-C soon after it has begun to start workers: none has come as far as its task by then.
+INTERRUPTED_AT_ONCE = """
+import multiprocessing, os, signal, sys, threading, time
+from stackdsl.cli import main
+
+def press() -> None:
+    while not multiprocessing.active_children():
+        time.sleep(0.001)
+    time.sleep(DELAY)
+    os.killpg(0, signal.SIGINT)
+
+if __name__ == "__main__":
+    threading.Thread(target=press, daemon=True).start()
+    main()
+"""
 
 Stackdsl = Callable[..., Result]
 
@@ -99,10 +117,12 @@ def test_a_directory_in_place_of_a_file_is_told(stackdsl: Stackdsl, tmp_path: Pa
     assert "directory" in result.out
 
 
-def test_a_missing_file_is_told(stackdsl: Stackdsl) -> None:
-    result = stackdsl("explain", "nowhere.yaml")
+@pytest.mark.parametrize("command", ["check", "run", "explain"])
+def test_a_missing_file_is_told(stackdsl: Stackdsl, command: str) -> None:
+    result = stackdsl(command, "nowhere.yaml")
     assert result.code == 2
     assert "SD001" in result.text
+    assert "^" not in result.text
 
 
 def test_all_mistakes_of_all_files_are_told_at_once_and_the_good_ones_are_played(
@@ -114,6 +134,44 @@ def test_all_mistakes_of_all_files_are_told_at_once_and_the_good_ones_are_played
     assert result.code == 2
     assert [result.out.count(code) for code in ("SD101", "SD102", "SD105")] == [1, 1, 1]
     assert "stands" in result.out
+
+
+BROKEN_IN_ONE_VARIANT = """\
+scenario: broken
+matrix: {step: [5 mm, 5]}
+build:
+  - column: {levels: 3, step: "${step}"}
+"""
+BROKEN_MATRIX = """\
+scenario: broken
+matrix: {step: 5 mm}
+build:
+  - column: {levels: 3}
+"""
+
+
+@pytest.mark.parametrize("text", [BROKEN_IN_ONE_VARIANT, BROKEN_MATRIX], ids=["one variant", "matrix"])
+def test_a_scenario_with_a_mistake_is_not_played_in_any_variant(stackdsl: Stackdsl, tmp_path: Path, text: str) -> None:
+    write(tmp_path, text + "---\n" + GOOD, "s/both.yaml")
+    result = stackdsl("check", "s", "--update")
+    assert result.code == 2
+    assert [entry.name for entry in (tmp_path / "golden").iterdir()] == ["good[thesis].json"]
+    assert stackdsl("check", "s", "--list").out.split() == ["good[thesis]"]
+    assert "broken" not in stackdsl("explain", "s/both.yaml").out
+
+
+def test_of_scenarios_with_one_name_none_is_played(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    for name in ("s/a.yaml", "s/b.yaml", "s/c.yaml"):
+        write(tmp_path, GOOD, name)
+    write(tmp_path, GOOD.replace("good", "other"), "s/d.yaml")
+    result = stackdsl("check", "s", "--update")
+    assert result.code == 2
+    assert [line.split()[0] for line in result.out.splitlines() if "SD203" in line] == [
+        "s/b.yaml:1:11:",
+        "s/c.yaml:1:11:",
+    ]
+    assert [entry.name for entry in (tmp_path / "golden").iterdir()] == ["other[thesis].json"]
+    assert stackdsl("check", "s", "--list").out.split() == ["other[thesis]"]
 
 
 def test_missing_then_written_then_same_then_different(stackdsl: Stackdsl, tmp_path: Path) -> None:
@@ -143,6 +201,35 @@ def test_a_golden_of_no_variant_is_obsolete_when_all_were_checked(stackdsl: Stac
     assert "obsolete" in result.out
     assert stackdsl("check", "scenarios/good.yaml").code == 0
     assert stackdsl("check", "--update").code == 0
+    assert stackdsl("check").code == 0
+
+
+def accepting(result: Result) -> list[str]:
+    """The arguments of the command that a report names."""
+    (line,) = (line for line in result.out.splitlines() if " with: stackdsl " in line)
+    return shlex.split(line.partition(" with: stackdsl ")[2])
+
+
+def test_the_command_told_accepts_what_was_shown_and_nothing_else(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, GOOD + "tags: [short]\nsystems: [thesis, tuned]\n", "my scenes/a.yaml")
+    write(tmp_path, GOOD.replace("good", "other") + "systems: [thesis]\n", "my scenes/b.yaml")
+    call = ("check", "my scenes", "--golden", "locked here", "--system", "thesis", "-k", "goo", "--tag", "!long")
+    assert stackdsl(*call).code == 3
+    told = accepting(stackdsl(*call, "--time-limit", "99"))
+    assert told == [*call[:2], *call[4:], *call[2:4], "--time-limit", "99.0", "--update"]
+    assert stackdsl(*told).code == 0
+    assert [entry.name for entry in (tmp_path / "locked here").iterdir()] == ["good[thesis].json"]
+    assert [entry.name for entry in tmp_path.iterdir() if entry.name != "my scenes"] == ["locked here"]
+    assert stackdsl(*call).code == 0
+
+
+def test_the_command_told_removes_what_is_obsolete(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, GOOD, "scenarios/good.yaml")
+    (tmp_path / "golden").mkdir()
+    (tmp_path / "golden" / "gone[thesis].json").write_text("{}")
+    told = accepting(stackdsl("check"))
+    assert told == ["check", "--update"]
+    assert stackdsl(*told).code == 0
     assert stackdsl("check").code == 0
 
 
@@ -227,11 +314,61 @@ def test_an_interrupt_keeps_what_is_done_and_ends_with_130(tmp_path: Path) -> No
     assert "Traceback" not in out + err
 
 
+@pytest.mark.parametrize("delay", [0.0, 0.002, 0.05])
+def test_an_interrupt_of_the_whole_group_while_workers_start_leaves_no_traceback(tmp_path: Path, delay: float) -> None:
+    for number in range(4):
+        write(
+            tmp_path,
+            GOOD.replace("good", f"slow-{number}").replace("1 s", "1000 s") + "systems: [tuned]\n",
+            f"s/{number}.yaml",
+        )
+    process = subprocess.Popen(
+        [sys.executable, "-c", INTERRUPTED_AT_ONCE.replace("DELAY", str(delay)), "check", "s", "--jobs", "4"],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parent.parent)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        encoding="utf-8",
+        start_new_session=True,
+    )
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "interrupted" in out
+    assert "Traceback" not in out + err
+
+
 def test_run_prints_the_timeline_as_it_happens(stackdsl: Stackdsl, tmp_path: Path) -> None:
     result = stackdsl("run", str(write(tmp_path, GOOD)))
     assert result.code == 0
     assert [line.split()[2] for line in result.out.splitlines() if " s  " in line] == ["placed", "frozen"] * 3
     assert "stands" in result.out
+
+
+def test_run_judges_and_ends_as_check_does_without_goldens(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, GOOD + "  - {height: 20 mm ± 1 mm, system: tuned}\nsystems: [thesis, tuned]\n")
+    path = "scene.yaml"
+    held = stackdsl("run", path, "--system", "thesis")
+    assert held.code == 0
+    assert "passed: scene.yaml:6:5: stands: expected all, measured 3 bricks stand (margin 3.9 mm)" in held.out
+    missed = stackdsl("run", path, "-k", "tuned")
+    assert missed.code == 1
+    (line,) = (line for line in missed.out.splitlines() if line.startswith("failed: scene.yaml:7:6: height: "))
+    assert "expected 20 mm ± 1 mm, measured 23." in line
+    assert "(margin -2." in line
+    assert not (tmp_path / "golden").exists()
+    write(tmp_path, GOOD + "---\n" + GOOD.replace("1 s", "1"))
+    assert stackdsl("run", path).code == 2
+
+
+def test_explain_takes_a_selection(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    path = str(write(tmp_path, GOOD + "systems: [thesis, tuned]\n---\n" + GOOD.replace("good", "other")))
+    explained = stackdsl("explain", path, "--system", "tuned").out
+    assert "good, from" in explained
+    assert "  tuned: " in explained
+    assert "  thesis: " not in explained
+    assert "other, from" not in explained
+    assert "good, from" not in stackdsl("explain", path, "-k", "other").out
+    assert stackdsl("explain", path, "-k", "nothing-like-it").code == 4
 
 
 def test_explain_prints_every_brick_with_its_support(stackdsl: Stackdsl, tmp_path: Path) -> None:
@@ -248,6 +385,30 @@ def test_a_new_scenario_passes_once_its_snapshot_is_accepted(stackdsl: Stackdsl,
     assert again.code == 4
     assert "exists" in again.err
     assert stackdsl("new", "No Good Name").code == 4
+
+
+MODELINE = "# yaml-language-server: $schema="
+
+
+def test_a_new_scenario_points_editors_to_the_schema(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    def schema_of(folder: str) -> str:
+        assert stackdsl("new", "my-tower", "--to", folder).code == 0
+        first = (tmp_path / folder / "my-tower.yaml").read_text(encoding="utf-8").splitlines()[0]
+        assert first.startswith(MODELINE)
+        return first.removeprefix(MODELINE)
+
+    packaged = Path(__file__).parent.parent / "stackdsl"
+    assert schema_of("scenarios") == str(packaged / "scenario.schema.json")
+    # A project that brings the package along can be kept anywhere.
+    shutil.copytree(packaged, tmp_path / "lib" / "stackdsl")
+    shutil.copytree(packaged.parent / "stability", tmp_path / "lib" / "stability")
+    done = subprocess.run(
+        [sys.executable, "-m", "stackdsl", "new", "my-tower", "--to", "scenarios/deep"],
+        cwd=tmp_path, env={**os.environ, "PYTHONPATH": "lib"}, check=True, capture_output=True,
+    )  # fmt: skip
+    assert b"wrote" in done.stdout
+    text = (tmp_path / "scenarios" / "deep" / "my-tower.yaml").read_text(encoding="utf-8")
+    assert text.startswith(MODELINE + "../../lib/stackdsl/scenario.schema.json\n")
 
 
 def test_the_schema_is_valid_json(stackdsl: Stackdsl) -> None:

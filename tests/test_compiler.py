@@ -163,6 +163,96 @@ def test_what_cannot_be_built_or_meant_is_told(build: str, rest: str, code: str,
     assert mistakes[0].hint
 
 
+LOW, HIGH = "{name: low, at: [0 mm, 0 mm, 3.9 mm]}", "{name: high, at: [0 mm, 0 mm, 11.7 mm], level: LEVEL}"
+
+
+@pytest.mark.parametrize("level", [1, 2])
+def test_an_authors_level_may_be_up_to_one_above_what_the_brick_stands_on(level: int) -> None:
+    timeline = timeline_of(f"- bricks: [{LOW}, {HIGH.replace('LEVEL', str(level))}]")
+    assert [placement.level for placement in timeline.placements] == [1, level]
+
+
+@pytest.mark.parametrize(
+    ("bricks", "words"),
+    [
+        ("{name: low, at: [0 mm, 0 mm, 3.9 mm], level: 7}", "'low' stands on the ground, so it is no brick of level 7"),
+        ("{name: low, at: [0 mm, 0 mm, 3.9 mm], level: 7, drop: true}", "'low' stands on the ground"),
+        (f"{LOW}, {HIGH.replace('LEVEL', '3')}", "'high' stands on level 1, so it is no brick of level 3"),
+        (f"{HIGH.replace('LEVEL', '3')}, {LOW}", "'high' stands on level 1"),
+        # Only the first is wrong: a brick on it is at most one above what the author said of it.
+        (f"{LOW.replace('}', ', level: 2}')}, {HIGH.replace('LEVEL', '3')}", "'low' stands on the ground"),
+    ],
+)
+def test_an_authors_level_does_not_leave_levels_out(bricks: str, words: str) -> None:
+    (mistake,) = mistakes_of(f"- bricks: [{bricks}]", "expect: [{stands: {levels: 7}}]")
+    assert mistake.code == "SD104"
+    assert words in mistake.message
+    excerpt = mistake.span.excerpt[mistake.span.column - 1 : mistake.span.end_column - 1]
+    assert f"level {excerpt}" in mistake.message
+    assert "leave it out" in mistake.hint
+
+
+def test_a_brick_on_a_layout_goes_by_the_levels_of_the_layout() -> None:
+    build = "- column: {levels: 3}\n- bricks: [{name: top, at: [0 mm, 0 mm, 27.3 mm], level: LEVEL}]"
+    assert mistakes_of(build.replace("LEVEL", "4")) == []
+    assert "stands on level 3" in mistakes_of(build.replace("LEVEL", "5"))[0].message
+
+
+def test_the_level_of_a_brick_let_go_in_the_air_is_its_authors_affair() -> None:
+    bricks = "{at: [0 mm, 0 mm, 50 mm], drop: true, level: 7}, {at: [0 mm, 40 mm, 50 mm], drop: true}"
+    assert [placement.level for placement in timeline_of(f"- bricks: [{bricks}]").placements] == [7, 1]
+
+
+@pytest.mark.parametrize(
+    ("stands", "collapses"),
+    [
+        ("stands: all", "collapses: any"),
+        ("stands: {for: 3 s}", "collapses: {at: level 2, time: 1 s .. 2 s}"),
+        ("stands: {levels: 3}", "collapses: any"),
+        ("stands: {levels: 2}", "collapses: {brick: L2.1}"),
+        ("stands: {bricks: [L3.1]}", "collapses: {brick: L3.1}"),
+        ("stands: {bricks: [L3.1, L1.1, L2.1]}", "collapses: any"),
+        ("stands: all, system: tuned", "collapses: any, system: [thesis, tuned]"),
+    ],
+)
+def test_expectations_that_cannot_both_hold_are_told_at_the_second(stands: str, collapses: str) -> None:
+    for first, second in [(stands, collapses), (collapses, stands)]:
+        rest = f"systems: [thesis, tuned]\nexpect:\n  - {{{first}}}\n  - drift: < 1 mm\n  - {{{second}}}"
+        (mistake,) = mistakes_of("- column: {levels: 3}", rest)
+        assert (mistake.code, str(mistake.span)) == ("SD104", "scene.yaml:8:6")
+        kind = first.partition(":")[0]
+        assert f"`{kind}` at 6:6 cannot both hold on " in mistake.message
+        assert mistake.message.endswith("tuned")
+        assert "system:" in mistake.hint
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ("stands: all, system: thesis", "collapses: any, system: tuned"),
+        ("stands: {levels: 2}", "collapses: any"),  # the third level may fall
+        ("stands: {levels: 2}", "collapses: {brick: L3.1}"),
+        ("stands: {bricks: [L1.1]}", "collapses: {brick: L3.1}"),
+        ("stands: {for: 1 s}", "collapses: any"),  # after a second: it is watched for three
+        ("stands: all", "drift: < 1 mm"),
+    ],
+)
+def test_expectations_that_can_both_hold_are_let_be(one: str, other: str) -> None:
+    watched = "truth: [{stands: {for: 3 s}, source: none}]"
+    rest = f"systems: [thesis, tuned]\nexpect:\n  - {{{one}}}\n  - {{{other}}}\n{watched}"
+    assert mistakes_of("- column: {levels: 3}", rest) == []
+
+
+def test_what_is_known_from_outside_may_contradict_what_is_expected() -> None:
+    rest = "expect: [{stands: all}]\ntruth: [{collapses: any, source: closed form}]"
+    assert mistakes_of("- column: {levels: 3}", rest) == []
+
+
+def test_a_scenario_that_would_take_hours_to_compile_is_refused_at_once() -> None:
+    mistakes = mistakes_of("\n".join(["- wall: {levels: 1, bricks: 19000}"] * 3))
+    assert [mistake.code for mistake in mistakes] == ["SD206"]
+
+
 def test_a_brick_may_be_dropped_from_the_air() -> None:
     assert mistakes_of("- bricks: [{at: [0 mm, 0 mm, 50 mm], drop: true}]") == []
 

@@ -31,6 +31,11 @@ scenarios/a.yaml:3:9: SD105 a bare number where a length is due
     assert diagnostic_text(STEP) == expected
 
 
+@pytest.mark.parametrize("excerpt", ["", "   ", "\t"])
+def test_a_blank_line_is_not_shown_with_a_caret_below_nothing(excerpt: str) -> None:
+    assert lines_of(excerpt, column=1, end_column=2) == []
+
+
 def test_without_excerpt_and_hint_only_the_head_remains() -> None:
     bare = Diagnostic("SD001", Span("a.yaml", 1, 1, 1), "cannot read the file: No such file or directory")
     assert diagnostic_text(bare) == "a.yaml:1:1: SD001 cannot read the file: No such file or directory"

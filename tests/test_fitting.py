@@ -59,3 +59,11 @@ def test_bricks_of_very_different_sizes_find_each_other() -> None:
     found = fits([slab, at(0.9, 0.9, 0.1039, time=1.0), at(0.9, 0.9, 0.1117, time=2.0)], [FLOOR])
     assert found[1].on_boxes == (0,)
     assert found[2].on_boxes == (1,)
+
+
+def test_a_table_much_larger_than_the_bricks_on_it_is_found_by_each_and_finds_each() -> None:
+    table = Sited(0.0, (2.0, 2.0, 0.1), Pose((0.0, 0.0, 0.05)))
+    on_it = [at(0.2 * x, 0.1 * y, 0.1039, time=1.0) for x in range(-4, 5) for y in range(-4, 5)]
+    assert all(fit.on_boxes == (0,) for fit in fits([table, *on_it], [FLOOR])[1:])
+    late = Sited(2.0, table.size, table.pose)
+    assert fits([at(0.0, 0.0, 0.0039), late], [FLOOR])[1].overlaps_box == 0

@@ -13,7 +13,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from stackdsl.outcome import GoldenDifference, GoldenStatus
-from stackdsl.snapshots.comparison import MalformedSnapshotError, compare
+from stackdsl.snapshots.canonical import canonical_text, document
+from stackdsl.snapshots.comparison import MalformedSnapshotError, compare, compare_documents
 from stackdsl.snapshots.golden import (
     GoldenWriteRefusedError,
     check_golden,
@@ -23,7 +24,7 @@ from stackdsl.snapshots.golden import (
     refuse_in_ci,
     remove_obsolete,
 )
-from stackdsl.snapshots.snapshot import FORMAT, Identity, Snapshot, canonical_text, document
+from stackdsl.snapshots.record import FORMAT, Identity, Snapshot
 from stackdsl.trace import BrickState
 from tests.test_snapshot import FALL, IDENTITY, taken, tower, track
 
@@ -101,13 +102,13 @@ BEYOND = [
         ("L2.1", "share on L1.1 when placed", "0.500", "1.000", "± 0.02"),
     ),
     (STANDS, drop(*PLACED, "rests_on"), ("L2.1", "rests on when placed", "none", "L1.1 (share 1.000)", "exact")),
-    (STANDS, put("events", 1, "time_s", value=1.006), ("event 2 (1.006 s)", "time", "1.006 s", "1.000 s", "± 0.005 s")),
+    (STANDS, put("events", 1, "time_s", value=1.006), ("L2.1", "placed at", "1.006 s", "1.000 s", "± 0.005 s")),
     (
         STANDS,
         put("events", 1, "margin_mm", value=12.21),
         ("event 2 (1.000 s)", "margin", "12.21 mm", "12.00 mm", "± 0.2 mm"),
     ),
-    (STANDS, drop("events", 1), ("event 2 (1.000 s)", "placed", "none", "L2.1", "exact")),
+    (STANDS, drop("events", 1), ("L2.1", "placed at", "none", "1.000 s", "exact")),
     (FALLS, put("verdict", value="stands"), ("structure", "verdict", "stands", "collapses", "exact")),
     (FALLS, put("collapse", "level", value=4), ("structure", "collapse level", "4", "3", "exact")),
     (FALLS, put("collapse", "time_s", value=2.551), ("structure", "collapse time", "2.551 s", "2.500 s", "± 0.05 s")),
@@ -135,8 +136,29 @@ def test_beyond_its_tolerance_an_observation_is_named_with_its_unit(
 def test_an_event_more_does_not_shift_those_after_it() -> None:
     early = {"time_s": 0.5, "placed": {"extra": {"at_mm": [0.0, 0.0, 50.0]}}}
     assert compare(changed(lambda whole: whole["events"].insert(1, early)), STANDS) == (
-        GoldenDifference("event 2 (0.500 s)", "placed", "extra", "none", "exact"),
+        GoldenDifference("extra", "placed at", "0.500 s", "none", "exact"),
     )
+
+
+def test_bricks_placed_in_other_groups_are_told_by_when_each_was_placed() -> None:
+    # Once L1.1 and L2.1 were placed together; now L2.1 comes 1 s later, alone.
+    def together(whole: Document) -> None:
+        first, second = whole["events"][:2]
+        whole["events"][:2] = [{**second, "time_s": 0.0, "placed": first["placed"] | second["placed"]}]
+
+    told = [one for one in compare(changed(together), STANDS) if one.quantity == "placed at"]
+    assert told == [GoldenDifference("L2.1", "placed at", "0.000 s", "1.000 s", "± 0.005 s")]
+
+
+def test_bricks_placed_at_the_same_time_in_other_groups_are_the_same() -> None:
+    def apart(whole: Document) -> None:
+        event = whole["events"][1]
+        whole["events"].append({**event, "placed": {"L9.1": {"at_mm": [0.0, 0.0, 90.0]}}})
+
+    def together(whole: Document) -> None:
+        whole["events"][1]["placed"]["L9.1"] = {"at_mm": [0.0, 0.0, 90.0]}
+
+    assert compare_documents(changed(apart), changed(together)) == ()
 
 
 @pytest.mark.parametrize("change", [put(*BRICK, "at_mm", value=None), put(*BRICK, "at_mm", value=[1.0, 2.0])])
@@ -222,7 +244,11 @@ UNREADABLE = {
     "a number for a brick": (json.dumps(changed(put(*BRICK, value=0))).encode(), "'L2.1' is not an object"),
     "events in an object": (b'{"format": 1, "events": {}}', "'events' is not an array"),
     "a number for an event": (b'{"format": 1, "events": [3]}', "event 1 is not an object"),
-    "an event told twice": (b'{"format": 1, "events": [{}, {}]}', "event 2 places the bricks of an earlier one"),
+    "an event of nothing": (b'{"format": 1, "events": [{}]}', "event 1 places no brick"),
+    "a brick placed twice": (
+        b'{"format": 1, "events": [{"placed": {"a": {}}}, {"placed": {"a": {}}}]}',
+        "event 2 places 'a' of event 1 again",
+    ),
     "a place with two numbers": (json.dumps(changed(put(*BRICK, "at_mm", value=[1, 2]))).encode(), "at_mm of L2.1"),
     "a place that is text": (json.dumps(changed(put(*BRICK, "at_mm", value="here"))).encode(), "'at_mm'"),
     "a key written twice": (b'{"format": 1, "format": 1}', "a key is written twice"),
@@ -367,3 +393,22 @@ def test_obsolete_files_are_those_of_no_variant(tmp_path: Path) -> None:
 
 def test_the_format_is_part_of_the_file() -> None:
     assert document(replace(STANDS, stamp={}))["format"] == FORMAT
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (lambda d: d["world"].update(friction=0.4), ("world", "friction")),
+        (lambda d: d["world"].update(gravity=1.62), ("world", "gravity")),
+        (lambda d: d["world"]["planes"]["ground"].update(friction=0.1), ("ground", "friction")),
+        (lambda d: d["world"]["planes"]["ground"].update(normal=[0.1, 0.0, 0.99]), ("ground", "x of the normal")),
+        (lambda d: d["world"]["planes"].pop("ground"), ("ground", "plane")),
+        (lambda d: d["events"][0]["placed"]["L1.1"].update(turn_deg=[0.0, 0.0, 20.0]), ("L1.1", "z of the turn")),
+        (lambda d: d["events"][0]["placed"]["L1.1"].update(size_mm=[100.0, 24.0, 8.0]), ("L1.1", "x size")),
+        (lambda d: d["events"][0]["placed"]["L1.1"].update(mass_g=13.0), ("L1.1", "mass")),
+    ],
+)
+def test_another_scene_is_never_the_same(change: Callable[[Any], object], told: tuple[str, str]) -> None:
+    golden = json.loads(canonical_text(taken(tower())))
+    change(golden)
+    assert told in [(difference.subject, difference.quantity) for difference in compare(golden, taken(tower()))]

@@ -167,6 +167,11 @@ def test_a_harmonic_stack_of_ten_planks_leans_out_by_1464484_lengths() -> None:
     assert specs[-1].position[0] / LENGTH == pytest.approx(1.464484, abs=5e-7)
 
 
+@pytest.mark.parametrize("written", [0.95, "95 %", "0.95"])
+def test_the_share_of_a_harmonic_stack_is_a_number_or_a_percentage(written: object) -> None:
+    assert HarmonicParams.model_validate({"bricks": 3, "share": written}).share == 0.95
+
+
 def test_a_harmonic_stack_leans_out_by_a_half_then_a_quarter_then_a_sixth() -> None:
     specs = harmonic(HarmonicParams(bricks=4), (1.0, 0.2, 0.1))
     overhangs = [upper.position[0] - lower.position[0] for lower, upper in pairwise(specs)]

@@ -3,7 +3,9 @@
 import multiprocessing
 import os
 import signal
+import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -78,6 +80,11 @@ def large() -> bytes:
 def interrupt_the_parent(parent: int, note: Path) -> None:
     note.write_text(str(os.getpid()), encoding="utf-8")
     os.kill(parent, signal.SIGINT)
+    hang()
+
+
+def note_and_hang(note: Path) -> None:
+    note.write_text(str(os.getpid()), encoding="utf-8")
     hang()
 
 
@@ -199,6 +206,56 @@ def test_an_interrupt_ends_all_workers_at_once_and_keeps_what_was_done(tmp_path:
 def test_workers_leave_the_meaning_of_an_interrupt_to_the_parent() -> None:
     (done,) = run(call(signal.raise_signal, signal.SIGINT))
     assert done.status is TaskStatus.DONE
+
+
+def test_an_interrupt_reaches_no_worker_however_early(capfd: pytest.CaptureFixture[str]) -> None:
+    # As Ctrl-C does, which reaches the whole process group: while the worker starts, again and again.
+    stop = threading.Event()
+
+    def interrupt_the_workers() -> None:
+        while not stop.wait(0.01):
+            for child in multiprocessing.active_children():
+                if child.pid is not None:
+                    os.kill(child.pid, signal.SIGINT)
+
+    thread = threading.Thread(target=interrupt_the_workers)
+    thread.start()
+    try:
+        results = run(*(call(square, 2) for _ in range(4)))
+    finally:
+        stop.set()
+        thread.join()
+    assert [result.value for result in results] == [4, 4, 4, 4]
+    assert capfd.readouterr().err == ""
+
+
+def test_an_interrupt_while_a_worker_is_started_is_not_lost(monkeypatch: pytest.MonkeyPatch) -> None:
+    start = multiprocessing.process.BaseProcess.start
+
+    def start_interrupted(process: multiprocessing.process.BaseProcess) -> None:
+        signal.raise_signal(signal.SIGINT)
+        start(process)
+
+    monkeypatch.setattr(multiprocessing.process.BaseProcess, "start", start_interrupted)
+    assert run_supervised([call(square, 2)], workers=1).interrupted
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
+
+
+def test_a_busy_worker_does_not_outlive_a_parent_that_is_killed(tmp_path: Path) -> None:
+    note = tmp_path / "id of the worker"
+    program = "from tests.test_pool import *; run_supervised([call(note_and_hang, Path(sys.argv[1]))], 1)"
+    root = Path(__file__).parent.parent
+    parent = subprocess.Popen([sys.executable, "-c", program, str(note)], cwd=root, stderr=subprocess.PIPE)
+    while not note.exists() or not note.read_text(encoding="utf-8"):
+        assert parent.poll() is None
+        time.sleep(0.01)
+    parent.kill()
+    try:
+        # The worker has the same stream of errors, which ends with the last of its owners.
+        parent.communicate(timeout=20.0)
+    except subprocess.TimeoutExpired:
+        os.kill(int(note.read_text(encoding="utf-8")), signal.SIGKILL)
+        raise
 
 
 def test_no_worker_survives_the_call() -> None:

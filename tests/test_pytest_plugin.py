@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from stackdsl.snapshots.canonical import canonical_text
 from stackdsl.snapshots.golden import golden_name
-from stackdsl.snapshots.snapshot import canonical_text
 from tests.test_snapshot import IDENTITY, taken, tower
 
 TEXT = canonical_text(taken(tower()))

@@ -20,6 +20,7 @@ from stackdsl.language.quantities import (
     LENGTH,
     MASS,
     SHARE,
+    SLOPE,
     Dimension,
     parse_quantity,
     quantity_pattern,
@@ -98,6 +99,31 @@ def test_what_is_no_quantity_is_refused(written: object) -> None:
 )
 def test_a_quantity_out_of_range_is_refused(written: str, dimension: Dimension) -> None:
     assert mistake(written, dimension).code == ("SD106" if dimension is ANGLE else "SD104")
+
+
+@pytest.mark.parametrize(
+    ("written", "dimension", "hint"),
+    [
+        ("11 km", LENGTH, "write between -10000 and 10000 m"),
+        ("-1 s", DURATION, "write between 0 and 86400 s"),
+        ("95 deg", SLOPE, "write between 0 and 90 deg"),
+        ("-1 deg", SLOPE, "write between 0 and 90 deg"),
+        ("1e9 deg", ANGLE, "write between -36000 and 36000 deg"),
+        ("101 %", SHARE, "write between 0 and 1"),
+        ("0 m/s2", ACCELERATION, "write more than zero"),
+        ("-1 g", MASS, "write more than zero"),
+        ("1e7 kg/m3", DENSITY, "write more than zero, at most 1000000 kg/m3"),
+    ],
+)
+def test_a_quantity_out_of_range_is_told_the_range(written: str, dimension: Dimension, hint: str) -> None:
+    assert mistake(written, dimension).hint == hint
+
+
+@pytest.mark.parametrize(
+    ("written", "dimension"), [("90 deg", SLOPE), ("0 deg", SLOPE), ("-36000 deg", ANGLE), ("10 km", LENGTH)]
+)
+def test_the_ends_of_a_range_belong_to_it(written: str, dimension: Dimension) -> None:
+    parse_quantity(written, dimension)
 
 
 @given(st.integers(-10_000, 10_000), st.integers(0, 6), st.sampled_from(LENGTH.units))

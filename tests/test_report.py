@@ -22,6 +22,7 @@ from stackdsl.outcome import (
     exit_code,
 )
 from stackdsl.report.json import report_json
+from stackdsl.report.outcome_text import outcome_text
 from stackdsl.report.text import report_text
 from stackdsl.trace import Collapse, Cost
 
@@ -205,13 +206,13 @@ LINES = {
         "  golden/slant[thesis].json: unreadable: it is not UTF-8",
     ),
     "written": (report(with_golden(GoldenStatus.WRITTEN)), "  golden/slant[thesis].json: written"),
-    "cannot be accepted": (
-        report(with_golden(GoldenStatus.DIFFERENT)),
-        "  accept with: stackdsl check scenarios/slant.yaml --update",
+    "to accept": (
+        replace(report(with_golden(GoldenStatus.DIFFERENT)), accept="stackdsl check scenarios --golden g --update"),
+        "  accept with: stackdsl check scenarios --golden g --update",
     ),
-    "a file to quote": (
-        report(replace(with_golden(GoldenStatus.MISSING), file="my scenarios/slant.yaml")),
-        "  accept with: stackdsl check 'my scenarios/slant.yaml' --update",
+    "to accept and to remove": (
+        replace(report(obsolete=("golden/gone[x].json",)), accept="stackdsl check --update"),
+        "  accept, and remove what is obsolete, with: stackdsl check --update",
     ),
     "obsolete": (
         report(obsolete=("golden/gone[x].json",)),
@@ -276,6 +277,17 @@ FULL = report(
     removed=("golden/old[x].json",),
     interrupted=True,
 )
+TO_ACCEPT = replace(report(with_golden(GoldenStatus.DIFFERENT)), accept="stackdsl check --update")
+
+
+def test_a_report_with_nothing_to_accept_names_no_command() -> None:
+    assert " with: " not in report_text(FULL)
+    assert [json.loads(report_json(seen))["accept"] for seen in (FULL, TO_ACCEPT)] == [None, TO_ACCEPT.accept]
+
+
+def test_a_margin_without_a_limit_is_left_out() -> None:
+    assert outcome_text(MISSED).endswith("measured level 11 (margin -1 levels)")
+    assert outcome_text(replace(MISSED, margin=inf, unit="")).endswith("measured level 11")
 
 
 def test_the_json_report_holds_all_that_the_report_holds() -> None:

@@ -11,9 +11,9 @@ from stackdsl.check import play_case, snapshot_of
 from stackdsl.expectations import judge
 from stackdsl.gathering import Case, gather
 from stackdsl.pytest_plugin import Golden
+from stackdsl.snapshots.canonical import document
 from stackdsl.snapshots.comparison import compare_documents
 from stackdsl.snapshots.golden import current_stamp, golden_name
-from stackdsl.snapshots.snapshot import document
 from stackdsl.timeline import Placement
 
 ROOT = Path(__file__).parent.parent

@@ -11,8 +11,11 @@ from typing import TypeVar
 
 import pytest
 
-from stability.model import Brick, Pose, Vec3
-from stackdsl.snapshots.snapshot import UNCLEAR, Identity, Snapshot, canonical_text, document, take
+from stability.model import Brick, Plane, Pose, Quaternion, Vec3
+from stackdsl.snapshots.canonical import canonical_text, document
+from stackdsl.snapshots.record import UNCLEAR, Identity, Snapshot
+from stackdsl.snapshots.snapshot import take
+from stackdsl.timeline import World
 from stackdsl.trace import BrickState, BrickTrack, Collapse, Cost, Edge, Event, EventKind, Trace
 
 T = TypeVar("T")
@@ -50,8 +53,11 @@ def tower(*changed: BrickTrack, collapse: Collapse | None = None) -> Trace:
     )
 
 
+WORLD = World(9.81, 0.5, (Plane("ground", (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.4),))
+
+
 def taken(trace: Trace, proven: bool = True) -> Snapshot:
-    return take(trace, IDENTITY, STAMP, proven)
+    return take(trace, WORLD, IDENTITY, STAMP, proven)
 
 
 def states(snapshot: Snapshot) -> dict[str, str]:
@@ -205,16 +211,17 @@ CANONICAL = """\
   "variant": "thesis",
   "system": "thesis",
   "stamp": {"pybullet": "3.2.7", "python": "3.11", "stackdsl": "0.1.0"},
+  "world": {"gravity": 9.81, "friction": 0.5, "planes": {"ground": {"at_mm": [0.0, 0.0, 0.0], "normal": [0.0, 0.0, 1.0], "friction": 0.4}}},
   "verdict": "collapses",
   "collapse": {"level": 3, "time_s": 2.5, "gave_way": "L1.1"},
   "height_mm": 16.0,
   "levels_standing": 2,
   "events": [
     {"time_s": 0.0, "margin_mm": 12.0, "placed": {
-      "L1.1": {"at_mm": [0.0, 0.0, 4.0], "rests_on": {"ground": 1.0}}
+      "L1.1": {"at_mm": [0.0, 0.0, 4.0], "turn_deg": [0.0, 0.0, 0.0], "size_mm": [120.0, 24.0, 8.0], "mass_g": 11.9, "rests_on": {"ground": 1.0}}
     }},
     {"time_s": 1.0, "placed": {
-      "L2.1": {"at_mm": [0.0, 0.0, 12.0]}
+      "L2.1": {"at_mm": [0.0, 0.0, 12.0], "turn_deg": [0.0, 0.0, 0.0], "size_mm": [120.0, 24.0, 8.0], "mass_g": 11.9}
     }}
   ],
   "bricks": {
@@ -223,7 +230,7 @@ CANONICAL = """\
     "L3.1": {"level": 3, "state": "unplaced"}
   }
 }
-"""
+"""  # noqa: E501 -- a golden file has one line an event
 
 
 def test_the_text_has_one_line_a_brick_and_an_event() -> None:
@@ -243,11 +250,11 @@ def test_an_empty_run_has_a_text() -> None:
 def test_the_text_is_rounded_and_has_no_negative_zero_and_no_infinity() -> None:
     place = Pose((-1e-9, 0.1 + 0.2, nan))
     snapshot = taken(tower(replace(track("L1.1", 1), placed=place)))
-    assert '{"at_mm": [0.0, 300.0, "nan"], "rests_on"' in canonical_text(snapshot)
+    assert '{"at_mm": [0.0, 300.0, "nan"], "turn_deg": [0.0, 0.0, 0.0]' in canonical_text(snapshot)
 
 
 def test_the_text_is_ascii_whatever_the_names() -> None:
-    snapshot = take(tower(), replace(IDENTITY, scenario="tårn\ud800"), STAMP, proven=True)
+    snapshot = take(tower(), WORLD, replace(IDENTITY, scenario="tårn\ud800"), STAMP, proven=True)
     assert r'"t\u00e5rn\ud800"' in canonical_text(snapshot)
     assert canonical_text(snapshot).isascii()
 
@@ -256,7 +263,7 @@ def test_the_order_of_bricks_edges_and_versions_does_not_reach_the_text() -> Non
     trace = tower()
     trace = replace(trace, edges=(*trace.edges, Edge("L3.1", "L1.1", 0.0)))
     turned = replace(trace, tracks=_reversed(trace.tracks), edges=trace.edges[::-1])
-    assert canonical_text(take(turned, IDENTITY, _reversed(STAMP), proven=True)) == canonical_text(taken(trace))
+    assert canonical_text(take(turned, WORLD, IDENTITY, _reversed(STAMP), proven=True)) == canonical_text(taken(trace))
 
 
 def _reversed(values: Mapping[str, T]) -> dict[str, T]:
@@ -269,3 +276,28 @@ def test_another_process_writes_the_same_bytes(seed: str) -> None:
     environment = {**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": os.pathsep.join(sys.path)}
     done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, check=True)
     assert done.stdout.decode("ascii") == canonical_text(taken(tower()))
+
+
+def test_a_snapshot_says_of_which_scene_it_is() -> None:
+    world = document(taken(tower()))["world"]
+    assert world == {
+        "gravity": 9.81,
+        "friction": 0.5,
+        "planes": {"ground": {"at_mm": [0.0, 0.0, 0.0], "normal": [0.0, 0.0, 1.0], "friction": 0.4}},
+    }
+
+
+@pytest.mark.parametrize(
+    ("orientation", "turn"),
+    [
+        ((0.0, 0.0, 0.0, 1.0), [0.0, 0.0, 0.0]),
+        ((0.0, 0.0, sqrt(0.5), sqrt(0.5)), [0.0, 0.0, 90.0]),
+        ((0.0, 0.0, -sqrt(0.5), -sqrt(0.5)), [0.0, 0.0, 90.0]),
+        ((0.0, 0.0, -1.0, 1e-17), [0.0, 0.0, 180.0]),
+        ((0.0, 0.0, 1.0, -1e-17), [0.0, 0.0, 180.0]),
+    ],
+)
+def test_the_same_turn_is_written_the_same_way(orientation: Quaternion, turn: list[float]) -> None:
+    turned = replace(track("L1.1", 1), placed=Pose((0.0, 0.0, 0.004), orientation))
+    placing = taken(tower(turned)).events[0].placed["L1.1"]
+    assert list(placing.turn_deg) == turn

@@ -130,6 +130,34 @@ def test_a_lower_bound_has_no_upper_end(written: str) -> None:
     assert parse_lower_bound("> 5 mm", EXTENT).low == 0.005
 
 
+@pytest.mark.parametrize(
+    ("written", "hint"),
+    [
+        ("5 mm", 'write "> 5 mm"'),
+        ("< 2 cm", 'write "> 20 mm"'),
+        ("5 mm ± 1 mm", 'write "> 4 mm"'),
+        ("-5 mm", 'write "> 0 mm"'),
+    ],
+)
+def test_what_is_no_lower_bound_is_told_the_one_that_was_meant(written: str, hint: str) -> None:
+    with pytest.raises(MistakeError) as caught:
+        parse_lower_bound(written, EXTENT)
+    assert caught.value.hint == hint
+
+
+@pytest.mark.parametrize(
+    ("written", "dimension", "hint"),
+    [
+        ("< 0 mm", EXTENT, "write between 0 and 10000 m"),
+        ("> 1", SHARE, "write between 0 and 1"),
+        ("level < 1", LEVEL, "write whole numbers from 1 up"),
+        ("12.5", COUNT, "write whole numbers from 0 up"),
+    ],
+)
+def test_a_tolerance_that_can_never_hold_is_told_the_range(written: str, dimension: Dimension, hint: str) -> None:
+    assert mistake(written, dimension).hint == hint
+
+
 bounds = st.floats(-1e6, 1e6)
 tolerances = st.one_of(
     st.tuples(bounds, bounds).map(lambda pair: Tolerance(min(pair), max(pair), False, False, "")),

@@ -81,7 +81,12 @@ def told(text: str) -> list[tuple[str, str, str]]:
         (HEAD + BUILD + "description: ''", "SD104", "''", "the text is empty", ""),
         (BUILD + "scenario: A b", "SD104", "A b", "'A b' is not a name for files", "small letters"),
         (HEAD + BUILD + "expect: [{stands: al}]", "SD104", "al", "expected 'all' or a mapping", "write all"),
-        (HEAD + BUILD + "world: {tilt: 95 deg}", "SD104", "95 deg", "out of range", ""),
+        (HEAD + BUILD + "world: {tilt: 95 deg}", "SD104", "95 deg", "out of range", "write between 0 and 90 deg"),
+        (HEAD + BUILD + "world: {gravity: 0 m/s2}", "SD104", "0 m/s2", "not more than zero", "write more than zero"),
+        (HEAD + "build: [{column: {levels: 1}, every: -1 s}]", "SD104", "-1 s", "not more", "write more than zero"),
+        (HEAD + BUILD + "brick: {size: [-1 cm, 1 cm, 1 cm], mass: 1 g}", "SD104", "-1 cm", "not", "more than zero"),
+        (HEAD + "build: [{harmonic: {bricks: 2, share: 3}}]", "SD104", "3", "out of range", "write between 0 and 2"),
+        (HEAD + BUILD + "expect: [{displaced: {bricks: 1, by: 5 mm}}]", "SD107", "5 mm", "bound", 'write "> 5 mm"'),
         (HEAD + BUILD + "expect: [{stands: all, system: stock}]", "SD104", "stock", "not played on 'stock'", "thesis"),
         (HEAD + "build: [{wall: {levels: 1, bricks: 1, gap: 1 m}}]", "SD104", "{levels", "longer than a plank", "0.2"),
         (HEAD + BUILD + "world: {gravity: 9.81}", "SD105", "9.81", "lacks the unit of an acceleration", "9.81 m/s2"),
@@ -150,6 +155,11 @@ def test_the_value_of_an_expression_is_checked_where_it_is_written() -> None:
         ("SD103", '"${n / 2}"', "expected a whole number, not 1.5"),
         ("SD105", '"${n * 2}"', "'6' lacks the unit of a length"),
     ]
+
+
+def test_the_value_of_an_expression_is_shown_as_an_author_would_write_it() -> None:
+    text = HEAD + 'let: {h: 3 mm}\nbuild: [{column: {levels: "${h}"}}]'
+    assert told(text) == [("SD103", '"${h}"', "expected a whole number, not '3 mm'")]
 
 
 def test_keys_are_known_along_a_path() -> None:

@@ -5,7 +5,7 @@ from itertools import product
 import pytest
 
 from stackdsl.diagnostics import Diagnostic
-from stackdsl.language.variants import MAX_VARIANTS, Variant, expand
+from stackdsl.language.variants import MAX_VARIANTS, Variant, expand, repeated
 from stackdsl.reading.source import Source, parse
 
 
@@ -41,7 +41,7 @@ def test_a_matrix_gives_each_combination_in_the_order_of_the_author() -> None:
     assert [variant.parameters for variant in variants] == [
         (("step", step), ("n", n)) for step, n in product(["12 mm", "10 mm"], ["2", "1"])
     ]
-    assert [variant.values["build"] for variant in variants] == [["0.024 m"], ["0.012 m"], ["0.02 m"], ["0.01 m"]]
+    assert [variant.values["build"] for variant in variants] == [["24 mm"], ["12 mm"], ["20 mm"], ["10 mm"]]
 
 
 def test_let_may_use_the_matrix_and_the_lines_above() -> None:
@@ -49,7 +49,7 @@ def test_let_may_use_the_matrix_and_the_lines_above() -> None:
         {matrix: {step: [12 mm]}, let: {half: "${step / 2}", share: 25 %, n: "${step / half}"}, a: ["${n}", "${share}"]}
         """)
     assert variant.values["a"] == [2, 0.25]
-    assert variant.values["let"] == {"half": "0.006 m", "share": "25 %", "n": 2}
+    assert variant.values["let"] == {"half": "6 mm", "share": "25 %", "n": 2}
 
 
 def test_the_source_is_left_as_it_was() -> None:
@@ -57,6 +57,22 @@ def test_the_source_is_left_as_it_was() -> None:
     given_source = source(text)
     expand(given_source)
     assert given_source.values == source(text).values
+
+
+def test_values_keep_their_digits_where_they_are_used_and_lose_them_where_people_read_them() -> None:
+    text = """{let: {x: 117.6 mm}, a: {share: "${0.5 - 5/14} ± 0.02", plain: 0.123456789 ± 1, n: "${1/3}",
+        whole: "${7}", list: ["${x / 11} .. ${x/7}", "L3.${1}.1234567", "${x / 11}..${x / 9}"]}}"""
+    (variant,) = expanded(text)
+    used = variant.values["a"]
+    assert isinstance(used, dict)
+    assert (used["share"], used["n"]) == ("0.14285714285714285 ± 0.02", 1 / 3)
+    assert repeated(source(text).values["a"], used) == {
+        "share": "0.142857 ± 0.02",
+        "plain": "0.123456789 ± 1",
+        "n": 0.333333,
+        "whole": 7,
+        "list": ["10.6909 mm .. 16.8 mm", "L3.1.1234567", "10.6909 mm..13.0667 mm"],
+    }
 
 
 @pytest.mark.parametrize(

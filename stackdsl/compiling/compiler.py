@@ -7,8 +7,9 @@ from collections.abc import Iterator, Sequence
 from math import inf
 
 from stability.model import BodyId, Brick, Plane, Quaternion
+from stackdsl.compiling.agreement import contradictions
 from stackdsl.compiling.fitting import Fit, Sited, fits
-from stackdsl.compiling.naming import levels_of, names_of, shared_names, unknown_bricks
+from stackdsl.compiling.naming import footings_of, levels_of, lofty_levels, names_of, shared_names, unknown_bricks
 from stackdsl.compiling.scheduling import scheduled
 from stackdsl.compiling.site import planes_of, tilt_of, turned_plane, turned_pose
 from stackdsl.compiling.written import WrittenBrick, bricks_of
@@ -17,17 +18,29 @@ from stackdsl.language.schema import Scenario
 from stackdsl.reading.source import Path, Source
 from stackdsl.timeline import Placement, Timeline, World
 
+MAX_BRICKS = 50_000  # in all steps together; some minutes of compiling
 HOLD = 2.0  # [s] watched after the last placement unless an expectation says for how long
 
 
 def compile_timeline(scenario: Scenario, source: Source) -> tuple[Timeline | None, tuple[Diagnostic, ...]]:
     """The timeline of a scenario, or all that keeps it from being built."""
+    bricks = sum(step.layout[1].bricks_at_most if step.layout else len(step.bricks or ()) for step in scenario.build)
+    if bricks > MAX_BRICKS:
+        message = f"the scenario has {bricks} bricks, and {MAX_BRICKS} is the most"
+        return None, (Diagnostic("SD206", source.key_span_of(("build",)), message, "make it smaller"),)
     written, planes = bricks_of(scenario), tuple(planes_of(scenario))
-    levels = levels_of(written, planes)
+    footings = footings_of(written, planes)
+    levels = levels_of(written, footings)
     names = names_of(written, levels, scenario)
     written, late = scheduled(written, levels, names, scenario, source)
     order = sorted(range(len(written)), key=lambda index: written[index].time)
-    mistakes = [*shared_names(written, names, source), *late, *unknown_bricks(scenario, source, names)]
+    mistakes = [
+        *shared_names(written, names, source),
+        *lofty_levels(written, footings, levels, names, source),
+        *late,
+        *unknown_bricks(scenario, source, names),
+        *contradictions(scenario, dict(zip(names, levels, strict=True)), _hold(scenario), source),
+    ]
     if not late:  # without the right times, nothing fits
         mistakes += _misfits([written[i] for i in order], [names[i] for i in order], planes, source)
     if mistakes:

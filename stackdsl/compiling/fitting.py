@@ -5,12 +5,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 from math import floor, hypot, inf
+from statistics import median
 
 from stability.contact import TOUCHING
 from stability.model import Plane, Pose, Vec3
 from stability.separation import Separation, box_above_plane, boxes_apart
 
 OVERLAP = 1e-4  # [m] what rounding in a file may cost; far below what a plank is made to
+LARGE = 3.0  # times the usual size
 LEAST_UPWARD = 0.05  # z of a contact normal that carries something; less is a touch of two upright faces
 
 
@@ -50,7 +52,7 @@ def fits(boxes: Sequence[Sited], planes: Sequence[Plane]) -> list[Fit]:
 
     Those put at the same time may rest on one another. Of two that overlap, the later one in the order is blamed.
     """
-    grid = _Grid(max((hypot(*box.size) for box in boxes), default=1.0))
+    grid = _Grid(median([hypot(*box.size) for box in boxes] or [1.0]) + 2.0 * TOUCHING)
     found: list[Fit] = []
     gathered = 0
     for index, box in enumerate(boxes):
@@ -85,17 +87,31 @@ def _is_below(apart: Separation) -> bool:
 
 @dataclass
 class _Grid:
-    """Boxes by the cells that their bounding spheres reach, so that only near ones are compared."""
+    """Boxes by the cells that their bounding spheres reach, so that only near ones are compared.
+
+    The cell suits the usual box; the few that are much larger are near everything.
+    """
 
     cell: float  # [m]
     cells: dict[tuple[int, ...], list[int]] = field(default_factory=lambda: defaultdict(list))
+    large: list[int] = field(default_factory=list)
+    count: int = 0
 
     def add(self, index: int, box: Sited) -> None:
+        self.count = index + 1
+        if self._is_large(box):
+            self.large.append(index)
+            return
         for cell in self._reached(box):
             self.cells[cell].append(index)
 
     def near(self, box: Sited) -> list[int]:
-        return sorted({other for cell in self._reached(box) for other in self.cells.get(cell, ())})
+        if self._is_large(box):
+            return list(range(self.count))
+        return sorted({*self.large, *(other for cell in self._reached(box) for other in self.cells.get(cell, ()))})
+
+    def _is_large(self, box: Sited) -> bool:
+        return hypot(*box.size) > LARGE * self.cell
 
     def _reached(self, box: Sited) -> Iterator[tuple[int, ...]]:
         reach = 0.5 * hypot(*box.size) + TOUCHING

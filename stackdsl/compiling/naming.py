@@ -4,24 +4,47 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 
 from stability.model import GROUND, BodyId, Plane
-from stackdsl.compiling.fitting import Sited, fits
+from stackdsl.compiling.fitting import Fit, Sited, fits
 from stackdsl.compiling.written import WrittenBrick
 from stackdsl.diagnostics import Diagnostic, did_you_mean
 from stackdsl.language.schema import Scenario
 from stackdsl.reading.source import Path, Source
 
 
-def levels_of(written: Sequence[WrittenBrick], planes: Sequence[Plane]) -> list[int]:
-    """The level of every brick: as written, or one above the highest that it stands on."""
-    if all(brick.level is not None for brick in written):
-        return [brick.level or 1 for brick in written]
+def footings_of(written: Sequence[WrittenBrick], planes: Sequence[Plane]) -> list[Fit]:
+    """What every brick stands on, for judging levels; nothing where layouts, which know theirs, are all there is."""
+    if all(brick.of_layout for brick in written):
+        return [Fit() for _ in written]
     # What a brick stands on does not depend on the clock, only on what the author put before it or in the same step.
-    found = fits([Sited(float(brick.step), brick.size, brick.pose) for brick in written], planes)
+    return fits([Sited(float(brick.step), brick.size, brick.pose) for brick in written], planes)
+
+
+def levels_of(written: Sequence[WrittenBrick], footings: Sequence[Fit]) -> list[int]:
+    """The level of every brick: as written, or one above the highest that it stands on."""
     levels: dict[int, int] = {}
     for index in sorted(range(len(written)), key=lambda index: written[index].pose.position_W[2]):
-        below = [levels[other] for other in found[index].on_boxes if other in levels]
+        below = [levels[other] for other in footings[index].on_boxes if other in levels]
         levels[index] = written[index].level or max(below, default=0) + 1
     return [levels[index] for index in range(len(written))]
+
+
+def lofty_levels(
+    written: Sequence[WrittenBrick],
+    footings: Sequence[Fit],
+    levels: Sequence[int],
+    names: Sequence[BodyId],
+    source: Source,
+) -> Iterator[Diagnostic]:
+    """Levels that the author wrote and that are higher than one above what the brick stands on."""
+    for brick, footing, name in zip(written, footings, names, strict=True):
+        if brick.level is None or brick.of_layout or footing.in_the_air:
+            continue  # in the air, a level is the author's word alone
+        highest = max((levels[other] for other in footing.on_boxes), default=0) + 1
+        if brick.level > highest:
+            where = "the ground" if highest == 1 else f"level {highest - 1}"
+            message = f"brick '{name}' stands on {where}, so it is no brick of level {brick.level}"
+            hint = f"write at most {highest}, or leave it out"
+            yield Diagnostic("SD104", source.span_of((*brick.path, "level")), message, hint)
 
 
 def names_of(written: Sequence[WrittenBrick], levels: Sequence[int], scenario: Scenario) -> list[BodyId]:

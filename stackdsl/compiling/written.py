@@ -25,6 +25,11 @@ class WrittenBrick:
     drop: bool
     time: float = 0.0
 
+    @property
+    def of_layout(self) -> bool:
+        """Whether a layout made it, so that its level is none that the author wrote."""
+        return "bricks" not in self.path
+
 
 def bricks_of(scenario: Scenario) -> list[WrittenBrick]:
     """All bricks in the author's order; times are not known yet."""

@@ -26,6 +26,7 @@ from stackdsl.language.quantities import (
     MASS,
     SHARE,
     SIGNED,
+    SLOPE,
     Dimension,
     parse_quantity,
     quantity_pattern,
@@ -60,7 +61,8 @@ def text_schema(pattern: str, description: str, example: str) -> JsonSchema:
 
 
 def _quantity(dimension: Dimension) -> Reads:
-    schema = text_schema(quantity_pattern(dimension), f"{dimension.noun} with its unit", dimension.example)
+    noun = f"{dimension.noun} with its unit" if dimension.needs_unit else dimension.noun
+    schema = text_schema(quantity_pattern(dimension), noun, dimension.example)
     return Reads(partial(parse_quantity, dimension=dimension), _or_number(schema, dimension))
 
 
@@ -87,11 +89,12 @@ PositiveLength = Annotated[float, _quantity(replace(EXTENT, positive=True))]  # 
 Duration = Annotated[float, _quantity(DURATION)]  # [s]
 PositiveDuration = Annotated[float, _quantity(replace(DURATION, positive=True))]  # [s]
 Angle = Annotated[float, _quantity(ANGLE)]  # [rad]
-Slope = Annotated[float, _quantity(replace(ANGLE, least=0.0, most=1.5))]  # [rad], less than upright
+Slope = Annotated[float, _quantity(SLOPE)]  # [rad], level to upright
 Density = Annotated[float, _quantity(DENSITY)]  # [kg/m3]
 Mass = Annotated[float, _quantity(MASS)]  # [kg]
 Acceleration = Annotated[float, _quantity(ACCELERATION)]  # [m/s2]
 Friction = Annotated[float, Field(strict=True, ge=0, le=10, allow_inf_nan=False)]  # Coulomb coefficient
+ShareOfLimit = Annotated[float, _quantity(replace(SHARE, most=2.0))]  # may go beyond the limit
 
 LengthTolerance = Annotated[Tolerance, _tolerance(EXTENT, "200 mm ± 1 mm")]
 LengthLowerBound = Annotated[Tolerance, _tolerance(EXTENT, "> 5 mm", parse_lower_bound)]

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias, cast
 
 from stackdsl.diagnostics import did_you_mean
 from stackdsl.language.mistakes import MistakeError, shown
-from stackdsl.language.quantities import NUMBER, UNIT, UNITS, registry, unit_amount
+from stackdsl.language.quantities import NUMBER, UNIT, UNITS, quantity_text, registry, unit_amount
 from stackdsl.reading.source import MAX_EXACT, Plain
 
 if TYPE_CHECKING:
@@ -233,8 +233,8 @@ def _unit_text(amount: "Amount") -> str:
 
 
 def _plain(amount: "Amount") -> int | float | str:
-    """A number, whole if it can be, or the text of a quantity in SI that reads back to the same double."""
+    """A number, whole if it can be, or the text of a quantity that reads back to the same double."""
     unit, magnitude = _unit_text(amount), amount.magnitude
     if unit:
-        return f"{float(magnitude)!r} {unit}"
+        return quantity_text(magnitude, unit)
     return int(magnitude) if magnitude.denominator == 1 and abs(magnitude) < MAX_EXACT else float(magnitude)

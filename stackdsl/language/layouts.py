@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 
 from stability.model import Vec3
 from stackdsl.language.author_models import AuthorModel, default
-from stackdsl.language.author_types import Angle, Length, NonNegativeLength, PositiveLength
+from stackdsl.language.author_types import Angle, Length, NonNegativeLength, PositiveLength, ShareOfLimit
 from stackdsl.language.mistakes import MistakeError
 
 MAX_LEVELS: Final = 10_000  # beyond, a typo: the tallest plank towers have a few hundred levels
@@ -192,9 +192,7 @@ class HarmonicParams(LayoutParams):
     """The stack that leans out furthest, one plank a level."""
 
     bricks: Levels = Field(description="how many planks")
-    share: Annotated[float, Field(strict=True, ge=0, le=2, allow_inf_nan=False)] = default(
-        1.0, "of the overhang at which the stack is on the point of tipping"
-    )
+    share: ShareOfLimit = default(1.0, "of the overhang at which the stack is on the point of tipping")
 
 
 @layout("harmonic", HarmonicParams)

@@ -7,9 +7,10 @@ Units are the few that scenarios need, defined for pint; an unknown one is a mis
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from decimal import Decimal
 from fractions import Fraction
 from functools import cache
-from math import inf
+from math import inf, nextafter, radians
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 from stackdsl.diagnostics import did_you_mean
@@ -30,6 +31,8 @@ UNITS: Final[Mapping[str, str]] = {
     **{"rad": "[angle]", "deg": "3.14159265358979323846264338327950288 / 180 * rad"},
     **{"N": "kg * m / s**2", "J": "N * m", "g0": "9.80665 * m / s**2", "percent": "0.01"},
 }
+# What authors write in place of an SI unit, below so much of it.
+_EVERYDAY: Final[Mapping[str, tuple[str, float]]] = {"m": ("mm", 1.0), "kg": ("g", 1.0), "rad": ("deg", inf)}
 _SPELLINGS = str.maketrans({"²": "2", "³": "3", "^": "", "·": "*", "°": "deg", "%": "percent"})
 
 # Digits are bounded: reading a number of a million digits takes minutes.
@@ -56,11 +59,17 @@ class Dimension:
     prefix: str = ""  # a word before the number
 
 
-# Beyond 10 km or a day there is a typo, which should not cost a day to find.
+def _degrees(angle: int) -> float:
+    """A limit that the exact angle does not exceed, as the nearest double may [rad]."""
+    return nextafter(radians(angle), inf)
+
+
+# Beyond 10 km, a day or a hundred turns there is a typo, which should not cost a day to find.
 LENGTH: Final = Dimension("a length", ("mm", "cm", "m", "km"), "13.5 mm", -1e4, 1e4)
 EXTENT: Final = replace(LENGTH, least=0.0)
 DURATION: Final = Dimension("a duration", ("ms", "s", "min"), "1.5 s", 0.0, 86_400.0)
-ANGLE: Final = Dimension("an angle", ("deg", "rad"), "30 deg", -100.0, 100.0)
+ANGLE: Final = Dimension("an angle", ("deg", "rad"), "30 deg", -_degrees(36_000), _degrees(36_000))
+SLOPE: Final = replace(ANGLE, least=0.0, most=_degrees(90))
 DENSITY: Final = Dimension("a density", ("kg/m3", "g/cm3"), "557 kg/m3", 0.0, 1e6, positive=True)
 MASS: Final = Dimension("a mass", ("g", "kg"), "11.9 g", 0.0, 1e9, positive=True)
 ACCELERATION: Final = Dimension(
@@ -108,6 +117,38 @@ def advice(dimension: Dimension) -> str:
     return f"write {dimension.noun}{unit}, such as {dimension.example}"
 
 
+def range_advice(dimension: Dimension) -> str:
+    """Between which values to stay, where the form is right."""
+    if dimension.whole:
+        return f"write whole numbers from {dimension.least} up"
+    unit = _everyday_unit(si_unit(dimension), dimension.most)
+    least, most = (f"{bound / float(unit_amount(unit).magnitude):.10g}" for bound in (dimension.least, dimension.most))
+    low = "more than zero, at most" if dimension.positive else f"between {least} and"
+    return f"write {low} {most} {unit}".rstrip()
+
+
+def si_unit(dimension: Dimension) -> str:
+    """The SI unit of a dimension; empty for numbers."""
+    return next((unit for unit in dimension.units if unit_amount(unit).magnitude == 1), "")
+
+
+def quantity_text(magnitude: Fraction, unit: str) -> str:
+    """So much of an SI unit as an author would write it; it reads back to the same double."""
+    everyday = _everyday_unit(unit, magnitude)
+    scale = Fraction(1) if everyday == unit else unit_amount(everyday).magnitude
+    number = magnitude / scale
+    decimal = f"{Decimal(number.numerator) / number.denominator:.20f}".rstrip("0").rstrip(".")
+    if re.fullmatch(SIGNED, decimal) and float(Fraction(decimal) * scale) == float(magnitude):
+        return f"{decimal} {everyday}"
+    return f"{float(magnitude)!r} {unit}"
+
+
+def _everyday_unit(unit: str, magnitude: Fraction | float) -> str:
+    """The unit that an author would take for so much of an SI unit."""
+    small, limit = _EVERYDAY.get(unit, (unit, 0.0))
+    return small if abs(float(magnitude)) < limit else unit
+
+
 def exact_quantity(text: str, dimension: Dimension) -> Fraction:
     """A quantity in SI, exactly."""
     match = QUANTITY.fullmatch(text)
@@ -126,9 +167,9 @@ def parse_quantity(written: object, dimension: Dimension) -> float:
     """A quantity in SI (angles in rad), within the range of its dimension."""
     exact = exact_quantity(as_text(written, dimension), dimension)
     if dimension.positive and exact <= 0:
-        raise MistakeError("SD104", f"{dimension.noun} of {written} is not more than zero", advice(dimension))
+        raise MistakeError("SD104", f"{dimension.noun} of {written} is not more than zero", "write more than zero")
     if not dimension.least <= exact <= dimension.most:
-        raise MistakeError("SD104", f"{dimension.noun} of {written} is out of range", advice(dimension))
+        raise MistakeError("SD104", f"{dimension.noun} of {written} is out of range", range_advice(dimension))
     return float(exact)
 
 

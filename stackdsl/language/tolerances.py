@@ -9,7 +9,17 @@ from fractions import Fraction
 from math import ceil, floor, inf
 
 from stackdsl.language.mistakes import MistakeError
-from stackdsl.language.quantities import QUANTITY, SIGNED, Dimension, advice, as_text, exact_quantity
+from stackdsl.language.quantities import (
+    QUANTITY,
+    SIGNED,
+    Dimension,
+    advice,
+    as_text,
+    exact_quantity,
+    quantity_text,
+    range_advice,
+    si_unit,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,16 +58,19 @@ def parse_tolerance(written: object, dimension: Dimension) -> Tolerance:
     if low == high and not dimension.whole:
         raise _malformed(text, "leaves no room, and a measured value is never exact", "add ± and a width")
     if not _can_hold(tolerance, dimension):
-        raise _malformed(text, f"can never hold for {dimension.noun}", advice(dimension))
+        raise _malformed(text, f"can never hold for {dimension.noun}", range_advice(dimension))
     return tolerance
 
 
 def parse_lower_bound(written: object, dimension: Dimension) -> Tolerance:
     """A tolerance without an upper end."""
-    tolerance = parse_tolerance(written, dimension)
-    if tolerance.high != inf:
-        raise _malformed(tolerance.text, "is not a lower bound", f"write > {dimension.example}")
-    return tolerance
+    text = as_text(written, dimension)
+    low, high, _ = _bounds(_after_prefix(text, dimension), text, dimension)
+    if isinstance(high, Fraction):
+        meant = max(low if isinstance(low, Fraction) else high, Fraction(0))
+        hint = f'write "> {quantity_text(meant, si_unit(dimension)).rstrip()}"'
+        raise _malformed(text, "is not a lower bound", hint)
+    return parse_tolerance(text, dimension)
 
 
 def _malformed(text: str, fault: str, hint: str) -> MistakeError:

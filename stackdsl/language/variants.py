@@ -2,6 +2,7 @@
 
 import keyword
 import math
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import product
@@ -21,6 +22,7 @@ Mistakes: TypeAlias = dict[tuple[Path, str], MistakeError]
 
 FIXED: Final = ("scenario", "let", "matrix")  # what is not filled in like the rest
 MAX_VARIANTS: Final = 256
+_DECIMAL = re.compile(r"(?<!\w)(?<!\d\.)\d+\.\d+(?:[eE][+-]?\d+)?")  # but not the 3.2 of a brick L3.2
 
 
 class _NameError(MistakeError):
@@ -48,6 +50,19 @@ def expand(source: Source) -> tuple[tuple[Variant, ...], tuple[Diagnostic, ...]]
         mistakes |= more
     found = {_diagnostic(source, path, mistake) for (path, _), mistake in mistakes.items()}
     return tuple(variants), tuple(sorted(found, key=reading_order))
+
+
+def repeated(written: Plain, filled: Plain) -> Plain:
+    """A value of a variant for people to read: the numbers of its expressions in six digits, the rest as written."""
+    if isinstance(written, dict) and isinstance(filled, dict):
+        return {key: repeated(written[key], member) for key, member in filled.items()}
+    if isinstance(written, list) and isinstance(filled, list):
+        return [repeated(*pair) for pair in zip(written, filled, strict=True)]
+    if not isinstance(written, str) or "${" not in written:
+        return filled
+    if isinstance(filled, str):
+        return _DECIMAL.sub(lambda match: f"{float(match[0]):.6g}", filled)
+    return float(f"{filled:.6g}") if isinstance(filled, float) else filled
 
 
 def _diagnostic(source: Source, path: Path, mistake: MistakeError) -> Diagnostic:

@@ -27,6 +27,7 @@ def report_json(report: Report) -> str:
         "results": [_result(report, result) for result in report.results],
         "obsolete": list(report.obsolete),
         "removed": list(report.removed),
+        "accept": report.accept or None,
     }
     return json.dumps(whole, indent=2, sort_keys=True, allow_nan=False) + "\n"
 

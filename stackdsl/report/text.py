@@ -1,6 +1,5 @@
 """The report as text: mistakes first, then one row a variant, then failures one by one, then one line of sums."""
 
-import shlex
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from io import StringIO
@@ -12,6 +11,7 @@ from rich.text import Text
 
 from stackdsl.outcome import GOLDEN_FAILURES, REFERENCE_SYSTEM, GoldenStatus, Outcome, Report, RunStatus, VariantResult
 from stackdsl.report.diagnostic_text import diagnostic_text
+from stackdsl.report.outcome_text import outcome_text, significant
 
 NOTHING = "-"
 UNBOUNDED = 10_000  # [characters] more than any table takes
@@ -103,7 +103,7 @@ def _row(report: Report, result: VariantResult) -> Row:
         "variant": result.variant,
         "verdict": result.verdict if result.status is RunStatus.DONE else result.status.value,
         "level": str(result.collapse.level) if result.collapse else NOTHING,
-        "drift mm": _significant(1000.0 * result.drift) if result.status is RunStatus.DONE else NOTHING,
+        "drift mm": significant(1000.0 * result.drift) if result.status is RunStatus.DONE else NOTHING,
         "met": f"{result.met}/{len(result.outcomes)}" if result.outcomes else NOTHING,
         "truth": {None: NOTHING, True: "agrees", False: "differs"}[result.truth_agrees],
         "golden": result.golden.status.value if result.golden else NOTHING,
@@ -114,13 +114,8 @@ def _row(report: Report, result: VariantResult) -> Row:
     }
 
 
-def _significant(value: float) -> str:
-    """Three significant digits, without an exponent where there can be none."""
-    return f"{float(f'{value:.3g}'):g}"
-
-
 def _factor(value: float | None) -> str:
-    return f"{_significant(value)}x" if value is not None else NOTHING
+    return f"{significant(value)}x" if value is not None else NOTHING
 
 
 def _table(rows: Sequence[Row], left: Sequence[str]) -> Table:
@@ -143,11 +138,7 @@ def _missed(report: Report, outcomes_of: Callable[[VariantResult], Sequence[Outc
     for result in report.results:
         for outcome in outcomes_of(result):
             if not outcome.passed:
-                yield (
-                    f"{outcome.span}: {result.name}: {outcome.name}: expected {outcome.expected}, "
-                    f"measured {outcome.measured} (margin {_significant(outcome.margin)} {outcome.unit}".rstrip()
-                    + ")"
-                )
+                yield f"{outcome.span}: {result.name}: {outcome_text(outcome)}"
 
 
 def _differences(result: VariantResult) -> Block:
@@ -177,11 +168,8 @@ def _golden_files(report: Report) -> Iterator[str]:
             )
     yield from (f"{file}: removed" for file in report.removed)
     yield from (f"{file}: obsolete, no variant has this name" for file in report.obsolete)
-    files = sorted({result.file for result in report.results if result.golden_failed})
-    if files:
-        yield f"accept with: stackdsl check {shlex.join(files)} --update"
-    if report.obsolete:
-        yield "remove obsolete ones with: stackdsl check --update, all scenarios selected"
+    if report.accept:
+        yield f"accept{', and remove what is obsolete,' if report.obsolete else ''} with: {report.accept}"
 
 
 def _stamps(report: Report) -> Iterator[str]:

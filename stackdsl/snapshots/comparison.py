@@ -1,20 +1,27 @@
 """A snapshot against what a golden file holds: every observation that left its tolerance, by name and with its unit."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import TypeAlias, TypeGuard
 
 from stackdsl.outcome import GoldenDifference
-from stackdsl.snapshots.snapshot import (
+from stackdsl.snapshots.canonical import document
+from stackdsl.snapshots.record import (
     COLLAPSE_TIME,
+    FRICTION,
+    GRAVITY,
     HEIGHT,
     MARGIN,
+    MASS,
+    NORMAL,
     PLACING_TIME,
     POSITION,
     SHARE,
+    SIZE,
+    TURN,
     UNCLEAR,
     Quantity,
     Snapshot,
-    document,
 )
 
 ABSENT = "none"
@@ -38,7 +45,7 @@ def compare_documents(expected: Object, got: Object) -> tuple[GoldenDifference, 
     """The same for two JSON values."""
     return (
         *_structure(expected, got),
-        *_events(_by_bricks(expected), _by_bricks(got)),
+        *_placings(_by_brick(expected), _by_brick(got)),
         *_bricks(_object(expected, "bricks"), _object(got, "bricks")),
     )
 
@@ -46,6 +53,7 @@ def compare_documents(expected: Object, got: Object) -> tuple[GoldenDifference, 
 def _structure(expected: Object, got: Object) -> Differences:
     for key in ("scenario", "variant", "system"):
         yield from _value("snapshot", key, expected.get(key), got.get(key))
+    yield from _world(_object(expected, "world"), _object(got, "world"))
     yield from _value("structure", "verdict", expected.get("verdict"), got.get("verdict"))
     was, now = _object(expected, "collapse"), _object(got, "collapse")
     yield from _value("structure", "collapse level", was.get("level"), now.get("level"))
@@ -55,38 +63,74 @@ def _structure(expected: Object, got: Object) -> Differences:
     yield from _value("structure", "levels standing", expected.get("levels_standing"), got.get("levels_standing"))
 
 
-def _by_bricks(whole: Object) -> dict[tuple[str, ...], tuple[str, Object]]:
-    """Events by the bricks placed, so that one more event does not shift all later ones; each with its label."""
-    events: dict[tuple[str, ...], tuple[str, Object]] = {}
+def _world(expected: Object, got: Object) -> Differences:
+    yield from _value("world", "gravity", expected.get("gravity"), got.get("gravity"), GRAVITY)
+    yield from _value("world", "friction", expected.get("friction"), got.get("friction"), FRICTION)
+    was, now = _object(expected, "planes"), _object(got, "planes")
+    for plane in sorted({*was, *now}):
+        if plane in was and plane in now:
+            before, after = _object(was, plane), _object(now, plane)
+            yield from _value(plane, "friction", before.get("friction"), after.get("friction"), FRICTION)
+            yield from _vector(plane, "", (before, after), "at_mm", POSITION)
+            yield from _vector(plane, " of the normal", (before, after), "normal", NORMAL)
+        else:
+            yield GoldenDifference(plane, "plane", *_presence(plane in was), tolerance="exact")
+
+
+def _presence(before: bool) -> tuple[str, str]:
+    return ("present", ABSENT) if before else (ABSENT, "present")
+
+
+@dataclass(frozen=True, slots=True)
+class _Placing:
+    """The event in which a brick was placed."""
+
+    number: int
+    event: Object
+
+    @property
+    def time(self) -> object:
+        return self.event.get("time_s")
+
+    @property
+    def shown_time(self) -> str:
+        return _shown(self.time, PLACING_TIME)
+
+    def detail(self, brick: str) -> Object:
+        return _object(_object(self.event, "placed"), brick)
+
+
+def _by_brick(whole: Object) -> dict[str, _Placing]:
+    """Events by each brick placed, so that one more event, or other groups, do not shift all later ones."""
+    placings: dict[str, _Placing] = {}
     for number, event in enumerate(_array(whole, "events"), start=1):
         if not isinstance(event, Mapping):
             raise MalformedSnapshotError(f"event {number} is not an object")
-        bricks = tuple(sorted(_object(event, "placed")))
-        if bricks in events:
-            raise MalformedSnapshotError(f"event {number} places the bricks of an earlier one again")
-        events[bricks] = (f"event {number} ({_shown(event.get('time_s'), PLACING_TIME)})", event)
-    return events
+        bricks = sorted(_object(event, "placed"))
+        if not bricks:
+            raise MalformedSnapshotError(f"event {number} places no brick")
+        for brick in bricks:
+            if brick in placings:
+                raise MalformedSnapshotError(f"event {number} places {brick!r} of event {placings[brick].number} again")
+            placings[brick] = _Placing(number, event)
+    return placings
 
 
-def _events(
-    expected: Mapping[tuple[str, ...], tuple[str, Object]], got: Mapping[tuple[str, ...], tuple[str, Object]]
-) -> Differences:
-    for bricks in [*expected, *(bricks for bricks in got if bricks not in expected)]:
-        label, _ = expected.get(bricks) or got[bricks]
-        if bricks in expected and bricks in got:
-            yield from _event(label, expected[bricks][1], got[bricks][1])
-        else:
-            names = ", ".join(bricks)
-            shown = (names, ABSENT) if bricks in expected else (ABSENT, names)
-            yield GoldenDifference(label, "placed", *shown, tolerance="exact")
-
-
-def _event(label: str, expected: Object, got: Object) -> Differences:
-    yield from _value(label, "time", expected.get("time_s"), got.get("time_s"), PLACING_TIME)
-    yield from _value(label, "margin", expected.get("margin_mm"), got.get("margin_mm"), MARGIN)
-    was, now = _object(expected, "placed"), _object(got, "placed")
-    for brick in sorted(was):
-        yield from _place(brick, " when placed", _object(was, brick), _object(now, brick))
+def _placings(expected: Mapping[str, _Placing], got: Mapping[str, _Placing]) -> Differences:
+    compared: set[tuple[int, int]] = set()  # pairs of events
+    for brick in [*expected, *(brick for brick in got if brick not in expected)]:
+        was, now = expected.get(brick), got.get(brick)
+        if was is None or now is None:
+            times = [placing.shown_time if placing is not None else ABSENT for placing in (was, now)]
+            yield GoldenDifference(brick, "placed at", times[0], times[1], tolerance="exact")
+            continue
+        yield from _value(brick, "placed at", was.time, now.time, PLACING_TIME)
+        if (was.number, now.number) not in compared:
+            compared.add((was.number, now.number))
+            label = f"event {was.number} ({was.shown_time})"
+            yield from _value(label, "margin", was.event.get("margin_mm"), now.event.get("margin_mm"), MARGIN)
+        yield from _make(brick, was.detail(brick), now.detail(brick))
+        yield from _place(brick, " when placed", was.detail(brick), now.detail(brick))
 
 
 def _bricks(expected: Object, got: Object) -> Differences:
@@ -94,8 +138,7 @@ def _bricks(expected: Object, got: Object) -> Differences:
         if brick in expected and brick in got:
             yield from _brick(brick, _object(expected, brick), _object(got, brick))
         else:
-            shown = ("present", ABSENT) if brick in expected else (ABSENT, "present")
-            yield GoldenDifference(brick, "brick", *shown, tolerance="exact")
+            yield GoldenDifference(brick, "brick", *_presence(brick in expected), tolerance="exact")
 
 
 def _brick(brick: str, expected: Object, got: Object) -> Differences:
@@ -107,10 +150,15 @@ def _brick(brick: str, expected: Object, got: Object) -> Differences:
         yield from _place(brick, "", expected, got)
 
 
+def _make(brick: str, expected: Object, got: Object) -> Differences:
+    """What the author wrote of a brick, its place aside."""
+    yield from _vector(brick, " of the turn", (expected, got), "turn_deg", TURN)
+    yield from _vector(brick, " size", (expected, got), "size_mm", SIZE)
+    yield from _value(brick, "mass", expected.get("mass_g"), got.get("mass_g"), MASS)
+
+
 def _place(brick: str, when: str, expected: Object, got: Object) -> Differences:
-    was, now = _position(brick, expected), _position(brick, got)
-    for axis in "xyz":
-        yield from _value(brick, axis + when, was.get(axis), now.get(axis), POSITION)
+    yield from _vector(brick, when, (expected, got), "at_mm", POSITION)
     yield from _supports(brick, when, _object(expected, "rests_on"), _object(got, "rests_on"))
 
 
@@ -152,10 +200,16 @@ def _shown(value: object, quantity: Quantity | None) -> str:
     return str(value)
 
 
-def _position(brick: str, holder: Object) -> Mapping[str, object]:
-    values = _array(holder, "at_mm")
+def _vector(subject: str, what: str, holders: tuple[Object, Object], key: str, quantity: Quantity) -> Differences:
+    was, now = (_components(subject, key, holder) for holder in holders)
+    for axis in "xyz":
+        yield from _value(subject, axis + what, was.get(axis), now.get(axis), quantity)
+
+
+def _components(subject: str, key: str, holder: Object) -> Mapping[str, object]:
+    values = _array(holder, key)
     if len(values) not in (0, 3):
-        raise MalformedSnapshotError(f"at_mm of {brick} is not three numbers")
+        raise MalformedSnapshotError(f"{key} of {subject} is not three numbers")
     return dict(zip("xyz", values, strict=False))
 
 

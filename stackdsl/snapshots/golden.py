@@ -11,8 +11,9 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from stackdsl.outcome import GoldenResult, GoldenStatus
+from stackdsl.snapshots.canonical import canonical_text, document
 from stackdsl.snapshots.comparison import MalformedSnapshotError, compare_documents
-from stackdsl.snapshots.snapshot import FORMAT, Identity, Snapshot, canonical_text, document
+from stackdsl.snapshots.record import FORMAT, Identity, Snapshot
 
 STAMPED = ("stackdsl", "pybullet")  # distributions whose versions may move a snapshot
 LONGEST_PART = 60  # characters of a scenario's or variant's name in a file name; two fit the 143 of encrypted disks

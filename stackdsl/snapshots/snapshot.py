@@ -1,19 +1,38 @@
-"""What a golden file locks of a run, and its canonical text.
+"""Trace -> snapshot: of all that happened, what is worth locking and clear enough to be locked."""
 
-Facts that a person can read, and that a small disturbance does not change: a collapse is chaotic once it is under way,
-and a bare engine creeps. What is not clear-cut is written as `unclear`, which compares equal to anything, or left out.
-"""
-
-import json
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass
 from itertools import takewhile
-from math import isfinite
-from typing import TYPE_CHECKING, TypeAlias
+from math import atan2, degrees, hypot, isfinite
 
 from stability.geometry import box_corners
-from stability.model import BodyId, Pose
+from stability.model import BodyId, Pose, Vec3
+from stackdsl.snapshots.record import (
+    COLLAPSE_TIME,
+    FRICTION,
+    GRAVITY,
+    HEIGHT,
+    MARGIN,
+    MASS,
+    NORMAL,
+    PLACING_TIME,
+    POSITION,
+    SHARE,
+    SIZE,
+    TURN,
+    UNCLEAR,
+    FinalBrick,
+    FirstCollapse,
+    FixedPlane,
+    Identity,
+    Number,
+    PlacedBrick,
+    Placing,
+    Quantity,
+    Scene,
+    Snapshot,
+)
+from stackdsl.timeline import World
 from stackdsl.trace import (
     COLLAPSE_SHARE_OF_SMALLEST_SIDE,
     COLLAPSE_TILT,
@@ -26,101 +45,20 @@ from stackdsl.trace import (
     Trace,
 )
 
-if TYPE_CHECKING:
-    from _typeshed import DataclassInstance
-
-FORMAT = 1  # of the file; raise it whenever an older file can no longer be compared
-UNCLEAR = "unclear"  # too close to call; equal to anything
 CLEAR_CUT = 3.0  # times beyond, or below, the threshold of a collapse; other engines lie within 30 % of each other
 STANDING = frozenset({BrickState.FROZEN.value, BrickState.STANDING.value})
-
-Number: TypeAlias = float | str  # text where a number is unclear or not finite: JSON has no infinity
-
-
-@dataclass(frozen=True, slots=True)
-class Quantity:
-    """A kind of number: how it is written, and how far it may move until it counts as different."""
-
-    unit: str
-    digits: int  # decimals written; at least ten times finer than the tolerance, so rounding never decides
-    tolerance: float  # in `unit`
+HALF_TURN = 1e-9  # cosine of half an angle below which a turn counts as half a turn
 
 
-POSITION = Quantity("mm", 2, 0.5)  # the gap that still counts as touching, half the moulding tolerance of a brick
-HEIGHT = Quantity("mm", 2, 0.5)  # as POSITION: it is the top of one brick
-MARGIN = Quantity("mm", 2, 0.2)  # finer than POSITION: contact corners, which it is made of, agree within 0.1 mm
-SHARE = Quantity("", 3, 0.02)  # what 0.5 mm does on a lever of 24 mm, a plank's width
-COLLAPSE_TIME = Quantity("s", 3, 0.05)  # solvers differ by up to 0.02 s in when a tower has visibly begun to fall
-PLACING_TIME = Quantity("s", 3, 0.005)  # one step of the coarsest engine, 1/240 s
-
-
-@dataclass(frozen=True, slots=True)
-class Identity:
-    """Which run it is."""
-
-    scenario: str
-    variant: str  # such as `step=10mm,thesis`
-    system: str
-
-
-@dataclass(frozen=True, slots=True)
-class FirstCollapse:
-    """The collapse; what is None is not locked."""
-
-    level: int
-    time_s: Number | None
-    gave_way: BodyId | None
-
-
-@dataclass(frozen=True, slots=True)
-class PlacedBrick:
-    """Where a brick was set down, and who carried it once it had been judged."""
-
-    at_mm: tuple[Number, ...]  # centre in W
-    rests_on: Mapping[BodyId, Number] | None  # shares; None where no model tells
-
-
-@dataclass(frozen=True, slots=True)
-class Placing:
-    """Bricks set down at one time."""
-
-    time_s: Number
-    margin_mm: Number | None  # least tipping margin of the stack afterwards; None where no model tells
-    placed: Mapping[BodyId, PlacedBrick]
-
-
-@dataclass(frozen=True, slots=True)
-class FinalBrick:
-    """How a brick ended; what is None is not locked."""
-
-    level: int
-    state: str  # a BrickState, or UNCLEAR
-    at_mm: tuple[Number, ...] | None
-    rests_on: Mapping[BodyId, Number] | None
-
-
-@dataclass(frozen=True, slots=True)
-class Snapshot:
-    """All that is locked of one run; what is None is not locked."""
-
-    identity: Identity
-    stamp: Mapping[str, str]  # versions of what made it
-    verdict: str
-    collapse: FirstCollapse | None
-    height_mm: Number | None  # of what stands
-    levels_standing: Number | None  # counted from the first, as long as every brick of a level stands
-    events: tuple[Placing, ...]
-    bricks: Mapping[BodyId, FinalBrick]  # by level, then name
-
-
-def take(trace: Trace, identity: Identity, stamp: Mapping[str, str], proven: bool) -> Snapshot:
+def take(trace: Trace, world: World, identity: Identity, stamp: Mapping[str, str], proven: bool) -> Snapshot:
     """The snapshot of a run; `proven` where positions and shares come from a model, not from a bare engine."""
     states = {brick: _state(track, trace.collapse, proven) for brick, track in trace.tracks.items()}
     carried = _supports(trace.edges)
     return Snapshot(
         identity=identity,
         stamp=dict(sorted(stamp.items())),
-        verdict="stands" if trace.collapse is None else "collapses",
+        world=_scene(world),
+        verdict=trace.verdict.value,
         collapse=_first_collapse(trace.collapse, proven),
         height_mm=_height(trace.tracks, states) if proven else None,
         levels_standing=_levels_standing(trace.tracks, states) if proven else None,
@@ -137,8 +75,34 @@ def _rounded(value: float, quantity: Quantity) -> Number:
     return round(value, quantity.digits) + 0.0 if isfinite(value) else str(value)
 
 
-def _in_mm(pose: Pose) -> tuple[Number, ...]:
-    return tuple(_rounded(1000.0 * value, POSITION) for value in pose.position_W)
+def _in_mm(position_W: Vec3, quantity: Quantity) -> tuple[Number, ...]:
+    return tuple(_rounded(1000.0 * value, quantity) for value in position_W)
+
+
+def _scene(world: World) -> Scene:
+    return Scene(
+        gravity=_rounded(world.gravity, GRAVITY),
+        friction=_rounded(world.friction, FRICTION),
+        planes={
+            plane.id: FixedPlane(
+                at_mm=_in_mm(plane.point_W, POSITION),
+                normal=tuple(_rounded(value, NORMAL) for value in plane.normal_W),
+                friction=_rounded(plane.friction, FRICTION),
+            )
+            for plane in world.planes
+        },
+    )
+
+
+def _turn(pose: Pose) -> tuple[Number, ...]:
+    """The turn of a body as axis times angle [deg], the same for the same turn."""
+    x, y, z, w = pose.orientation
+    # Half a turn one way is half a turn the other way: then the first component that counts is positive.
+    leading = w if abs(w) > HALF_TURN else next((value for value in (x, y, z) if abs(value) > HALF_TURN), 1.0)
+    sign = 1.0 if leading > 0.0 else -1.0
+    sine = hypot(x, y, z)
+    angle = degrees(2.0 * atan2(sine, sign * w))
+    return tuple(_rounded(sign * value / sine * angle if sine > 0.0 else 0.0, TURN) for value in (x, y, z))
 
 
 def _first_collapse(collapse: Collapse | None, proven: bool) -> FirstCollapse | None:
@@ -231,8 +195,12 @@ def _is_below(event: Event, trace: Trace) -> bool:
 
 def _placed(brick: BodyId, trace: Trace, told: bool) -> PlacedBrick:
     edges = trace.edges_when_placed.get(brick) if told else None
+    track = trace.tracks[brick]
     return PlacedBrick(
-        at_mm=_in_mm(trace.tracks[brick].placed),
+        at_mm=_in_mm(track.placed.position_W, POSITION),
+        turn_deg=_turn(track.placed),
+        size_mm=_in_mm(track.brick.size, SIZE),
+        mass_g=_rounded(1000.0 * track.brick.mass, MASS),
         rests_on=_shares(_supports(edges)[brick]) if edges is not None else None,
     )
 
@@ -241,50 +209,6 @@ def _final(track: BrickTrack, state: str, carried: Mapping[BodyId, float], lies_
     return FinalBrick(
         level=track.level,
         state=state,
-        at_mm=_in_mm(track.final) if lies_still else None,
+        at_mm=_in_mm(track.final.position_W, POSITION) if lies_still else None,
         rests_on=_shares(carried) if lies_still else None,
     )
-
-
-def document(snapshot: Snapshot) -> dict[str, object]:
-    """The snapshot as plain JSON values; what is not locked is left out."""
-    return {"format": FORMAT, **_plain(snapshot.identity), **_plain(snapshot, without=("identity",))}
-
-
-def _plain(record: "DataclassInstance", without: Sequence[str] = ()) -> dict[str, object]:
-    named = ((field.name, getattr(record, field.name)) for field in fields(record) if field.name not in without)
-    return {name: _plain_value(value) for name, value in named if value is not None}
-
-
-def _plain_value(value: object) -> object:
-    if isinstance(value, Mapping):
-        return {key: _plain_value(item) for key, item in value.items()}
-    if isinstance(value, tuple):
-        return [_plain_value(item) for item in value]
-    return _plain(value) if is_dataclass(value) and not isinstance(value, type) else value
-
-
-def canonical_text(snapshot: Snapshot) -> str:
-    """The text of a golden file: one line a brick and an event so that a diff reads well; ASCII."""
-    head = document(snapshot)
-    del head["events"], head["bricks"]
-    lines = [f"  {_json(key)}: {_json(value)}" for key, value in head.items()]
-    events = [_event_text(placing) for placing in snapshot.events]
-    bricks = [f"    {_json(brick)}: {_json(_plain(final))}" for brick, final in snapshot.bricks.items()]
-    lines.append('  "events": ' + _block("[]", events, "  "))
-    lines.append('  "bricks": ' + _block("{}", bricks, "  "))
-    return _block("{}", lines, "") + "\n"
-
-
-def _event_text(placing: Placing) -> str:
-    head = {key: value for key, value in _plain(placing).items() if key != "placed"}
-    bricks = [f"      {_json(brick)}: {_json(_plain(placed))}" for brick, placed in placing.placed.items()]
-    return f'    {_json(head)[:-1]}, "placed": ' + _block("{}", bricks, "    ") + "}"
-
-
-def _block(brackets: str, lines: Sequence[str], indent: str) -> str:
-    return f"{brackets[0]}\n" + ",\n".join(lines) + f"\n{indent}{brackets[1]}" if lines else brackets
-
-
-def _json(value: object) -> str:
-    return json.dumps(value, ensure_ascii=True, allow_nan=False)

@@ -1,0 +1,48 @@
+"""Can everything that is expected of one system come true? What must stand and what must fall cannot be the same."""
+
+from collections.abc import Iterator, Mapping
+
+from stability.model import BodyId
+from stackdsl.diagnostics import Diagnostic
+from stackdsl.language.claims import Collapses, Expectation, Stands
+from stackdsl.language.schema import Scenario
+from stackdsl.reading.source import Source
+
+
+def contradictions(
+    scenario: Scenario, levels: Mapping[BodyId, int], hold: float, source: Source
+) -> Iterator[Diagnostic]:
+    """Expectations that cannot hold together with an earlier one.
+
+    `levels` are those of all bricks, `hold` is how long the structure is watched after it is built [s].
+    """
+    for number, claim in enumerate(scenario.expect):
+        for before, earlier in enumerate(scenario.expect[:number]):
+            shared = [name for name in scenario.systems if _is_of(claim, name) and _is_of(earlier, name)]
+            if shared and _exclude(claim, earlier, levels, hold):
+                there = source.key_span_of(("expect", before, earlier.kind))
+                which = f"`{earlier.kind}` at {there.line}:{there.column}"
+                message = f"this and {which} cannot both hold on {', '.join(shared)}"
+                here = source.key_span_of(("expect", number, claim.kind))
+                yield Diagnostic("SD104", here, message, "remove one, or say by `system:` what each is expected of")
+                break
+
+
+def _is_of(claim: Expectation, system: str) -> bool:
+    return claim.system is None or system in claim.system
+
+
+def _exclude(one: Expectation, other: Expectation, levels: Mapping[BodyId, int], hold: float) -> bool:
+    stands, collapses = one.stands or other.stands, one.collapses or other.collapses
+    if stands is None or collapses is None or (stands.for_ is not None and stands.for_ < hold):
+        return False  # what stands for a while may fall after it
+    return _leaves_nothing_to_fall(stands, collapses, levels)
+
+
+def _leaves_nothing_to_fall(stands: Stands, collapses: Collapses, levels: Mapping[BodyId, int]) -> bool:
+    """Whether every brick that may be the first to fall is one of those that must stand."""
+    return all(
+        (stands.levels is None or level <= stands.levels) and (stands.bricks is None or name in stands.bricks)
+        for name, level in levels.items()
+        if collapses.brick in (None, name)
+    )

@@ -1,0 +1,122 @@
+"""What a golden file locks of a run, as values, and how finely each kind of number is held.
+
+Facts that a person can read, and that a small disturbance does not change: a collapse is chaotic once it is under way,
+and a bare engine creeps. What is not clear-cut is written as `unclear`, which compares equal to anything, or left out.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from stability.model import BodyId
+
+FORMAT = 1  # of the file; raise it whenever an older file can no longer be compared
+UNCLEAR = "unclear"  # too close to call; equal to anything
+
+
+Number: TypeAlias = float | str  # text where a number is unclear or not finite: JSON has no infinity
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A kind of number: how it is written, and how far it may move until it counts as different."""
+
+    unit: str
+    digits: int  # decimals written; at least ten times finer than the tolerance, so rounding never decides
+    tolerance: float  # in `unit`
+
+
+POSITION = Quantity("mm", 2, 0.5)  # the gap that still counts as touching, half the moulding tolerance of a brick
+HEIGHT = Quantity("mm", 2, 0.5)  # as POSITION: it is the top of one brick
+MARGIN = Quantity("mm", 2, 0.2)  # finer than POSITION: contact corners, which it is made of, agree within 0.1 mm
+SHARE = Quantity("", 3, 0.02)  # what 0.5 mm does on a lever of 24 mm, a plank's width
+COLLAPSE_TIME = Quantity("s", 3, 0.05)  # solvers differ by up to 0.02 s in when a tower has visibly begun to fall
+PLACING_TIME = Quantity("s", 3, 0.005)  # one step of the coarsest engine, 1/240 s
+# What the author wrote is compared as exactly as it is written.
+TURN = Quantity("deg", 3, 0.01)
+SIZE = Quantity("mm", 4, 0.001)
+MASS = Quantity("g", 5, 0.001)
+GRAVITY = Quantity("m/s2", 6, 1e-5)
+FRICTION = Quantity("", 6, 1e-5)
+NORMAL = Quantity("", 6, 1e-5)
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    """Which run it is."""
+
+    scenario: str
+    variant: str  # such as `step=10mm,thesis`
+    system: str
+
+
+@dataclass(frozen=True, slots=True)
+class FirstCollapse:
+    """The collapse; what is None is not locked."""
+
+    level: int
+    time_s: Number | None
+    gave_way: BodyId | None
+
+
+@dataclass(frozen=True, slots=True)
+class PlacedBrick:
+    """Where a brick was set down, and who carried it once it had been judged."""
+
+    at_mm: tuple[Number, ...]  # centre in W
+    turn_deg: tuple[Number, ...]  # from body axes to W: axis times angle
+    size_mm: tuple[Number, ...]
+    mass_g: Number
+    rests_on: Mapping[BodyId, Number] | None  # shares; None where no model tells
+
+
+@dataclass(frozen=True, slots=True)
+class Placing:
+    """Bricks set down at one time."""
+
+    time_s: Number
+    margin_mm: Number | None  # least tipping margin of the stack afterwards; None where no model tells
+    placed: Mapping[BodyId, PlacedBrick]
+
+
+@dataclass(frozen=True, slots=True)
+class FinalBrick:
+    """How a brick ended; what is None is not locked."""
+
+    level: int
+    state: str  # a BrickState, or UNCLEAR
+    at_mm: tuple[Number, ...] | None
+    rests_on: Mapping[BodyId, Number] | None
+
+
+@dataclass(frozen=True, slots=True)
+class FixedPlane:
+    """The ground or a wall."""
+
+    at_mm: tuple[Number, ...]
+    normal: tuple[Number, ...]
+    friction: Number
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """What does not move, so that a snapshot is never the same as that of another scene."""
+
+    gravity: Number  # [m/s2]
+    friction: Number
+    planes: Mapping[BodyId, FixedPlane]
+
+
+@dataclass(frozen=True, slots=True)
+class Snapshot:
+    """All that is locked of one run; what is None is not locked."""
+
+    identity: Identity
+    stamp: Mapping[str, str]  # versions of what made it
+    world: Scene
+    verdict: str
+    collapse: FirstCollapse | None
+    height_mm: Number | None  # of what stands
+    levels_standing: Number | None  # counted from the first, as long as every brick of a level stands
+    events: tuple[Placing, ...]
+    bricks: Mapping[BodyId, FinalBrick]  # by level, then name
