@@ -68,7 +68,8 @@ def _system(name: str) -> Iterator[str]:
     yield (
         f"    step 1/{1.0 / engine.time_step:g} s, {engine.iterations} iterations, contact ERP {engine.contact_erp:g}, "
         f"breaking threshold {1000.0 * engine.breaking_threshold:g} mm, scale {engine.scale:g}, "
-        f"friction anchor {'on' if engine.friction_anchor else 'off'}"
+        f"friction anchor {'on' if engine.friction_anchor else 'off'}, "
+        f"damping {engine.linear_damping:g} linear and {engine.angular_damping:g} angular"
     )
     if system.extension:
         yield "    the extension freezes what its model finds stable; while all is frozen, time is skipped, not stepped"
