@@ -1,5 +1,6 @@
 """The pipeline: cases -> traces -> outcomes and snapshots -> report. Worlds are stepped in supervised processes."""
 
+import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -58,17 +59,16 @@ def check(
     for index, left in enumerate(pool.results):
         if index not in results:
             results[index] = checked(selected[index], left, terms)
-    known = whole_set and not gathered.diagnostics and not pool.interrupted
+    known = whole_set and bool(gathered.cases) and not gathered.diagnostics and not pool.interrupted
     unused = obsolete(terms.golden, [golden_name(case.identity) for case in gathered.cases], known)
-    if terms.update:
-        remove_obsolete(unused)
+    removed = remove_obsolete(unused) if terms.update else ()
     # After an interrupt an update would accept what nobody has seen.
     to_accept = (unused or any(result.golden_failed for result in results.values())) and not pool.interrupted
     return Report(
         results=tuple(results[index] for index in range(len(selected))),
         diagnostics=gathered.diagnostics,
-        obsolete=() if terms.update else unused,
-        removed=unused if terms.update else (),
+        obsolete=tuple(file for file in unused if file not in removed),
+        removed=removed,
         interrupted=pool.interrupted,
         accept=terms.update_command if to_accept and not terms.update else "",
         wall_time=perf_counter() - started,
@@ -120,5 +120,14 @@ def snapshot_of(case: Case, trace: Trace, stamp: Mapping[str, str]) -> Snapshot:
 
 
 def is_whole_set(paths: Sequence[Path], golden: Path) -> bool:
-    """Whether the golden directory belongs to exactly what is checked: it lies beside a directory among the paths."""
-    return any(path.is_dir() and path.resolve().parent == golden.resolve().parent for path in paths)
+    """Whether all scenarios that the golden directory may belong to are checked.
+
+    They are in `scenarios` beside it, or around it; any other directory may hold just some of them.
+    """
+    # Not Path.resolve, which raises where links form a loop.
+    home = Path(os.path.realpath(golden)).parent
+    scenarios = home / "scenarios"
+    # What is gathered from around follows no links.
+    around = [] if scenarios.is_symlink() else [home, *home.parents]
+    wholes = [Path(os.path.realpath(scenarios)), *around]
+    return any(path.is_dir() and Path(os.path.realpath(path)) in wholes for path in paths)

@@ -2,23 +2,25 @@
 
 import os
 import shlex
+import signal
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from importlib.resources import files
+from io import TextIOWrapper
 from itertools import groupby
+from math import isnan
 from pathlib import Path
+from types import FrameType
 
 import click
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from stackdsl.check import TIME_LIMIT, OnResult, Terms, check, is_whole_set, judged, play_case
+from stackdsl.check import TIME_LIMIT, Terms, check, is_whole_set, judged, play_case
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.gathering import Case, Gathered, Selection, cases_of, gather
 from stackdsl.language.author_types import SYSTEMS
 from stackdsl.language.validation import schema_text
-from stackdsl.outcome import ExitCode, Report, VariantResult, exit_code
+from stackdsl.outcome import ExitCode, Report, exit_code
+from stackdsl.pool import INTERRUPTS
 from stackdsl.reading.source import parse
 from stackdsl.report.diagnostic_text import diagnostic_text
 from stackdsl.report.event_text import event_text
@@ -27,11 +29,13 @@ from stackdsl.report.json import report_json
 from stackdsl.report.outcome_text import outcome_text
 from stackdsl.report.text import report_text
 from stackdsl.snapshots.golden import GoldenWriteRefusedError, refuse_in_ci
+from stackdsl.terminal import paper, progress, show_error, silence, tell, write
 
 FilePath = click.Path(path_type=Path)
 ONE_FILE = click.argument("file", type=FilePath)
 ON_SYSTEMS = click.option("--system", "systems", multiple=True, type=click.Choice(SYSTEMS), help="Only these systems.")
 ON_KEYWORD = click.option("-k", "keyword", default="", help="Only cases whose name contains this.")
+LONGEST_LIMIT = 1e6  # [s] eleven days; waiting takes a number of milliseconds in 31 bits
 GOLDEN = Path("golden")
 
 
@@ -52,7 +56,12 @@ def app() -> None:
 @click.option("--golden", type=FilePath, default=GOLDEN, show_default=True, help="Directory of the snapshots.")
 @click.option("--jobs", type=click.IntRange(1, 256), default=os.cpu_count() or 1, help="Processes; default: all cores.")
 @click.option(
-    "--time-limit", type=click.FloatRange(min=0.001), default=TIME_LIMIT, show_default=True, help="Seconds a case."
+    "--time-limit",
+    type=click.FloatRange(0.001, LONGEST_LIMIT),
+    callback=lambda *given: _number(given[-1]),
+    default=TIME_LIMIT,
+    show_default=True,
+    help="Seconds a case.",
 )
 @click.pass_context
 def check_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
@@ -79,10 +88,11 @@ def check_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     if list_only:
         _list(gathered, selected)
         context.exit(_exit_code(Report(diagnostics=gathered.diagnostics), selected))
-    with _progress(len(selected)) as on_result:
+    with progress(len(selected)) as on_result:
         report = check(gathered, selected, is_whole_set(paths, golden), terms, on_result)
-    _print(report_json(report) if form == "json" else report_text(report, *_paper()))
-    context.exit(_exit_code(report, selected))
+    code = _exit_code(report, selected)
+    write(report_json(report) if form == "json" else report_text(report, *paper()))
+    context.exit(code)
 
 
 @app.command("run")
@@ -95,15 +105,15 @@ def run_command(context: click.Context, file: Path, systems: tuple[str, ...], ke
     gathered, selected = _selected(file, Selection(systems, keyword))
     results = []
     for case in selected:
-        click.echo(case.name)
-        trace = play_case(case.timeline, case.system, lambda event: click.echo(event_text(event)))
+        write(case.name)
+        trace = play_case(case.timeline, case.system, lambda event: write(event_text(event)))
         fell = trace.collapse and f"collapses at level {trace.collapse.level} after {trace.collapse.time:.3f} s"
         cost = f"{trace.cost.simulated_time:g} s played in {trace.cost.wall_time:.3f} s, {trace.cost.steps} steps"
-        click.echo(f"{fell or 'stands'}; {cost}")
+        write(f"{fell or 'stands'}; {cost}")
         results.append(judged(case, trace))
         for outcome in results[-1].outcomes:
-            click.echo(f"{'passed' if outcome.passed else 'failed'}: {outcome.span}: {outcome_text(outcome)}")
-        click.echo()
+            write(f"{'passed' if outcome.passed else 'failed'}: {outcome.span}: {outcome_text(outcome)}")
+        write("\n")
     context.exit(_exit_code(Report(tuple(results), gathered.diagnostics), selected))
 
 
@@ -116,14 +126,14 @@ def explain_command(context: click.Context, file: Path, systems: tuple[str, ...]
     """Print what FILE was compiled to."""
     gathered, selected = _selected(file, Selection(systems, keyword))
     for _, cases in groupby(selected, key=lambda case: (case.scenario.scenario, case.variant.parameters)):
-        _print(explanation_text(list(cases)))
+        write(explanation_text(list(cases)))
     context.exit(_exit_code(Report(diagnostics=gathered.diagnostics), selected))
 
 
 @app.command("schema")
 def schema_command() -> None:
     """Print the JSON Schema of scenarios, for editors."""
-    _print(schema_text())
+    write(schema_text())
 
 
 @app.command("new")
@@ -138,13 +148,25 @@ def new_command(name: str, folder: Path) -> None:
         raise click.UsageError(f"{mistake.message}; {mistake.hint}")
     try:
         folder.mkdir(parents=True, exist_ok=True)
+    except FileExistsError as error:
+        raise click.UsageError(f"{folder} is no directory; write to another one") from error
+    except OSError as error:
+        raise click.UsageError(f"{folder} cannot be made: {error.strerror}") from error
+    try:
         with path.open("x", encoding="utf-8") as file:
             file.write(text)
     except FileExistsError as error:
         raise click.UsageError(f"{path} exists already; choose another name") from error
     except OSError as error:
         raise click.UsageError(f"{path} cannot be written: {error.strerror}") from error
-    click.echo(f"wrote {path}; next: stackdsl check {path}")
+    write(f"wrote {path}; next: stackdsl check {path}")
+
+
+def _number(value: float) -> float:
+    """A number that is one: no range excludes nan."""
+    if isnan(value):
+        raise click.BadParameter("nan is no number.")
+    return value
 
 
 def _selected(file: Path, selection: Selection) -> tuple[Gathered, Sequence[Case]]:
@@ -177,60 +199,36 @@ def _schema_seen_from(folder: Path) -> str:
 def _list(gathered: Gathered, selected: Sequence[Case]) -> None:
     _complain(gathered.diagnostics)
     for case in selected:
-        click.echo(case.name)
+        write(case.name)
 
 
 def _complain(diagnostics: Sequence[Diagnostic]) -> None:
     for diagnostic in diagnostics:
-        click.echo(diagnostic_text(diagnostic), err=True)
+        tell(diagnostic_text(diagnostic))
 
 
 def _exit_code(report: Report, selected: Sequence[Case]) -> int:
     if not selected and not report.diagnostics:
-        click.echo("nothing selected", err=True)
+        tell("nothing selected")
         return ExitCode.USAGE
     return exit_code(report)
-
-
-def _print(text: str) -> None:
-    click.echo(text, nl=not text.endswith("\n"))
-
-
-def _paper() -> tuple[int, bool]:
-    """Width of the paper, and whether it takes colour."""
-    console = Console()
-    return (console.width if console.is_terminal else 160), console.is_terminal and "NO_COLOR" not in os.environ
-
-
-@contextmanager
-def _progress(total: int) -> Iterator[OnResult]:
-    """A bar on a terminal, a line a case elsewhere; both on the error stream, so that output stays clean."""
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield _line_by_line(total)
-        return
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("playing", total=total)
-        yield lambda result: bar.update(task, advance=1, description=result.name)
-
-
-def _line_by_line(total: int) -> OnResult:
-    done = 0
-
-    def tell(result: VariantResult) -> None:
-        nonlocal done
-        done += 1
-        click.echo(f"[{done}/{total}] {result.name}: {result.conclusion}", err=True)
-
-    return tell
 
 
 def main() -> None:
     """Run the command; no traceback reaches a user."""
     for stream in (sys.stdout, sys.stderr):
-        stream.reconfigure(errors="replace")  # type: ignore[union-attr]  # text streams both, unless a test swaps them
+        if isinstance(stream, TextIOWrapper):  # None, if it was closed from the start
+            stream.reconfigure(errors="replace")
+    for number in INTERRUPTS:
+        signal.signal(number, _interrupt)
     sys.exit(_code_of_run())
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    """Interrupt once: whoever presses again and again still gets the report."""
+    for each in INTERRUPTS:
+        signal.signal(each, signal.SIG_IGN)
+    raise KeyboardInterrupt
 
 
 def _code_of_run() -> int:
@@ -239,20 +237,20 @@ def _code_of_run() -> int:
     except click.exceptions.Exit as end:
         return end.exit_code
     except click.ClickException as error:
-        error.show()
+        show_error(error)
         return ExitCode.USAGE
     except GoldenWriteRefusedError as error:
-        click.echo(f"Error: {error}", err=True)
+        tell(f"Error: {error}")
         return ExitCode.USAGE
     except (KeyboardInterrupt, click.Abort):
-        click.echo("interrupted", err=True)
+        tell("interrupted")
         return ExitCode.INTERRUPTED
-    except BrokenPipeError:
-        sys.stderr.close()
-        return ExitCode.OK
     except Exception as error:
+        if isinstance(error.__context__, KeyboardInterrupt):  # click failed to end the line that shows ^C
+            silence(sys.stderr)
+            return ExitCode.INTERRUPTED
         if "STACKDSL_DEBUG" in os.environ:
             raise
-        click.echo(f"internal error: {type(error).__name__}: {error}", err=True)
-        click.echo("This is a fault of stackdsl. Set STACKDSL_DEBUG=1 to see where, and please report it.", err=True)
+        tell(f"internal error: {type(error).__name__}: {error}")
+        tell("This is a fault of stackdsl. Set STACKDSL_DEBUG=1 to see where, and please report it.")
         return ExitCode.CRASHED

@@ -1,5 +1,6 @@
 """Paths -> cases: every scenario of every file, in every variant, on every system that it names."""
 
+import os
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -9,7 +10,7 @@ from stackdsl.compiling.compiler import compile_timeline
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.language.schema import Scenario
 from stackdsl.language.validation import validate
-from stackdsl.language.variants import Variant, expand
+from stackdsl.language.variants import Variant, compact, expand
 from stackdsl.reading.source import Loaded, Source, load
 from stackdsl.snapshots.record import Identity
 from stackdsl.timeline import Timeline
@@ -30,7 +31,7 @@ class Case:
     @property
     def identity(self) -> Identity:
         """What it is called: `stepped-column`, `step=10mm,thesis`, `thesis`."""
-        chosen = [f"{name}={text.replace(' ', '')}" for name, text in self.variant.parameters]
+        chosen = [f"{name}={compact(text)}" for name, text in self.variant.parameters]
         return Identity(self.scenario.scenario, ",".join([*chosen, self.system]), self.system)
 
     @property
@@ -91,11 +92,12 @@ def gather(paths: Iterable[Path]) -> Gathered:
 
 def files_under(paths: Iterable[Path]) -> list[Path]:
     """The files meant by these paths, each once, by name within a directory; what is no directory is left as it is."""
-    found: dict[Path, None] = {}
+    found: dict[str, Path] = {}  # by its one true path, as it was spelled first
     for path in paths:
         inside = sorted(entry for entry in path.rglob("*") if entry.suffix in SUFFIXES) if _is_folder(path) else [path]
-        found |= dict.fromkeys(inside)
-    return list(found)
+        for file in inside:
+            found.setdefault(os.path.realpath(file), file)
+    return list(found.values())
 
 
 def _is_folder(path: Path) -> bool:

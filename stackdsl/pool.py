@@ -20,6 +20,7 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from time import monotonic
 
+INTERRUPTS = (signal.SIGINT, signal.SIGTERM)  # what a listener may turn into KeyboardInterrupt
 BEGUN = b"begun"  # a worker's word that it has all it needs and calls the function now
 START_LIMIT = 120.0  # [s] for a worker to start and import what a task needs, before the task's own limit counts
 
@@ -109,7 +110,7 @@ class _Worker:
 
 @contextmanager
 def _interrupts_held_back() -> Iterator[None]:
-    """Put off Ctrl-C to the end; a process started meanwhile never gets it, from its first instruction on.
+    """Put off INTERRUPTS to the end; a process started meanwhile gets none, from its first instruction on.
 
     Ctrl-C reaches the whole process group. A process inherits what is blocked, as it would what is ignored, but what is
     ignored would be lost here. Another thread may take what this one blocks, hence the handler.
@@ -119,15 +120,16 @@ def _interrupts_held_back() -> Iterator[None]:
         return
     resource_tracker.ensure_running()  # else starting a process would start it, which lets interrupts through again
     pressed: list[int] = []
-    handler = signal.signal(signal.SIGINT, lambda number, _: pressed.append(number))
-    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    handlers = {number: signal.signal(number, lambda number, _: pressed.append(number)) for number in INTERRUPTS}
+    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, INTERRUPTS)
     try:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
-        signal.signal(signal.SIGINT, handler)
-        if pressed:
-            signal.raise_signal(signal.SIGINT)
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+        for caught in pressed:
+            signal.raise_signal(caught)
 
 
 @dataclass
@@ -245,7 +247,7 @@ def _serve(connection: Connection) -> None:
     """What a worker does: one order after the other, until nobody is left to give any."""
     # The parent decides what Ctrl-C means; held back so far, it would stay so in whatever a task starts.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGINT])
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, INTERRUPTS)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     _keep_off_stdout()
     with suppress(EOFError, OSError):

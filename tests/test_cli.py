@@ -52,6 +52,26 @@ if __name__ == "__main__":
 """
 
 Stackdsl = Callable[..., Result]
+ROOT = str(Path(__file__).parent.parent)
+
+
+def started(
+    folder: Path,
+    *arguments: str,
+    program: tuple[str, ...] = ("-m", "stackdsl"),
+    executable: str = sys.executable,
+    stdout: int = subprocess.PIPE,
+    path: str = "",
+) -> subprocess.Popen[str]:
+    """The command, under way; `path` comes before all other packages."""
+    return subprocess.Popen(
+        [executable, *program, *arguments],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, [path, ROOT])), "CI": ""},
+        stdout=stdout,
+        stderr=subprocess.PIPE,
+        encoding="utf-8",
+    )
 
 
 @pytest.fixture(name="stackdsl")
@@ -204,6 +224,70 @@ def test_a_golden_of_no_variant_is_obsolete_when_all_were_checked(stackdsl: Stac
     assert stackdsl("check").code == 0
 
 
+@pytest.mark.parametrize("checked", ["empty", "wip", "scenarios/part", "golden"])
+def test_a_directory_of_other_scenarios_removes_no_golden(stackdsl: Stackdsl, tmp_path: Path, checked: str) -> None:
+    for name in ("scenarios/good", "scenarios/part/deep", "wip/draft"):
+        write(tmp_path, GOOD.replace("good", Path(name).name), f"{name}.yaml")
+    (tmp_path / "empty").mkdir()
+    assert stackdsl("check", "--update").code == 0
+    before = {entry.name for entry in (tmp_path / "golden").iterdir()}
+    assert len(before) == 2
+    assert "obsolete" not in stackdsl("check", checked).out
+    stackdsl("check", checked, "--update")
+    assert before <= {entry.name for entry in (tmp_path / "golden").iterdir()}
+
+
+def test_the_whole_set_is_known_by_where_it_is_and_holds_a_case(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, GOOD, "scenarios/good.yaml")
+    gone = write(tmp_path, "{}", "golden/gone[thesis].json")
+    for path in ("scenarios", str(tmp_path / "scenarios"), ".", "scenarios/../scenarios"):
+        assert "gone[thesis].json" in stackdsl("check", path).out
+    (tmp_path / "scenarios" / "good.yaml").unlink()
+    assert stackdsl("check", "--update").code == 4
+    assert gone.exists()
+
+
+def test_links_that_are_not_followed_remove_no_golden(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, GOOD, "elsewhere/good.yaml")
+    write(tmp_path, GOOD.replace("good", "other"), "project/other.yaml")
+    (tmp_path / "project" / "scenarios").symlink_to("../elsewhere")
+    golden = ("--golden", "project/golden", "--update")
+    assert stackdsl("check", "project/scenarios", *golden).code == 0
+    assert stackdsl("check", "project", *golden).code == 0
+    assert (tmp_path / "project" / "golden" / "good[thesis].json").exists()
+
+
+def test_goldens_that_the_disk_keeps_stay_obsolete_in_a_whole_report(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, GOOD, "scenarios/good.yaml")
+    assert stackdsl("check", "--update").code == 0
+    (tmp_path / "golden" / "gone[thesis].json").touch()
+    refused = "def refuse(*_, **__): raise PermissionError(13, 'Permission denied')"
+    code = f"import pathlib\n{refused}\npathlib.Path.unlink = refuse\nfrom stackdsl.cli import main\nmain()"
+    done = started(tmp_path, "check", "--update", program=("-c", code))
+    out, err = done.communicate(timeout=60)
+    assert done.returncode == 3
+    assert "good" in out
+    assert "obsolete" in out
+    assert "fault" not in err
+
+
+def test_a_golden_directory_in_a_loop_of_links_is_told(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, GOOD, "scenarios/good.yaml")
+    (tmp_path / "loop").symlink_to("loop")
+    result = stackdsl("check", "scenarios", "--golden", "loop")
+    assert result.code == 3
+    assert "symbolic links" in result.out
+
+
+def test_a_file_that_is_given_twice_is_checked_once(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    path = write(tmp_path, GOOD)
+    (tmp_path / "link.yaml").symlink_to(path)
+    listed = stackdsl("check", "scene.yaml", str(path), "./scene.yaml", "link.yaml", "--list")
+    assert (listed.code, listed.out.split(), listed.err) == (0, ["good[thesis]"], "")
+    wrong = stackdsl("check", write(tmp_path, GOOD.replace("1 s", "1")).name, str(path))
+    assert [line.split(":")[0] for line in wrong.out.splitlines() if "SD105" in line] == ["scene.yaml"]
+
+
 def accepting(result: Result) -> list[str]:
     """The arguments of the command that a report names."""
     (line,) = (line for line in result.out.splitlines() if " with: stackdsl " in line)
@@ -290,6 +374,87 @@ def test_a_case_that_overruns_its_time_is_told_and_ends_with_5(stackdsl: Stackds
     result = stackdsl("check", str(path), "--time-limit", "0.5")
     assert result.code == 5
     assert "timed out" in result.out
+
+
+@pytest.mark.parametrize("limit", ["nan", "inf", "1e300", "0"])
+def test_a_time_limit_is_a_time(stackdsl: Stackdsl, tmp_path: Path, limit: str) -> None:
+    result = stackdsl("check", str(write(tmp_path, GOOD)), "--time-limit", limit)
+    assert result.code == 4
+    assert "--time-limit" in result.err
+
+
+FAILING = GOOD + "  - height: 20 mm ± 1 mm\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "call", "code"),
+    [(GOOD, "check", 3), (GOOD, "check --update", 0), (GOOD, "run", 0), (FAILING, "run", 1)],
+    ids=["missing", "written", "passed", "failed"],
+)
+def test_a_reader_who_leaves_changes_no_exit_code(tmp_path: Path, text: str, call: str, code: int) -> None:
+    write(tmp_path, text)
+    process = started(tmp_path, *call.split(), "scene.yaml")
+    assert process.stdout is not None
+    assert process.stderr is not None
+    process.stdout.close()
+    with process.stderr as stream:
+        err = stream.read()
+    assert process.wait(timeout=60) == code
+    assert "internal" not in err
+    assert "Traceback" not in err
+    assert "ignored" not in err
+
+
+@pytest.mark.parametrize("redirected", ["2>&-", "2>/dev/full", "2> >(true)"])
+def test_progress_that_nobody_hears_of_stops_nothing(tmp_path: Path, redirected: str) -> None:
+    for number in range(3):
+        write(tmp_path, FAILING.replace("good", f"good-{number}"), f"s/{number}.yaml")
+    wait_a_moment = "sleep 0.2;" if "true" in redirected else ""
+    shell = f"exec {redirected}; {wait_a_moment} exec '{sys.executable}' -m stackdsl check s"
+    process = started(tmp_path, program=("-c", shell), executable="/bin/bash")
+    out, _ = process.communicate(timeout=60)
+    assert process.returncode == 1
+    assert "3 failed" in out
+
+
+@pytest.mark.parametrize("command", ["check", "run", "schema"])
+def test_a_full_disk_is_no_fault_of_ours(tmp_path: Path, command: str) -> None:
+    write(tmp_path, GOOD)
+    arguments = [command] if command == "schema" else [command, "scene.yaml"]
+    with Path("/dev/full").open("w", encoding="utf-8") as full:
+        process = started(tmp_path, *arguments, stdout=full.fileno())
+        _, err = process.communicate(timeout=60)
+    assert process.returncode == 4
+    assert "the output cannot be written: No space left on device" in err
+    assert "fault" not in err
+    assert "ignored" not in err
+
+
+@pytest.mark.parametrize(("number", "times"), [(signal.SIGINT, 30), (signal.SIGTERM, 1), (signal.SIGTERM, 30)])
+def test_whatever_the_impatience_the_report_is_out(tmp_path: Path, number: signal.Signals, times: int) -> None:
+    write(tmp_path, GOOD, "s/a.yaml")
+    write(tmp_path, GOOD.replace("good", "slow").replace("1 s", "1000 s") + "systems: [tuned]\n", "s/b.yaml")
+    process = started(tmp_path, "check", "s", "--jobs", "1")
+    assert process.stderr is not None
+    process.stderr.readline()  # the first case is done
+    time.sleep(0.3)
+    for _ in range(times):
+        process.send_signal(number)
+        time.sleep(0.001)
+    out, err = process.communicate(timeout=20)
+    assert process.returncode == 130
+    assert "good" in out
+    assert "interrupted" in out
+    assert "Traceback" not in out + err
+
+
+@pytest.mark.parametrize("program", [("-m", "stackdsl"), ("-c", "from stackdsl.__main__ import main; main()")])
+def test_an_interrupt_of_the_imports_is_one_like_any_other(tmp_path: Path, program: tuple[str, ...]) -> None:
+    # A package that is imported early, and interrupts as a key pressed meanwhile would.
+    write(tmp_path, "import signal\nsignal.raise_signal(signal.SIGINT)\n", "early/click/__init__.py")
+    process = started(tmp_path, "schema", program=program, path=str(tmp_path / "early"))
+    out, err = process.communicate(timeout=60)
+    assert (process.returncode, out, err) == (130, "", "interrupted\n")
 
 
 def test_an_interrupt_keeps_what_is_done_and_ends_with_130(tmp_path: Path) -> None:
@@ -385,6 +550,15 @@ def test_a_new_scenario_passes_once_its_snapshot_is_accepted(stackdsl: Stackdsl,
     assert again.code == 4
     assert "exists" in again.err
     assert stackdsl("new", "No Good Name").code == 4
+
+
+def test_a_new_scenario_in_a_file_is_told_as_that(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    (tmp_path / "taken").touch()
+    result = stackdsl("new", "abc", "--to", "taken")
+    assert result.code == 4
+    assert "taken is no directory" in result.err
+    assert "exists already" not in result.err
+    assert "taken/deeper cannot be made: Not a directory" in stackdsl("new", "abc", "--to", "taken/deeper").err
 
 
 MODELINE = "# yaml-language-server: $schema="

@@ -386,9 +386,27 @@ def test_obsolete_files_are_those_of_no_variant(tmp_path: Path) -> None:
     assert obsolete(tmp_path, ["a[thesis].json", "new[thesis].json"], whole_set=True) == (gone,)
     assert obsolete(tmp_path, [], whole_set=False) == ()
     assert obsolete(tmp_path / "nowhere", [], whole_set=True) == ()
-    remove_obsolete([gone, gone])
+    assert remove_obsolete([gone, gone]) == (gone, gone)
     assert not Path(gone).exists()
     assert len(list(tmp_path.iterdir())) == 5
+
+
+def test_what_the_disk_refuses_to_remove_is_left_and_the_rest_removed(tmp_path: Path) -> None:
+    (tmp_path / "stays[x].json").mkdir()  # unlink refuses a directory to everybody, even to root
+    (tmp_path / "goes[x].json").touch()
+    goes = str(tmp_path / "goes[x].json")
+    assert remove_obsolete([str(tmp_path / "stays[x].json"), goes]) == (goes,)
+    assert [entry.name for entry in tmp_path.iterdir()] == ["stays[x].json"]
+
+
+def test_a_directory_that_cannot_be_read_has_nothing_known_as_obsolete(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(path: Path) -> None:
+        raise PermissionError(13, "Permission denied", str(path))
+
+    monkeypatch.setattr(Path, "iterdir", refuse)
+    assert obsolete(tmp_path, [], whole_set=True) == ()
 
 
 def test_the_format_is_part_of_the_file() -> None:

@@ -77,6 +77,7 @@ ORDER = {
         "report.outcome_text",
         "report.text",
         "report.json",
+        "terminal",
         "cli",
         "__main__",
         "pytest_plugin",

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from stackdsl.pool import PoolResult, Task, TaskResult, TaskStatus, run_supervised
+from stackdsl.pool import INTERRUPTS, PoolResult, Task, TaskResult, TaskStatus, run_supervised
 
 AMPLE = 60.0  # [s]
 
@@ -229,16 +229,31 @@ def test_an_interrupt_reaches_no_worker_however_early(capfd: pytest.CaptureFixtu
     assert capfd.readouterr().err == ""
 
 
-def test_an_interrupt_while_a_worker_is_started_is_not_lost(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("number", INTERRUPTS)
+def test_an_interrupt_while_a_worker_is_started_is_not_lost(
+    number: signal.Signals, monkeypatch: pytest.MonkeyPatch
+) -> None:
     start = multiprocessing.process.BaseProcess.start
+    started: list[multiprocessing.process.BaseProcess] = []
 
     def start_interrupted(process: multiprocessing.process.BaseProcess) -> None:
-        signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(number)
         start(process)
+        started.append(process)
 
     monkeypatch.setattr(multiprocessing.process.BaseProcess, "start", start_interrupted)
-    assert run_supervised([call(square, 2)], workers=1).interrupted
-    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
+    before = signal.signal(number, signal.default_int_handler)
+    try:
+        assert run_supervised([call(square, 2)], workers=1).interrupted
+    finally:
+        signal.signal(number, before)
+    assert len(started) == 1
+    assert number not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
+
+
+def test_nothing_that_was_held_back_stays_so_in_a_worker() -> None:
+    (done,) = run(call(signal.pthread_sigmask, signal.SIG_BLOCK, ()))
+    assert done.value == set()
 
 
 def test_a_busy_worker_does_not_outlive_a_parent_that_is_killed(tmp_path: Path) -> None:

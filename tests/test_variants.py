@@ -85,6 +85,9 @@ def test_values_keep_their_digits_where_they_are_used_and_lose_them_where_people
         ("matrix: {n: [1, one]}", ["SD109 one: 'one' is neither a number nor a quantity"]),
         ("matrix: {n: [1, true]}", ["SD109 true: true is neither a number nor a quantity"]),
         ("matrix: {n: [1, 2, 1]}", ["SD104 1: 1 is in the row already"]),
+        ("matrix: {n: [1, 1.0]}", ["SD104 1.0: 1.0 is in the row already"]),
+        ("matrix: {n: [10 mm, '10mm']}", ["SD104 '10mm': '10mm' is in the row already"]),  # they name one case
+        ("matrix: {n: [1, '1']}", ["SD104 '1': '1' is in the row already"]),
         ("matrix: {mm: [1]}", ["SD109 mm: 'mm' is a unit or a function, not a variable"]),
         ("let: {pi: 3}", ["SD109 pi: 'pi' is a unit or a function, not a variable"]),
         ("let: {min: 3}", ["SD109 min: 'min' is a unit or a function, not a variable"]),
@@ -130,5 +133,11 @@ def test_variants_are_limited() -> None:
     assert len(expanded(full)) == MAX_VARIANTS
     variants, (diagnostic,) = expand(source(f"{{matrix: {{a: [{row}], b: [{row}], d: [1, 2]}}, c: '${{a}}'}}"))
     assert diagnostic.code == "SD206"
-    assert "512 combinations" in diagnostic.message
+    assert "more than 256 combinations" in diagnostic.message
     assert len(variants) == 1  # so that the rest can still be validated
+
+
+def test_a_number_of_combinations_with_thousands_of_digits_is_one_mistake() -> None:
+    rows = ", ".join(f"r{number}: [1, 2]" for number in range(15_000))  # 2 to this power has 4516 digits
+    (diagnostic,) = expand(source(f"{{matrix: {{{rows}}}}}"))[1]
+    assert (diagnostic.code, "more than 256" in diagnostic.message) == ("SD206", True)

@@ -1,7 +1,6 @@
 """The variants of a scenario: one for each combination of `matrix:`, with `let:` and all expressions worked out."""
 
 import keyword
-import math
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -52,6 +51,11 @@ def expand(source: Source) -> tuple[tuple[Variant, ...], tuple[Diagnostic, ...]]
     return tuple(variants), tuple(sorted(found, key=reading_order))
 
 
+def compact(text: str) -> str:
+    """A value of the matrix as it stands in the name of a case."""
+    return "".join(text.split())
+
+
 def repeated(written: Plain, filled: Plain) -> Plain:
     """A value of a variant for people to read: the numbers of its expressions in six digits, the rest as written."""
     if isinstance(written, dict) and isinstance(filled, dict):
@@ -97,11 +101,13 @@ def _axes(matrix: Plain) -> tuple[dict[str, list[Plain]], Mistakes]:
     axes: dict[str, list[Plain]] = {
         name: row if isinstance(row, list) and not found[name] else [None] for name, row in matrix.items()
     }
-    count = math.prod(len(row) for row in axes.values())
-    if count <= MAX_VARIANTS:
-        return axes, mistakes
-    message = f"the matrix has {count} combinations, and {MAX_VARIANTS} are the most"
-    return {name: [None] for name in axes}, mistakes | _at(("matrix",), MistakeError("SD206", message))
+    count = 1
+    for row in axes.values():
+        count *= len(row)
+        if count > MAX_VARIANTS:  # told without the number, which may have thousands of digits
+            message = f"the matrix has more than {MAX_VARIANTS} combinations, which are the most"
+            return {name: [None] for name in axes}, mistakes | _at(("matrix",), MistakeError("SD206", message))
+    return axes, mistakes
 
 
 def _row_mistakes(name: str, row: Plain) -> Mistakes:
@@ -113,11 +119,13 @@ def _row_mistakes(name: str, row: Plain) -> Mistakes:
     if not isinstance(row, list) or not row:
         return _at(path, MistakeError("SD103", "expected a list of values", "write [10 mm, 12 mm]"))
     mistakes: Mistakes = {}
+    seen: set[Plain] = set()  # values, and what they are in the name of a case
     for index, written in enumerate(row):
         try:
             constant(written)
-            if written in row[:index]:
+            if written in seen or compact(str(written)) in seen:
                 raise MistakeError("SD104", f"{shown(written)} is in the row already", "write each value once")
+            seen |= {written, compact(str(written))}
         except MistakeError as mistake:
             mistakes |= _at((*path, index), mistake)
     return mistakes

@@ -5,6 +5,7 @@ import os
 import re
 import sys
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
@@ -154,14 +155,24 @@ def obsolete(directory: Path, expected: Iterable[str], whole_set: bool) -> tuple
 
     Answers only when the whole set of scenarios was selected and valid, else nobody knows what belongs to the rest.
     """
-    if not whole_set or not directory.is_dir():
+    if not whole_set:
         return ()
-    names = {entry.name for entry in directory.iterdir() if GOLDEN_NAME.fullmatch(entry.name) and entry.is_file()}
+    names: set[str] = set()
+    # A directory that cannot be read is told for each snapshot that should be in it.
+    with suppress(OSError):
+        names |= {entry.name for entry in directory.iterdir() if GOLDEN_NAME.fullmatch(entry.name) and entry.is_file()}
     return tuple((directory / name).as_posix() for name in sorted(names.difference(expected)))
 
 
-def remove_obsolete(files: Iterable[str]) -> None:
-    """Remove golden files. Raises GoldenWriteRefusedError in CI, OSError where the disk refuses."""
+def remove_obsolete(files: Iterable[str]) -> tuple[str, ...]:
+    """Remove golden files; those that are gone now, which are not all where the disk refuses.
+
+    Raises GoldenWriteRefusedError in CI.
+    """
     refuse_in_ci(os.environ)
+    removed = []
     for file in files:
-        Path(file).unlink(missing_ok=True)
+        with suppress(OSError):
+            Path(file).unlink(missing_ok=True)
+            removed.append(file)
+    return tuple(removed)
