@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -216,7 +217,8 @@ def test_an_interrupt_reaches_no_worker_however_early(capfd: pytest.CaptureFixtu
         while not stop.wait(0.01):
             for child in multiprocessing.active_children():
                 if child.pid is not None:
-                    os.kill(child.pid, signal.SIGINT)
+                    with suppress(ProcessLookupError):  # it may have ended by itself
+                        os.kill(child.pid, signal.SIGINT)
 
     thread = threading.Thread(target=interrupt_the_workers)
     thread.start()
