@@ -18,4 +18,3 @@ class EngineSettings:
     angular_damping: float = 0.0  # [1/s]
     residual_threshold: float = 0.0  # the solver stops early below this; 0 makes it use all its iterations
     friction_anchor: bool = False  # springs in the contact plane that hold resting contacts in place
-    warm_starting: bool = True
