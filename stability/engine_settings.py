@@ -18,3 +18,5 @@ class EngineSettings:
     angular_damping: float = 0.0  # [1/s]
     residual_threshold: float = 0.0  # the solver stops early below this; 0 makes it use all its iterations
     friction_anchor: bool = False  # springs in the contact plane that hold resting contacts in place
+    # [m] A body must not get further in one step, or it passes through a plank; steps are split while one is that fast.
+    most_travel: float | None = None

@@ -8,7 +8,7 @@ import os
 from collections.abc import Collection, Iterator, Mapping, Sequence, Set
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from math import log10, sqrt
+from math import ceil, log10, sqrt
 from typing import Any
 
 from stability.contact import TOUCHING
@@ -187,6 +187,7 @@ class PyBulletWorld(PyBulletBodies):
 
     settings: EngineSettings = field(kw_only=True)
     friction: float = field(kw_only=True)  # Coulomb coefficient of brick on brick
+    _parts: int = field(default=1, init=False)  # engine steps in one step
     _box_numbers: dict[Vec3, int] = field(default_factory=dict, init=False)
 
     @classmethod
@@ -214,8 +215,19 @@ class PyBulletWorld(PyBulletBodies):
         pybullet.disconnect(self.client)
 
     def step(self) -> None:
-        pybullet.stepSimulation(self.client)
+        for _ in range(self._parts):
+            pybullet.stepSimulation(self.client)
         self._clock += self.settings.time_step
+
+    def limit_travel(self, fastest: float) -> None:
+        """Split the coming steps so that a body of this speed [m/s] gets no further in one than the settings allow."""
+        if self.settings.most_travel is None:
+            return
+        parts = max(1, ceil(fastest * self.settings.time_step / self.settings.most_travel))
+        if parts != self._parts:
+            self._parts = parts
+            engine_step = self.settings.time_step * sqrt(self.scale) / parts
+            pybullet.setPhysicsEngineParameter(fixedTimeStep=engine_step, physicsClientId=self.client)
 
     def skip(self, duration: float) -> None:
         """Let time pass in which nothing can move."""

@@ -80,6 +80,23 @@ def test_a_dropped_plank_is_frozen_on_its_support_and_not_above_it(height: float
     assert trace.tracks["plank"].final.position_W[2] == pytest.approx(0.0117, abs=5e-5)
 
 
+@pytest.mark.parametrize("system", ["thesis", "tuned"])
+def test_a_plank_dropped_from_ten_metres_does_not_pass_through_what_it_hits(system: str) -> None:
+    #   It arrives at 14 m/s, 15 mm in a step of 1/960 s: twice the thickness of a plank.
+    trace = played(
+        """
+        - bricks:
+            - {name: left, at: [-40 mm, 0 mm, 3.9 mm], rotate: [0 deg, 0 deg, 90 deg]}
+            - {name: right, at: [40 mm, 0 mm, 3.9 mm], rotate: [0 deg, 0 deg, 90 deg]}
+        - bricks: [{name: plank, at: [0 mm, 0 mm, 10.0117 m], drop: true}]
+          after: built + 1 s
+        """,
+        "expect: [{stands: {for: 4 s}}]",
+        system,
+    )
+    assert trace.tracks["plank"].final.position_W[2] > 0.0038
+
+
 def test_events_are_told_as_they_happen_and_kept() -> None:
     heard: list[Event] = []
     trace = play(timeline_of("- column: {levels: 2}\n  every: 1 s"), SYSTEMS["thesis"], heard.append)

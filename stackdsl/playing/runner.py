@@ -7,7 +7,7 @@ A collapse ends the build, and is followed for a while to see what falls.
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import groupby
-from math import sqrt
+from math import hypot, sqrt
 from time import perf_counter
 
 from stability.extension import StackStability, Update
@@ -173,7 +173,10 @@ class _Run:
         """See all that moves; True if a collapse is known."""
         now = self.world.time()
         moving = self.extension.awake() if self.extension is not None else list(self.watch.bricks)
-        self.watch.see(now, self.world.states(moving))
+        states = self.world.states(moving)
+        self.watch.see(now, states)
+        fastest = max((hypot(*state.velocity_W) for state in states.values()), default=0.0)
+        self.world.limit_travel(fastest + SAMPLING * self.timeline.world.gravity)  # as fast as until the next look
         if self.extension is None and now >= self._end() - FORCE_WINDOW:
             for brick in moving:
                 self.forces.add(brick, self.world.contacts(brick))

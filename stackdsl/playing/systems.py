@@ -34,6 +34,7 @@ TUNED = EngineSettings(
     breaking_threshold=0.001,
     scale=100.0,  # 10 is worse, 1000 explodes
     angular_damping=0.02,  # PyBullet's free spin gains energy without it
+    most_travel=0.004,  # half a plank's thickness
     friction_anchor=True,  # without it tall stacks creep until they fall
 )
 
