@@ -3,7 +3,8 @@
 from collections.abc import Collection, Mapping, Sequence, Set
 from typing import Protocol
 
-from stability.model import BodyId, BodyState, ContactPoint, Shape
+from stability.engine_settings import EngineSettings
+from stability.model import BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Shape
 
 
 class Engine(Protocol):
@@ -41,3 +42,29 @@ class Engine(Protocol):
 
     def wake(self, brick: BodyId) -> None:
         """Give a frozen brick back to the engine, at rest, with the mass that it had."""
+
+
+class World(Engine, Protocol):
+    """An engine's world of one's own: bricks and planes come in, and time goes on."""
+
+    @property
+    def settings(self) -> EngineSettings:
+        """How the world is stepped."""
+
+    def step(self) -> None:
+        """Let one time step of the settings pass."""
+
+    def limit_travel(self, fastest: float) -> None:
+        """Say how fast the bodies of the coming steps are at most [m/s], so that none passes through another."""
+
+    def skip(self, duration: float) -> None:
+        """Let time pass in which nothing can move [s]."""
+
+    def add_plane(self, plane: Plane) -> None:
+        """Put up the ground or a wall."""
+
+    def add_brick(self, brick: Brick, pose: Pose) -> None:
+        """Set a brick down, at rest."""
+
+    def close(self) -> None:
+        """End the world; nothing of it is left."""

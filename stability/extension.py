@@ -6,31 +6,23 @@ add the stable ones, update what is above each brick, test the whole stack, wake
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from math import inf
 
 from stability.contact import ContactArea, contact_area, main_contact
 from stability.contact_graph import with_all_above
 from stability.engine import Engine
-from stability.freezing import Activity, Evidence, RestLimits, next_activity
+from stability.freezing import RestLimits
+from stability.held_bodies import HeldBodies
 from stability.model import BodyId, BodyState, Vec3
 from stability.resting import ContactLimits, resting_points
-from stability.support import Load, StackedBrick, failing, lies_above, loads_above, tipping_margin
-
-ROUNDING = 1e-9  # [s] clocks are sums of steps
-
-
-@dataclass(frozen=True, slots=True)
-class Update:
-    """What one pass changed; bricks by name."""
-
-    frozen: tuple[BodyId, ...] = ()
-    woken: tuple[BodyId, ...] = ()
-    failed: tuple[BodyId, ...] = ()  # those of `woken` whose own test failed; the rest stood on them
+from stability.statics.facts import Verdict
+from stability.stillness import Stillness
+from stability.support import Load, StackedBrick, failing, lies_above, loads_above, shares, tipping_margin
+from stability.watching import Update
 
 
 @dataclass
 class StackStability:
-    """Watches the bricks of one engine. Call `update` after each of its steps."""
+    """The published method on the bricks of one engine. Call `update` after each of its steps."""
 
     engine: Engine
     rest: RestLimits = field(default_factory=RestLimits)
@@ -39,14 +31,36 @@ class StackStability:
     guard: bool = True
     stack: dict[BodyId, StackedBrick] = field(default_factory=dict, init=False)
     loads: dict[BodyId, Load] = field(default_factory=dict, init=False)
-    _activity: dict[BodyId, Activity] = field(default_factory=dict, init=False)
-    _slow_since: dict[BodyId, float] = field(default_factory=dict, init=False)
-    _held: dict[BodyId, BodyState] = field(default_factory=dict, init=False)  # as frozen; and their fixed supports
-    _seen: tuple[object, object] = field(default=(None, None), init=False)  # the engine's bodies, last time
+    _stillness: Stillness = field(init=False)
+    _held: HeldBodies = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._stillness = Stillness(self.rest)
+        self._held = HeldBodies(self.engine)
 
     def awake(self) -> list[BodyId]:
         """The bricks that the engine moves, by name."""
         return sorted(brick for brick in self.engine.masses() if brick not in self.stack)
+
+    def is_frozen(self, brick: BodyId) -> bool:
+        """Whether a brick is part of the stack."""
+        return brick in self.stack
+
+    def shares(self, brick: BodyId) -> Mapping[BodyId, float]:
+        """Which part of what a brick of the stack carries goes to each of its supports; empty if it is not in it."""
+        if brick not in self.stack:
+            return {}
+        load = self.loads[brick]
+        given = {share.on: share.mass / load.mass for share in shares(load, self.stack[brick].areas)}
+        return {on: given.get(on, 0.0) for on in sorted(self.stack[brick].rests_on)}
+
+    def all_shares(self) -> Mapping[BodyId, Mapping[BodyId, float]]:
+        """The same for the whole stack."""
+        return {brick: self.shares(brick) for brick in self.stack}
+
+    def verdict(self) -> Verdict | None:
+        """None: the method tests bricks one by one, and proves nothing of the whole."""
+        return None
 
     def least_margin(self) -> float | None:
         """The smallest tipping margin in the stack [m]; None if the stack is empty."""
@@ -54,7 +68,7 @@ class StackStability:
 
     def set_down(self, bricks: Iterable[BodyId]) -> None:
         """Say that these bricks were set down at rest: they may be tested at once, before any step."""
-        self._slow_since |= dict.fromkeys(bricks, -inf)
+        self._stillness.set_down(bricks)
 
     def update(self) -> Update:
         """One pass of the published method over what the engine has just done."""
@@ -62,13 +76,14 @@ class StackStability:
         lost = self._forget_removed() + self._wake_disturbed()
         awake = self.awake()
         states = self.engine.states(awake)
-        self._follow(awake, states)
+        self._stillness.follow(self.engine.time(), states)
         added = self._newly_stable(awake, states)
         if not added and len(self.stack) == before:
             return Update()
         self._freeze(added)
         failed, woken = self._wake_failing()
-        return Update(tuple(brick.id for brick in added), lost + woken, failed)
+        reason = f"no support under what {', '.join(failed)} carries" if failed else "support removed"
+        return Update(tuple(brick.id for brick in added), lost + woken, failed, reason if lost or woken else "")
 
     def wake(self, bricks: Iterable[BodyId]) -> tuple[BodyId, ...]:
         """Give these bricks and all that rests on them back to the engine (section 3.3.7); returns those woken."""
@@ -88,19 +103,17 @@ class StackStability:
 
     def _forget_removed(self) -> tuple[BodyId, ...]:
         """Drop bricks that the engine no longer has, and wake what rested on them or on a fixed body that is gone."""
-        bricks, fixed = self.engine.masses(), self.engine.fixed()
-        if self._seen[0] is bricks and self._seen[1] is fixed:
+        if not self._held.came_or_went():
             return ()
-        self._seen = (bricks, fixed)
+        bricks = self.engine.masses()
         return self._drop([brick for brick in self.stack if brick not in bricks])
 
     def _drop(self, gone: Collection[BodyId]) -> tuple[BodyId, ...]:
         """Strike bricks from the stack that the engine no longer holds; wake what has lost a support."""
         for brick in gone:
             del self.stack[brick]
-            self._held.pop(brick, None)
-            self._activity.pop(brick, None)
-            self._slow_since.pop(brick, None)
+            self._held.let_go(brick)
+            self._stillness.forget(brick)
         fixed = self.engine.fixed()
         return self._wake(
             [
@@ -112,39 +125,18 @@ class StackStability:
 
     def _wake_disturbed(self) -> tuple[BodyId, ...]:
         """Wake what somebody else has moved or pushed since it was frozen, and what rests on it."""
-        if not self.guard or not self._held:
+        if not self.guard:
             return ()
-        dropped = self._drop([brick for brick in self.stack if not self.engine.holds(brick)])
-        fixed = self.engine.fixed()
-        present = [body for body in self._held if body in self.stack or body in fixed]
-        states = self.engine.states(present)
-        disturbed = {body for body in present if states[body] != self._held[body]}
-        self._held |= {body: states[body] for body in disturbed}
+        dropped = self._drop(self._held.released(self.stack))
+        disturbed = self._held.disturbed(self.stack).keys()
         return dropped + self._wake(
-            [name for name, brick in self.stack.items() if name in disturbed or disturbed.intersection(brick.rests_on)]
+            [name for name, brick in self.stack.items() if name in disturbed or disturbed & set(brick.rests_on)]
         )
-
-    def _follow(self, awake: Collection[BodyId], states: Mapping[BodyId, BodyState]) -> None:
-        now = self.engine.time()
-        for brick in awake:
-            woken = self._activity.get(brick) is Activity.UNSTABLE
-            if not self.rest.slow(states[brick], self.rest.still if woken else 1.0):
-                self._slow_since.pop(brick, None)
-                continue
-            since = self._slow_since.setdefault(brick, now)
-            self._step(brick, Evidence(slow_for=now - since))
-
-    def _step(self, brick: BodyId, seen: Evidence) -> None:
-        self._activity[brick] = next_activity(self._activity.get(brick, Activity.FREE), seen, self.rest)
 
     def _newly_stable(self, awake: Collection[BodyId], states: Mapping[BodyId, BodyState]) -> list[StackedBrick]:
         """The slow bricks that rest stably on what was in the stack before this pass."""
-        slow_since = self.engine.time() - self.rest.dwell + ROUNDING
-        potential = [
-            brick
-            for brick in awake
-            if self._slow_since.get(brick, inf) <= slow_since and self._activity[brick] is not Activity.UNSTABLE
-        ]
+        now = self.engine.time()
+        potential = [brick for brick in awake if self._stillness.may_be_judged(brick, now)]
         masses = self.engine.masses()
         supports = self.stack.keys() | self.engine.fixed()
         found = []
@@ -160,18 +152,17 @@ class StackStability:
         for brick in added:
             self.engine.freeze(brick.id)
             self.stack[brick.id] = brick
-            self._step(brick.id, Evidence(stands=True))
+            self._stillness.froze(brick.id)
             if self.guard:
-                self._held |= self.engine.states([brick.id, *(on for on in brick.rests_on if on not in self._held)])
+                self._held.hold(brick.id, brick.rests_on)
 
     def _wake(self, failed: Sequence[BodyId]) -> tuple[BodyId, ...]:
         woken = sorted(with_all_above({name: brick.rests_on for name, brick in self.stack.items()}, failed))
         for brick in woken:
             self.engine.wake(brick)
             del self.stack[brick]
-            self._held.pop(brick, None)
-            self._slow_since.pop(brick, None)
-            self._step(brick, Evidence(fails=True))
+            self._held.let_go(brick)
+            self._stillness.woke(brick)
         return tuple(woken)
 
 

@@ -58,6 +58,12 @@ def box_corners(size: Vec3, pose: Pose) -> tuple[Vec3, ...]:
     return tuple(corners)
 
 
+def box_top(size: Vec3, pose: Pose) -> float:
+    """The height of the highest corner of a box [m]."""
+    upward = (axis[2] for axis in body_axes(pose.orientation))
+    return pose.position_W[2] + 0.5 * sum(length * abs(z) for length, z in zip(size, upward, strict=True))
+
+
 def convex_hull(points: Iterable[Point2]) -> Polygon:
     """The corners of the convex hull, exactly; two points if all lie on a line, one if all coincide."""
     ordered = sorted(set(points))

@@ -157,6 +157,7 @@ class PyBulletBodies:
         return ContactPoint(a, b, on_b_W, normal, gap / self.scale, force / self._mass_unit)
 
     def freeze(self, brick: BodyId) -> None:
+        self._notice_bodies()  # while the mass of a new brick can still be seen
         body = self._bodies[brick]
         # A body without mass keeps the velocity that it has, and drifts with it for ever.
         pybullet.resetBaseVelocity(body, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), physicsClientId=self.client)
@@ -286,8 +287,9 @@ class PyBulletWorld(PyBulletBodies):
             activationState=pybullet.ACTIVATION_STATE_DISABLE_SLEEPING,
             physicsClientId=self.client,
         )
+        # Looking at all bodies for each that comes would take minutes for ten thousand; `masses` looks for itself.
         self.names[body] = name
-        self._notice_bodies()
+        self._bodies[name] = body
 
 
 def engine_parameters(settings: EngineSettings) -> dict[str, float]:

@@ -24,7 +24,6 @@ from stackdsl.pool import INTERRUPTS
 from stackdsl.reading.source import parse
 from stackdsl.report.diagnostic_text import diagnostic_text
 from stackdsl.report.event_text import event_text
-from stackdsl.report.explanation import explanation_text
 from stackdsl.report.json import report_json
 from stackdsl.report.outcome_text import outcome_text
 from stackdsl.report.text import report_text
@@ -121,12 +120,17 @@ def run_command(context: click.Context, file: Path, systems: tuple[str, ...], ke
 @ONE_FILE
 @ON_SYSTEMS
 @ON_KEYWORD
+@click.option("--margins/--no-margins", default=None, help="What the proofs would survive; default: of few bricks.")
 @click.pass_context
-def explain_command(context: click.Context, file: Path, systems: tuple[str, ...], keyword: str) -> None:
-    """Print what FILE was compiled to."""
+def explain_command(
+    context: click.Context, file: Path, systems: tuple[str, ...], keyword: str, margins: bool | None
+) -> None:
+    """Print what FILE was compiled to, and what statics says of it."""
+    from stackdsl.report.explanation import explanation_text  # noqa: PLC0415 -- statics brings numpy, the rest does not
+
     gathered, selected = _selected(file, Selection(systems, keyword))
     for _, cases in groupby(selected, key=lambda case: (case.scenario.scenario, case.variant.parameters)):
-        write(explanation_text(list(cases)))
+        write(explanation_text(list(cases), margins))
     context.exit(_exit_code(Report(diagnostics=gathered.diagnostics), selected))
 
 

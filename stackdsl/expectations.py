@@ -4,12 +4,12 @@ One function a kind of claim, all with one signature. A margin is positive insid
 was measured; where a claim has several parts, the part closest to failing speaks for it.
 """
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
 from math import degrees, inf
 
-from stability.geometry import box_corners
-from stackdsl.language.claims import Claim, Collapses, Displaced, Drift, Height, RestsOn, Stands
+from stability.geometry import box_top
+from stackdsl.language.claims import Claim, Collapses, Displaced, Drift, Height, Margin, RestsOn, Stands
 from stackdsl.language.schema import Scenario
 from stackdsl.language.tolerances import Tolerance
 from stackdsl.language.variants import Variant, repeated
@@ -18,6 +18,7 @@ from stackdsl.reading.source import Path, Plain, Source
 from stackdsl.trace import COLLAPSE_SHARE_OF_SMALLEST_SIDE, COLLAPSE_TILT, BrickState, BrickTrack, Trace
 
 MILLIMETRES = 1000.0
+SHOWN_PER_SI = {"mm": MILLIMETRES, "deg": degrees(1.0)}  # by the unit of a margin
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,17 +33,32 @@ class Finding:
 
 def judge(trace: Trace, scenario: Scenario, variant: Variant, source: Source, system: str) -> tuple[Outcome, ...]:
     """The outcome of every expectation that speaks of this system, in the order of the file."""
-    asked = (
+    asked = [
         (("expect", number), claim)
         for number, claim in enumerate(scenario.expect)
         if claim.system is None or system in claim.system
-    )
-    return tuple(_outcome(path, claim, trace, variant, source) for path, claim in asked)
+    ]
+    return _outcomes(asked, trace, variant, source)
 
 
 def compare_with_truth(trace: Trace, scenario: Scenario, variant: Variant, source: Source) -> tuple[Outcome, ...]:
-    """The same for the answers known from outside."""
-    asked = ((("truth", number), claim) for number, claim in enumerate(scenario.truth))
+    """The same for the answers known from outside; what only statics can tell is passed over where none was asked."""
+    asked = [
+        (("truth", number), claim)
+        for number, claim in enumerate(scenario.truth)
+        if trace.statics is not None or not claim.needs_statics
+    ]
+    return _outcomes(asked, trace, variant, source)
+
+
+def _outcomes(
+    asked: Sequence[tuple[Path, Claim]], trace: Trace, variant: Variant, source: Source
+) -> tuple[Outcome, ...]:
+    margins = {key for _, claim in asked if claim.margin is not None for key in claim.margin.asked}
+    if margins:
+        from stackdsl.margins import margins_of  # noqa: PLC0415 -- statics brings numpy, the rest does not
+
+        trace = replace(trace, margins=margins_of(trace, margins))
     return tuple(_outcome(path, claim, trace, variant, source) for path, claim in asked)
 
 
@@ -73,10 +89,11 @@ def as_written(value: Plain) -> str:
 
 
 def _stands(claim: Stands, trace: Trace) -> Finding:
+    named = frozenset(trace.tracks if claim.bricks is None else claim.bricks)
     meant = [
         track
         for name, track in trace.tracks.items()
-        if (claim.levels is None or track.level <= claim.levels) and (claim.bricks is None or name in claim.bricks)
+        if (claim.levels is None or track.level <= claim.levels) and name in named
     ]
     missing = [track for track in meant if track.state is BrickState.UNPLACED]
     levels = max((track.level for track in trace.tracks.values()), default=0)
@@ -129,7 +146,8 @@ def _displaced(claim: Displaced, trace: Trace) -> Finding:
 
 
 def _drift(claim: Drift, trace: Trace) -> Finding:
-    meant = [track for track in _placed(trace) if claim.bricks is None or track.brick.id in claim.bricks]
+    named = frozenset(trace.tracks if claim.bricks is None else claim.bricks)
+    meant = [track for track in _placed(trace) if track.brick.id in named]
     worst = max(meant, key=lambda track: track.shift, default=None)
     if worst is None:
         return Finding("never placed", 0.0, "mm", passed=False)
@@ -153,8 +171,31 @@ def _height(claim: Height, trace: Trace) -> Finding:
         return Finding("never placed", 0.0, "mm", passed=False)
     if claim.of is None:
         meant = [track for track in meant if track.state not in (BrickState.FALLEN, BrickState.UNSETTLED)]
-    top = max((z for track in meant for _, _, z in box_corners(track.brick.size, track.final)), default=0.0)
+    top = max((box_top(track.brick.size, track.final) for track in meant), default=0.0)
     return _within(claim.within, top, "mm", _mm(top))
+
+
+def _verdict(claim: str, trace: Trace) -> Finding:
+    if trace.statics is None:
+        return Finding("nothing was set down at rest", inf, "", passed=False)
+    reason = f": {trace.statics.reason}" if trace.statics.reason else ""
+    return Finding(f"{trace.statics.stability}{reason}", inf, "", passed=trace.statics.stability == claim)
+
+
+def _margin(claim: Margin, trace: Trace) -> Finding:
+    parts = [_part(key, getattr(claim, key), getattr(trace.margins, key)) for key in claim.asked]
+    worst = min(parts, key=lambda part: (part.passed, part.margin))
+    return replace(
+        worst, measured=", ".join(part.measured for part in parts), passed=all(part.passed for part in parts)
+    )
+
+
+def _part(key: str, wanted: Tolerance, value: float | None) -> Finding:
+    """One kind of margin."""
+    unit = {"acceleration": "g", "tilt": "deg", "friction": "", "placement": "mm"}[key]
+    if value is None:
+        return Finding(f"no {key} is proven", -inf, unit, passed=False)
+    return _within(wanted, value, unit, f"{key} {SHOWN_PER_SI.get(unit, 1.0) * value:.4g} {unit}".rstrip())
 
 
 JUDGES: dict[str, Callable[..., Finding]] = {
@@ -164,6 +205,8 @@ JUDGES: dict[str, Callable[..., Finding]] = {
     "drift": _drift,
     "rests_on": _rests_on,
     "height": _height,
+    "verdict": _verdict,
+    "margin": _margin,
 }
 
 
@@ -172,8 +215,7 @@ def _placed(trace: Trace) -> Iterable[BrickTrack]:
 
 
 def _within(wanted: Tolerance, value: float, unit: str, measured: str = "") -> Finding:
-    scale = MILLIMETRES if unit == "mm" else 1.0
-    return Finding(measured, scale * wanted.margin(value), unit, wanted.holds(value))
+    return Finding(measured, SHOWN_PER_SI.get(unit, 1.0) * wanted.margin(value), unit, wanted.holds(value))
 
 
 def _mm(length: float) -> str:

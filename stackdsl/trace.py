@@ -1,10 +1,12 @@
 """What happened when a timeline was played: plain data that the judge, the snapshot and the report read."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 
 from stability.model import BodyId, Brick, Pose
+from stability.statics.facts import Verdict as StaticsVerdict
+from stackdsl.timeline import World
 
 # A brick that had come to rest has left its place beyond these (DESIGN, "collapse").
 COLLAPSE_SHARE_OF_SMALLEST_SIDE = 0.5  # its centre sank or shifted by more than this share of its smallest side
@@ -83,6 +85,18 @@ class Cost:
     simulated_time: float  # of the scenario's clock [s]
     steps: int  # engine steps
     judgements: int  # passes of the stability extension
+    proofs: Mapping[str, int] = field(default_factory=dict)  # how many times bricks were proven to stand, by stage
+
+
+@dataclass(frozen=True, slots=True)
+class Margins:
+    """What a proof survives: each None where nobody asked for it, or where nothing is proven to stand."""
+
+    acceleration: float | None = None  # the least horizontal acceleration that brings it down, by bearing [g]
+    bearing: float | None = None  # of that acceleration, from +x towards +y [rad]
+    tilt: float | None = None  # the least tilt of the whole that brings it down [rad]
+    friction: float | None = None  # the least Coulomb coefficient, of every contact, with which it stands
+    placement: float | None = None  # how far every brick may be placed beside where it is [m]
 
 
 class Verdict(StrEnum):
@@ -104,6 +118,9 @@ class Trace:
     cost: Cost
     # Who carried each brick once it had been judged or had settled, at the next placement; for snapshots.
     edges_when_placed: Mapping[BodyId, tuple[Edge, ...]]
+    world: World | None = None  # what did not move
+    statics: StaticsVerdict | None = None  # what was proven when bricks were last set down; None where nothing proves
+    margins: Margins | None = None  # of what stands at the end; None until somebody asks
 
     @property
     def built(self) -> float:

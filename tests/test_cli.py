@@ -175,8 +175,8 @@ def test_a_scenario_with_a_mistake_is_not_played_in_any_variant(stackdsl: Stackd
     write(tmp_path, text + "---\n" + GOOD, "s/both.yaml")
     result = stackdsl("check", "s", "--update")
     assert result.code == 2
-    assert [entry.name for entry in (tmp_path / "golden").iterdir()] == ["good[thesis].json"]
-    assert stackdsl("check", "s", "--list").out.split() == ["good[thesis]"]
+    assert [entry.name for entry in (tmp_path / "golden").iterdir()] == ["good[exact].json"]
+    assert stackdsl("check", "s", "--list").out.split() == ["good[exact]"]
     assert "broken" not in stackdsl("explain", "s/both.yaml").out
 
 
@@ -190,8 +190,8 @@ def test_of_scenarios_with_one_name_none_is_played(stackdsl: Stackdsl, tmp_path:
         "s/b.yaml:1:11:",
         "s/c.yaml:1:11:",
     ]
-    assert [entry.name for entry in (tmp_path / "golden").iterdir()] == ["other[thesis].json"]
-    assert stackdsl("check", "s", "--list").out.split() == ["other[thesis]"]
+    assert [entry.name for entry in (tmp_path / "golden").iterdir()] == ["other[exact].json"]
+    assert stackdsl("check", "s", "--list").out.split() == ["other[exact]"]
 
 
 def test_missing_then_written_then_same_then_different(stackdsl: Stackdsl, tmp_path: Path) -> None:
@@ -199,7 +199,7 @@ def test_missing_then_written_then_same_then_different(stackdsl: Stackdsl, tmp_p
     assert stackdsl("check", str(path)).code == 3
     assert not (tmp_path / "golden").exists()
     assert stackdsl("check", str(path), "--update").code == 0
-    locked = (tmp_path / "golden" / "good[thesis].json").read_bytes()
+    locked = (tmp_path / "golden" / "good[exact].json").read_bytes()
     assert stackdsl("check", str(path)).code == 0
     write(tmp_path, GOOD.replace("{levels: 3}", "{levels: 3, origin: [5 mm, 0 mm, 0 mm]}"))
     moved = stackdsl("check", str(path))
@@ -208,16 +208,16 @@ def test_missing_then_written_then_same_then_different(stackdsl: Stackdsl, tmp_p
     assert "0" in row
     assert "5" in row
     assert "0.5 mm" in row
-    assert (tmp_path / "golden" / "good[thesis].json").read_bytes() == locked
+    assert (tmp_path / "golden" / "good[exact].json").read_bytes() == locked
 
 
 def test_a_golden_of_no_variant_is_obsolete_when_all_were_checked(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, GOOD, "scenarios/good.yaml")
     assert stackdsl("check", "--update").code == 0
-    (tmp_path / "golden" / "gone[thesis].json").write_text("{}")
+    (tmp_path / "golden" / "gone[exact].json").write_text("{}")
     result = stackdsl("check")
     assert result.code == 3
-    assert "gone[thesis].json" in result.out
+    assert "gone[exact].json" in result.out
     assert "obsolete" in result.out
     assert stackdsl("check", "scenarios/good.yaml").code == 0
     assert stackdsl("check", "--update").code == 0
@@ -239,9 +239,9 @@ def test_a_directory_of_other_scenarios_removes_no_golden(stackdsl: Stackdsl, tm
 
 def test_the_whole_set_is_known_by_where_it_is_and_holds_a_case(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, GOOD, "scenarios/good.yaml")
-    gone = write(tmp_path, "{}", "golden/gone[thesis].json")
+    gone = write(tmp_path, "{}", "golden/gone[exact].json")
     for path in ("scenarios", str(tmp_path / "scenarios"), ".", "scenarios/../scenarios"):
-        assert "gone[thesis].json" in stackdsl("check", path).out
+        assert "gone[exact].json" in stackdsl("check", path).out
     (tmp_path / "scenarios" / "good.yaml").unlink()
     assert stackdsl("check", "--update").code == 4
     assert gone.exists()
@@ -254,13 +254,13 @@ def test_links_that_are_not_followed_remove_no_golden(stackdsl: Stackdsl, tmp_pa
     golden = ("--golden", "project/golden", "--update")
     assert stackdsl("check", "project/scenarios", *golden).code == 0
     assert stackdsl("check", "project", *golden).code == 0
-    assert (tmp_path / "project" / "golden" / "good[thesis].json").exists()
+    assert (tmp_path / "project" / "golden" / "good[exact].json").exists()
 
 
 def test_goldens_that_the_disk_keeps_stay_obsolete_in_a_whole_report(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, GOOD, "scenarios/good.yaml")
     assert stackdsl("check", "--update").code == 0
-    (tmp_path / "golden" / "gone[thesis].json").touch()
+    (tmp_path / "golden" / "gone[exact].json").touch()
     refused = "def refuse(*_, **__): raise PermissionError(13, 'Permission denied')"
     code = f"import pathlib\n{refused}\npathlib.Path.unlink = refuse\nfrom stackdsl.cli import main\nmain()"
     done = started(tmp_path, "check", "--update", program=("-c", code))
@@ -283,7 +283,7 @@ def test_a_file_that_is_given_twice_is_checked_once(stackdsl: Stackdsl, tmp_path
     path = write(tmp_path, GOOD)
     (tmp_path / "link.yaml").symlink_to(path)
     listed = stackdsl("check", "scene.yaml", str(path), "./scene.yaml", "link.yaml", "--list")
-    assert (listed.code, listed.out.split(), listed.err) == (0, ["good[thesis]"], "")
+    assert (listed.code, listed.out.split(), listed.err) == (0, ["good[exact]"], "")
     wrong = stackdsl("check", write(tmp_path, GOOD.replace("1 s", "1")).name, str(path))
     assert [line.split(":")[0] for line in wrong.out.splitlines() if "SD105" in line] == ["scene.yaml"]
 
@@ -295,14 +295,14 @@ def accepting(result: Result) -> list[str]:
 
 
 def test_the_command_told_accepts_what_was_shown_and_nothing_else(stackdsl: Stackdsl, tmp_path: Path) -> None:
-    write(tmp_path, GOOD + "tags: [short]\nsystems: [thesis, tuned]\n", "my scenes/a.yaml")
-    write(tmp_path, GOOD.replace("good", "other") + "systems: [thesis]\n", "my scenes/b.yaml")
-    call = ("check", "my scenes", "--golden", "locked here", "--system", "thesis", "-k", "goo", "--tag", "!long")
+    write(tmp_path, GOOD + "tags: [short]\nsystems: [exact, tuned]\n", "my scenes/a.yaml")
+    write(tmp_path, GOOD.replace("good", "other") + "systems: [exact]\n", "my scenes/b.yaml")
+    call = ("check", "my scenes", "--golden", "locked here", "--system", "exact", "-k", "goo", "--tag", "!long")
     assert stackdsl(*call).code == 3
     told = accepting(stackdsl(*call, "--time-limit", "99"))
     assert told == [*call[:2], *call[4:], *call[2:4], "--time-limit", "99.0", "--update"]
     assert stackdsl(*told).code == 0
-    assert [entry.name for entry in (tmp_path / "locked here").iterdir()] == ["good[thesis].json"]
+    assert [entry.name for entry in (tmp_path / "locked here").iterdir()] == ["good[exact].json"]
     assert [entry.name for entry in tmp_path.iterdir() if entry.name != "my scenes"] == ["locked here"]
     assert stackdsl(*call).code == 0
 
@@ -310,7 +310,7 @@ def test_the_command_told_accepts_what_was_shown_and_nothing_else(stackdsl: Stac
 def test_the_command_told_removes_what_is_obsolete(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, GOOD, "scenarios/good.yaml")
     (tmp_path / "golden").mkdir()
-    (tmp_path / "golden" / "gone[thesis].json").write_text("{}")
+    (tmp_path / "golden" / "gone[exact].json").write_text("{}")
     told = accepting(stackdsl("check"))
     assert told == ["check", "--update"]
     assert stackdsl(*told).code == 0
@@ -330,7 +330,7 @@ def test_two_processes_write_the_same_bytes(stackdsl: Stackdsl, tmp_path: Path) 
     for seed in ("0", "1"):
         assert stackdsl("check", str(path), "--update", "--golden", f"golden{seed}", PYTHONHASHSEED=seed).code == 0
     names = sorted(entry.name for entry in (tmp_path / "golden0").iterdir())
-    assert names == ["good[thesis].json"]
+    assert names == ["good[exact].json"]
     one, other = ((tmp_path / f"golden{seed}" / names[0]).read_bytes() for seed in "01")
     assert one == other
 
@@ -360,13 +360,13 @@ def test_selecting_nothing_is_wrong_usage(stackdsl: Stackdsl, tmp_path: Path) ->
 
 
 def test_list_names_the_selected_cases_and_plays_none(stackdsl: Stackdsl, tmp_path: Path) -> None:
-    write(tmp_path, GOOD + "tags: [short]\nsystems: [thesis, tuned]\n", "s/a.yaml")
+    write(tmp_path, GOOD + "tags: [short]\nsystems: [exact, tuned]\n", "s/a.yaml")
     write(tmp_path, GOOD.replace("good", "other") + "tags: [long]\n", "s/b.yaml")
-    assert stackdsl("check", "s", "--list").out.split() == ["good[thesis]", "good[tuned]", "other[thesis]"]
-    assert stackdsl("check", "s", "--list", "--tag", "!long").out.split() == ["good[thesis]", "good[tuned]"]
-    assert stackdsl("check", "s", "--list", "--tag", "long").out.split() == ["other[thesis]"]
+    assert stackdsl("check", "s", "--list").out.split() == ["good[exact]", "good[tuned]", "other[exact]"]
+    assert stackdsl("check", "s", "--list", "--tag", "!long").out.split() == ["good[exact]", "good[tuned]"]
+    assert stackdsl("check", "s", "--list", "--tag", "long").out.split() == ["other[exact]"]
     assert stackdsl("check", "s", "--list", "--system", "tuned").out.split() == ["good[tuned]"]
-    assert stackdsl("check", "s", "--list", "-k", "other").out.split() == ["other[thesis]"]
+    assert stackdsl("check", "s", "--list", "-k", "other").out.split() == ["other[exact]"]
 
 
 def test_a_case_that_overruns_its_time_is_told_and_ends_with_5(stackdsl: Stackdsl, tmp_path: Path) -> None:
@@ -510,9 +510,9 @@ def test_run_prints_the_timeline_as_it_happens(stackdsl: Stackdsl, tmp_path: Pat
 
 
 def test_run_judges_and_ends_as_check_does_without_goldens(stackdsl: Stackdsl, tmp_path: Path) -> None:
-    write(tmp_path, GOOD + "  - {height: 20 mm ± 1 mm, system: tuned}\nsystems: [thesis, tuned]\n")
+    write(tmp_path, GOOD + "  - {height: 20 mm ± 1 mm, system: tuned}\nsystems: [exact, tuned]\n")
     path = "scene.yaml"
-    held = stackdsl("run", path, "--system", "thesis")
+    held = stackdsl("run", path, "--system", "exact")
     assert held.code == 0
     assert "passed: scene.yaml:6:5: stands: expected all, measured 3 bricks stand (margin 3.9 mm)" in held.out
     missed = stackdsl("run", path, "-k", "tuned")
@@ -526,11 +526,11 @@ def test_run_judges_and_ends_as_check_does_without_goldens(stackdsl: Stackdsl, t
 
 
 def test_explain_takes_a_selection(stackdsl: Stackdsl, tmp_path: Path) -> None:
-    path = str(write(tmp_path, GOOD + "systems: [thesis, tuned]\n---\n" + GOOD.replace("good", "other")))
+    path = str(write(tmp_path, GOOD + "systems: [exact, tuned]\n---\n" + GOOD.replace("good", "other")))
     explained = stackdsl("explain", path, "--system", "tuned").out
     assert "good, from" in explained
     assert "  tuned: " in explained
-    assert "  thesis: " not in explained
+    assert "  exact: " not in explained
     assert "other, from" not in explained
     assert "good, from" not in stackdsl("explain", path, "-k", "other").out
     assert stackdsl("explain", path, "-k", "nothing-like-it").code == 4

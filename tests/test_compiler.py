@@ -65,6 +65,20 @@ def test_a_step_begins_at_its_time_or_when_its_event_is_over(when: str, start: f
     assert beside.time == start
 
 
+def test_a_step_follows_all_of_those_before_it_not_just_the_last_written() -> None:
+    timeline = timeline_of(
+        """
+        - column: {levels: 3}
+          every: 4 s
+        - column: {levels: 2, origin: [0 mm, 100 mm, 0 mm]}
+          every: 1 s
+          at: 1 s
+        - column: {levels: 1, origin: [0 mm, 200 mm, 0 mm]}
+        """
+    )
+    assert times(timeline) == [0.0, 1.0, 2.0, 4.0, 8.0, 9.0]
+
+
 def test_placements_are_in_order_of_time_and_then_of_the_file() -> None:
     timeline = timeline_of(
         """

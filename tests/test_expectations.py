@@ -5,9 +5,11 @@ from math import inf
 
 import pytest
 
-from stability.model import Brick, Pose
+from stability.model import GROUND, Brick, Plane, Pose
+from stability.statics.facts import Stability, Verdict
 from stackdsl.expectations import compare_with_truth, judge
 from stackdsl.outcome import Outcome
+from stackdsl.timeline import World
 from stackdsl.trace import BrickState, BrickTrack, Collapse, Cost, Edge, Trace
 from tests.scenes import compiled, scene
 
@@ -128,3 +130,64 @@ def test_a_truth_is_compared_in_the_same_way() -> None:
     text = scene("- column: {levels: 1}", "truth:\n  - collapses: any\n    source: made up")
     case = compiled(text)[0][0]
     assert [truth.passed for truth in compare_with_truth(FALLEN, case.scenario, case.variant, case.source)] == [True]
+
+
+# --- what statics alone can tell --------------------------------------------------------------------------------------
+
+ONE_PLANK = replace(
+    STANDING,
+    tracks={"L1.1": track("L1.1", 1)},
+    world=World(9.81, 0.5, (Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.1),)),
+    statics=Verdict(Stability.STABLE),
+)
+
+
+@pytest.mark.parametrize(
+    ("stability", "claim", "passed"),
+    [("stable", "stable", True), ("unstable", "stable", False), ("undecided", "undecided", True)],
+)
+def test_a_verdict_is_what_statics_said_when_the_last_bricks_were_set_down(
+    stability: str, claim: str, passed: bool
+) -> None:
+    found = outcome(f"verdict: {claim}", replace(STANDING, statics=Verdict(Stability(stability), reason="so it is")))
+    assert found.passed is passed
+    assert found.measured == f"{stability}: so it is"
+
+
+def test_without_any_brick_set_down_there_is_no_verdict() -> None:
+    assert not outcome("verdict: stable", STANDING).passed
+
+
+@pytest.mark.parametrize(
+    ("claim", "passed", "measured"),
+    [
+        ('acceleration: "0.1 ± 0.001"', True, "acceleration 0.1 g"),  # a flat plank slides at the friction coefficient
+        ('acceleration: ">= 0.11"', False, "acceleration 0.1 g"),
+        ("tilt: 5.711 deg ± 0.01 deg", True, "tilt 5.711 deg"),  # the arc tangent of it
+        ('friction: "<= 0.01"', True, "friction 0"),
+    ],
+)
+def test_a_margin_is_measured_on_what_stands_at_the_end(claim: str, passed: bool, measured: str) -> None:
+    found = outcome(f"margin: {{{claim}}}", ONE_PLANK)
+    assert found.measured == measured
+    assert found.passed is passed
+
+
+def test_several_margins_stand_and_fall_together() -> None:
+    found = outcome('margin: {acceleration: ">= 0.05", tilt: ">= 20 deg"}', ONE_PLANK)
+    assert not found.passed
+    assert found.unit == "deg"
+    assert found.measured == "acceleration 0.1 g, tilt 5.711 deg"
+
+
+def test_what_does_not_stand_has_no_margin() -> None:
+    found = outcome('margin: {placement: ">= 1 mm"}', replace(ONE_PLANK, tracks={}))
+    assert not found.passed
+    assert found.measured == "no placement is proven"
+
+
+def test_a_truth_that_only_statics_can_tell_is_passed_over_on_a_bare_engine() -> None:
+    text = scene("- column: {levels: 1}", "systems: [exact, stock]\ntruth:\n  - verdict: stable\n    source: made up")
+    case = compiled(text)[0][0]
+    assert compare_with_truth(STANDING, case.scenario, case.variant, case.source) == ()
+    assert len(compare_with_truth(ONE_PLANK, case.scenario, case.variant, case.source)) == 1

@@ -5,8 +5,9 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from stability.extension import StackStability, Update
+from stability.extension import StackStability
 from stability.model import BodyId, BodyState, ContactPoint, Pose, Shape, Vec3
+from stability.watching import Update
 
 HALF = 0.05  # half the length of a brick [m]
 STEP = 0.01  # [s]

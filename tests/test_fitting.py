@@ -1,8 +1,13 @@
 """Bricks inside one another, and bricks in the air."""
 
+from math import cos, pi, sin
+from random import Random
+
 import pytest
 
-from stability.model import GROUND, Plane, Pose, Vec3
+from stability.contact import TOUCHING
+from stability.model import GROUND, Plane, Pose, Quaternion, Vec3
+from stability.separation import boxes_apart
 from stackdsl.compiling.fitting import Sited, fits
 
 FLOOR = Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5)
@@ -67,3 +72,39 @@ def test_a_table_much_larger_than_the_bricks_on_it_is_found_by_each_and_finds_ea
     assert all(fit.on_boxes == (0,) for fit in fits([table, *on_it], [FLOOR])[1:])
     late = Sited(2.0, table.size, table.pose)
     assert fits([at(0.0, 0.0, 0.0039), late], [FLOOR])[1].overlaps_box == 0
+
+
+def test_a_plank_on_end_and_the_flat_ones_beside_it_find_each_other() -> None:
+    on_end: Quaternion = (0.0, sin(pi / 4.0), 0.0, cos(pi / 4.0))
+    post = Sited(0.0, SIZE, Pose((0.0, 0.0, SIZE[0] / 2.0), on_end))
+    around = [at(0.2 * x, 0.1, 0.0039 + 0.0078 * level) for x in (-1, 1) for level in range(30)]
+    lintel = at(0.0, 0.0, SIZE[0] + SIZE[2] / 2.0, time=1.0)
+    assert fits([post, *around, lintel], [FLOOR])[-1].on_boxes == (0,)
+
+
+def test_a_brick_in_the_air_knows_how_far_below_the_next_one_is() -> None:
+    raised = fits([at(0.0, 0.0, 0.0039), at(0.0, 0.0, 0.0117 + 0.04, time=1.0)], [FLOOR])[1]
+    assert raised.in_the_air
+    assert raised.clearance == pytest.approx(0.04)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_none_that_a_brick_rests_on_or_sticks_in_is_passed_over(seed: int) -> None:
+    #   The grid only spares comparisons: comparing each with all gives the same.
+    boxes = sorted((thrown(Random(1000 * seed + number)) for number in range(80)), key=lambda box: box.time)
+    for index, (box, fit) in enumerate(zip(boxes, fits(boxes, [FLOOR]), strict=True)):
+        there = [other for other, at in enumerate(boxes) if at.time <= box.time and other != index]
+        apart = {n: boxes_apart(box.size, box.pose, boxes[n].size, boxes[n].pose) for n in there}
+        inside = [n for n in there if n < index and apart[n].gap < -1e-4]
+        below = [n for n in there if apart[n].gap <= TOUCHING and apart[n].normal_BA_W[2] > 0.05]
+        assert fit.overlaps_box == (inside[0] if inside else None)
+        assert fit.on_boxes == (() if inside else tuple(below))
+
+
+def thrown(random: Random) -> Sited:
+    """A plank somewhere above the floor, flat or not, long or short."""
+    x, y, level = random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3), random.randrange(10)
+    yaw, roll = random.uniform(-pi, pi), random.choice([0.0, 0.0, 0.1])
+    turn = (sin(roll) * cos(yaw), sin(roll) * sin(yaw), cos(roll) * sin(yaw), cos(roll) * cos(yaw))
+    size = random.choice([SIZE, SIZE, (0.03, 0.02, SIZE[2]), (0.5, 0.02, SIZE[2])])
+    return Sited(float(random.randrange(4)), size, Pose((x, y, 0.1 + 0.0078 * level), turn))

@@ -3,13 +3,15 @@
 from collections import defaultdict
 from collections.abc import Sequence
 from itertools import pairwise
-from math import hypot, pi
+from math import cos, hypot, inf, pi, sin, tan
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stability.model import Vec3
+from stability.model import Pose, Vec3
+from stability.separation import boxes_apart
+from stackdsl.compiling.written import about_z
 from stackdsl.language.catalogue import CATALOGUE
 from stackdsl.language.layouts import (
     LAYOUTS,
@@ -19,11 +21,13 @@ from stackdsl.language.layouts import (
     FourStackParams,
     HarmonicParams,
     LayoutParams,
+    TowerParams,
     WallParams,
     column,
     four_stack,
     harmonic,
     place,
+    tower,
     wall,
 )
 from stackdsl.language.mistakes import MistakeError
@@ -55,6 +59,7 @@ EXAMPLES: dict[str, tuple[dict[str, object], int]] = {  # parameters, and how ma
     "column": ({"levels": 5, "step": "11 mm"}, 5),
     "wall": ({"levels": 3, "bricks": 4}, 13),
     "harmonic": ({"bricks": 5}, 5),
+    "tower": ({"levels": 4, "bricks": 7}, 28),
 }
 
 
@@ -187,9 +192,84 @@ def test_the_planks_above_a_joint_balance_at_the_share_of_the_limit(bricks: int,
         assert sum(above) / len(above) - xs[joint - 1] == pytest.approx(share * LENGTH / 2, abs=1e-9)
 
 
+# --- the round tower --------------------------------------------------------------------------------------------------
+
+RINGS = [(3, 0.2), (5, 0.5), (7, 0.4), (16, 0.4), (40, 0.05), (400, 0.45)]  # planks a ring, and their overlap
+
+
+def rings(bricks: int, overlap: float, levels: int = 3) -> list[list[BrickSpec]]:
+    return by_level(tower(TowerParams(levels=levels, bricks=bricks, overlap=overlap), KAPLA))
+
+
+def seen_from(spec: BrickSpec, x: float, y: float) -> tuple[float, float]:
+    """A point in plan, along the length and the width of a plank from its middle [m]."""
+    dx, dy = x - spec.position[0], y - spec.position[1]
+    return dx * cos(spec.yaw) + dy * sin(spec.yaw), -dx * sin(spec.yaw) + dy * cos(spec.yaw)
+
+
+def gap(one: BrickSpec, other: BrickSpec) -> float:
+    (a, b) = (Pose(spec.position, about_z(spec.yaw)) for spec in (one, other))
+    return boxes_apart(KAPLA, a, KAPLA, b).gap
+
+
+@pytest.mark.parametrize(("bricks", "overlap"), RINGS)
+def test_a_plank_of_a_tower_lies_with_its_overlap_on_each_of_two_below(bricks: int, overlap: float) -> None:
+    # ===|===|===     the middle line of a plank leaves the end face of one below at its overlap from its own end
+    #  |===|===|
+    for below, ring in pairwise(rings(bricks, overlap)):
+        for spec in ring:
+            for side in (-1.0, 1.0):
+                along = side * (0.5 - overlap) * LENGTH
+                x, y = spec.position[0] + along * cos(spec.yaw), spec.position[1] + along * sin(spec.yaw)
+                ends = [abs(abs(seen_from(low, x, y)[0]) - LENGTH / 2) for low in below]
+                assert min(ends) == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize(("bricks", "overlap"), RINGS)
+def test_two_equal_forces_inside_both_contacts_hold_each_plank_of_a_tower(bricks: int, overlap: float) -> None:
+    #        o          Middle lines of a plank and of two below cross at x, within all three, at equal distances. Half
+    #  --x-------x--    of the load at each x balances the plank, and presses on those below at such points of theirs.
+    for below, ring in pairwise(rings(bricks, overlap, levels=4)):
+        for spec in ring:
+            carrying = [low for low in below if abs(crossing(spec, low)) < LENGTH / 2]
+            one, other = (crossing(spec, low) for low in carrying)
+            assert one == pytest.approx(-other, abs=1e-12)
+            for low in carrying:
+                assert abs(crossing(low, spec)) == pytest.approx(abs(one), abs=1e-12)
+                assert gap(spec, low) == pytest.approx(0.0, abs=1e-12)
+
+
+def crossing(spec: BrickSpec, low: BrickSpec) -> float:
+    """Where the middle line of another plank crosses that of the first, along it from its middle [m]."""
+    away, turn = seen_from(low, *spec.position[:2])[1], sin(spec.yaw - low.yaw)
+    return -away / turn if abs(turn) > 1e-12 else inf
+
+
+@pytest.mark.parametrize(("bricks", "overlap"), RINGS)
+def test_planks_of_a_ring_are_free_of_each_other(bricks: int, overlap: float) -> None:
+    ring = rings(bricks, overlap)[0]
+    assert min(gap(one, other) for one, other in pairwise([*ring, ring[0]])) > 0.0
+
+
+@pytest.mark.parametrize("bricks", [3, 5, 16, 400])
+def test_a_ring_closes_at_its_largest_overlap(bricks: int) -> None:
+    half_pitch = pi / bricks
+    most = (1 / cos(half_pitch) - WIDTH / LENGTH * tan(half_pitch)) / 2
+    ring = rings(bricks, most * (1 - 1e-9))[0]
+    assert gap(ring[0], ring[1]) == pytest.approx(0.0, abs=1e-9)
+    for overlap in (most * (1 + 1e-9), 0.0):
+        with pytest.raises(MistakeError, match=rf"{bricks} planks a ring") as mistake:
+            rings(bricks, overlap)
+        assert mistake.value.hint == f"write an overlap of more than 0 % and less than {100 * most:.3g} %"
+
+
 @pytest.mark.parametrize(
     ("params", "size"),
-    [(FourStackParams, {"levels": 10_000}), (WallParams, {"levels": 10, "bricks": MAX_BRICKS // 10 - 1})],
+    [
+        (FourStackParams, {"levels": 10_000}),
+        (WallParams, {"levels": 10, "bricks": MAX_BRICKS // 10 - 1}),
+        (TowerParams, {"levels": 1250, "bricks": 16}),
+    ],
 )
 def test_a_layout_may_be_large(params: type[LayoutParams], size: dict[str, int]) -> None:
     assert params.model_validate(size).bricks_at_most == MAX_BRICKS
@@ -202,6 +282,8 @@ def test_a_layout_may_be_large(params: type[LayoutParams], size: dict[str, int])
         (WallParams, {"levels": 10_000, "bricks": 10_000}),
         (FourStackParams, {"levels": 10_001}),
         (HarmonicParams, {"bricks": 10_001}),
+        (TowerParams, {"levels": 10_000, "bricks": 3}),
+        (TowerParams, {"levels": 1, "bricks": 2}),
         (ColumnParams, {"levels": 0}),
         (ColumnParams, {"levels": True}),
     ],

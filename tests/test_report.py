@@ -43,7 +43,7 @@ PASSED = VariantResult(
     verdict="collapses",
     collapse=Collapse(time=8.25, level=9, brick="L9.1", gave_way="L1.1"),
     drift=0.123456,
-    cost=Cost(wall_time=2.0, simulated_time=10.0, steps=9600, judgements=120),
+    cost=Cost(wall_time=2.0, simulated_time=10.0, steps=9600, judgements=120, proofs={"load core": 8}),
     outcomes=(HELD, HELD),
     golden=GOLDEN,
 )
@@ -305,7 +305,13 @@ def test_the_json_report_holds_all_that_the_report_holds() -> None:
     assert (first["scenario"], first["system"], first["status"]) == ("slant", "thesis", "done")
     assert first["speed_up"] == pytest.approx(3.0)
     assert first["collapse"] == {"time_s": 8.25, "level": 9, "brick": "L9.1", "gave_way": "L1.1"}
-    assert first["cost"] == {"wall_time_s": 2.0, "simulated_time_s": 10.0, "steps": 9600, "judgements": 120}
+    assert first["cost"] == {
+        "wall_time_s": 2.0,
+        "simulated_time_s": 10.0,
+        "steps": 9600,
+        "judgements": 120,
+        "proofs": {"load core": 8},
+    }
     assert (first["truths"][0]["passed"], first["truths"][0]["margin_unit"]) == (False, "levels")
     assert whole["results"][3]["message"] == "the worker was killed by SIGSEGV"
     assert whole["results"][4]["golden"]["differences"][0]["tolerance"] == "± 0.5 mm"

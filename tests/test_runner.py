@@ -2,6 +2,7 @@
 
 import pytest
 
+from stability.statics.facts import Stability
 from stackdsl.playing.runner import BlockedPlacementError, play
 from stackdsl.playing.systems import SYSTEMS
 from stackdsl.trace import BrickState, Event, EventKind, Trace
@@ -209,3 +210,66 @@ def test_scaling_bricks_and_steps_changes_no_collapse_level(factor: float) -> No
     )
     assert scaled.collapse is not None
     assert scaled.collapse.level == 9
+
+
+# --- exact ------------------------------------------------------------------------------------------------------------
+
+
+def test_exact_proves_a_four_stack_of_200_levels_without_an_engine() -> None:
+    trace = played("- four_stack: {levels: 200}\n  every: 1 s", system="exact")
+    assert trace.verdict == "stands"
+    assert (trace.cost.steps, trace.drift) == (0, 0.0)
+    assert sum(trace.cost.proofs.values()) == 400
+    assert all(event.reason for event in trace.events if event.kind is EventKind.FROZEN)
+
+
+@pytest.mark.parametrize(("step", "too_many"), [(10.0, 12), (12.0, 10), (13.5, 9), (18.0, 7)])
+def test_exact_says_what_tips_over_what_and_the_engine_shows_it(step: float, too_many: int) -> None:
+    trace = played(f"- column: {{levels: 14, step: {step} mm}}\n  every: 1 s", system="exact")
+    assert trace.collapse is not None
+    assert trace.collapse.level == too_many
+    assert trace.collapse.gave_way == "L2.1"  # the lowest of those that move
+    assert trace.statics is not None
+    assert trace.statics.stability is Stability.UNSTABLE
+    woken = next(event for event in trace.events if event.kind is EventKind.WOKEN)
+    assert "over L1.1" in woken.reason
+    assert set(woken.bricks) == {f"L{level}.1" for level in range(2, too_many + 1)}
+
+
+def test_what_still_stands_without_the_bricks_that_fall_stays_frozen() -> None:
+    trace = played(
+        "- column: {levels: 14, step: 12 mm}\n- column: {levels: 3, origin: [0 mm, 1 m, 0 mm]}", system="exact"
+    )
+    last = {name: track.state for name, track in trace.tracks.items() if track.placed.position_W[1] > 0.5}
+    assert set(last.values()) == {BrickState.FROZEN}
+    assert trace.tracks["L1.1"].state is BrickState.FROZEN
+
+
+def test_a_dropped_plank_is_proven_where_it_lands() -> None:
+    trace = played("- bricks: [{name: plank, at: [0 mm, 0 mm, 30 mm], drop: true}]", system="exact")
+    assert trace.tracks["plank"].state is BrickState.FROZEN
+    assert trace.statics is None  # nothing was set down
+    assert trace.edges[0].lower == "ground"
+    assert trace.cost.steps > 0
+
+
+def test_a_plank_on_a_slope_beyond_the_angle_of_friction_slides_under_exact() -> None:
+    #   tan 27 deg = 0.51 > 0.5 > tan 26 deg
+    for angle, verdict in ((26, "stands"), (27, "collapses")):
+        trace = played("- column: {levels: 1}", f"world: {{tilt: {angle} deg}}", system="exact")
+        assert trace.verdict == verdict
+
+
+def test_bricks_set_down_together_are_proven_together_whatever_their_order() -> None:
+    #   The counterweight is listed last, and the beam would tip without it.
+    trace = played(
+        """
+        - bricks:
+            - {name: post, at: [0 mm, 0 mm, 3.9 mm], rotate: [0 deg, 0 deg, 90 deg]}
+            - {name: beam, at: [20 mm, 0 mm, 11.7 mm]}
+            - {name: weight, at: [-25 mm, 0 mm, 19.5 mm], rotate: [0 deg, 0 deg, 90 deg]}
+        """,
+        system="exact",
+    )
+    assert trace.cost.steps == 0
+    assert trace.verdict == "stands"

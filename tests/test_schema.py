@@ -98,7 +98,7 @@ def test_the_least_scenario_has_defaults_for_all_the_rest() -> None:
     assert least.brick.size == CATALOGUE["kapla"].size
     assert (least.friction, least.world.gravity, least.world.ground.friction) == (0.5, 9.81, None)
     assert (least.world.walls, least.world.tilt.angle, least.world.tilt.towards) == ((), 0.0, 0.0)
-    assert (least.systems, least.expect, least.truth) == (("thesis",), (), ())
+    assert (least.systems, least.expect, least.truth) == (("exact",), (), ())
 
 
 def test_a_scenario_may_use_everything() -> None:

@@ -6,8 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stability.model import Plane, Pose, Vec3
-from stability.separation import box_above_plane, boxes_apart
+from stability.geometry import composed, turned
+from stability.model import Plane, Pose, Quaternion, Vec3
+from stability.separation import block, box_above_plane, boxes_apart
 
 CUBE = (1.0, 1.0, 1.0)
 
@@ -58,3 +59,33 @@ def test_separation_is_the_same_seen_from_either_box(position: Vec3, yaw: float,
     one = boxes_apart((1.0, 2.0, 0.5), a, CUBE, b)
     other = boxes_apart(CUBE, b, (1.0, 2.0, 0.5), a)
     assert one.gap == pytest.approx(other.gap, abs=1e-9)
+
+
+@given(st.tuples(*[st.floats(-3.0, 3.0)] * 3), st.floats(-pi, pi), st.floats(-pi, pi))
+def test_two_boxes_that_lie_flat_are_as_far_apart_as_when_they_are_turned_together(
+    position: Vec3, yaw: float, other_yaw: float
+) -> None:
+    #   Flat ones are compared along fewer directions than those of any pose.
+    on_end: Quaternion = (sin(0.4), 0.0, 0.0, cos(0.4))
+    a, b = Pose(position, about_z(yaw)), Pose((0.0, 0.0, 0.0), about_z(other_yaw))
+    turned_a, turned_b = (Pose(turned(on_end, p.position_W), composed(on_end, p.orientation)) for p in (a, b))
+    flat = boxes_apart((1.0, 2.0, 0.5), a, CUBE, b)
+    assert boxes_apart((1.0, 2.0, 0.5), turned_a, CUBE, turned_b).gap == pytest.approx(flat.gap, abs=1e-9)
+
+
+def about_z(angle: float) -> Quaternion:
+    return (0.0, 0.0, sin(angle / 2.0), cos(angle / 2.0))
+
+
+@given(st.tuples(*[st.floats(-3.0, 3.0)] * 3), st.floats(-pi, pi), st.floats(-pi, pi), st.floats(0.0, 1.0))
+def test_what_overlaps_or_touches_is_within_any_margin(position: Vec3, yaw: float, pitch: float, margin: float) -> None:
+    a = Pose(position, (0.0, sin(pitch / 2.0), 0.0, cos(pitch / 2.0)))
+    b = Pose((0.0, 0.0, 0.0), about_z(yaw))
+    near = block((1.0, 2.0, 0.5), a).is_within(margin, block(CUBE, b))
+    assert near or boxes_apart((1.0, 2.0, 0.5), a, CUBE, b).gap > 0.0
+
+
+def test_upright_boxes_are_within_a_margin_as_wide_as_their_gap() -> None:
+    one, other = block(CUBE, Pose((0.0, 0.0, 0.0))), block(CUBE, Pose((0.0, 1.25, 0.0)))
+    assert one.is_within(0.25, other)
+    assert not one.is_within(0.249, other)

@@ -87,7 +87,16 @@ def told(text: str) -> list[tuple[str, str, str]]:
         (HEAD + BUILD + "brick: {size: [-1 cm, 1 cm, 1 cm], mass: 1 g}", "SD104", "-1 cm", "not", "more than zero"),
         (HEAD + "build: [{harmonic: {bricks: 2, share: 3}}]", "SD104", "3", "out of range", "write between 0 and 2"),
         (HEAD + BUILD + "expect: [{displaced: {bricks: 1, by: 5 mm}}]", "SD107", "5 mm", "bound", 'write "> 5 mm"'),
-        (HEAD + BUILD + "expect: [{stands: all, system: stock}]", "SD104", "stock", "not played on 'stock'", "thesis"),
+        (
+            HEAD + BUILD + "systems: [exact, tuned]\nexpect: [{verdict: stable}]",
+            *("SD104", "verdict", "known to statics alone, and not to 'tuned'", "system: exact"),
+        ),
+        (
+            HEAD + BUILD + "systems: [tuned]\ntruth: [{margin: {tilt: '> 1 deg'}, source: me}]",
+            *("SD104", "margin", "would never be compared", "add exact to systems"),
+        ),
+        (HEAD + BUILD + "expect: [{margin: {}}]", "SD102", "{}", "the mapping is empty", "acceleration, tilt"),
+        (HEAD + BUILD + "expect: [{stands: all, system: stock}]", "SD104", "stock", "not played on 'stock'", "exact"),
         (HEAD + "build: [{wall: {levels: 1, bricks: 1, gap: 1 m}}]", "SD104", "{levels", "longer than a plank", "0.2"),
         (HEAD + BUILD + "world: {gravity: 9.81}", "SD105", "9.81", "lacks the unit of an acceleration", "9.81 m/s2"),
         (HEAD + BUILD + "expect: [{drift: 5}]", "SD105", "5", "lacks the unit of a length", "13.5 mm"),

@@ -41,8 +41,9 @@ def _exclude(one: Expectation, other: Expectation, levels: Mapping[BodyId, int],
 
 def _leaves_nothing_to_fall(stands: Stands, collapses: Collapses, levels: Mapping[BodyId, int]) -> bool:
     """Whether every brick that may be the first to fall is one of those that must stand."""
+    standing = frozenset(levels if stands.bricks is None else stands.bricks)
     return all(
-        (stands.levels is None or level <= stands.levels) and (stands.bricks is None or name in stands.bricks)
+        (stands.levels is None or level <= stands.levels) and name in standing
         for name, level in levels.items()
         if collapses.brick in (None, name)
     )

@@ -18,7 +18,7 @@ from stackdsl.language.schema import Scenario
 from stackdsl.reading.source import Path, Source
 from stackdsl.timeline import Placement, Timeline, World
 
-MAX_BRICKS = 50_000  # in all steps together; some minutes of compiling
+MAX_BRICKS = 50_000  # in all steps together; some seconds of compiling
 HOLD = 2.0  # [s] watched after the last placement unless an expectation says for how long
 
 
@@ -32,8 +32,8 @@ def compile_timeline(scenario: Scenario, source: Source) -> tuple[Timeline | Non
     footings = footings_of(written, planes)
     levels = levels_of(written, footings)
     names = names_of(written, levels, scenario)
-    written, late = scheduled(written, levels, names, scenario, source)
-    order = sorted(range(len(written)), key=lambda index: written[index].time)
+    times, late = scheduled(written, levels, names, scenario, source)
+    order = sorted(range(len(written)), key=lambda index: times[index])
     mistakes = [
         *shared_names(written, names, source),
         *lofty_levels(written, footings, levels, names, source),
@@ -42,18 +42,21 @@ def compile_timeline(scenario: Scenario, source: Source) -> tuple[Timeline | Non
         *contradictions(scenario, dict(zip(names, levels, strict=True)), _hold(scenario), source),
     ]
     if not late:  # without the right times, nothing fits
-        mistakes += _misfits([written[i] for i in order], [names[i] for i in order], planes, source)
+        sited = [Sited(times[i], written[i].size, written[i].pose) for i in order]
+        mistakes += _misfits(
+            [written[i] for i in order], [names[i] for i in order], fits(sited, planes), planes, source
+        )
     if mistakes:
         return None, tuple(mistakes)
     tilt = tilt_of(scenario)
     world = World(scenario.world.gravity, scenario.friction, tuple(turned_plane(plane, tilt) for plane in planes))
-    placements = tuple(_placement(written[i], levels[i], names[i], tilt) for i in order)
+    placements = tuple(_placement(times[i], written[i], levels[i], names[i], tilt) for i in order)
     return Timeline(world, placements, _hold(scenario)), ()
 
 
-def _placement(written: WrittenBrick, level: int, name: BodyId, tilt: Quaternion) -> Placement:
+def _placement(time: float, written: WrittenBrick, level: int, name: BodyId, tilt: Quaternion) -> Placement:
     brick = Brick(name, written.size, written.mass)
-    return Placement(written.time, brick, level, turned_pose(written.pose, tilt), written.drop)
+    return Placement(time, brick, level, turned_pose(written.pose, tilt), written.drop)
 
 
 def _hold(scenario: Scenario) -> float:
@@ -63,16 +66,15 @@ def _hold(scenario: Scenario) -> float:
 
 
 def _misfits(
-    bricks: Sequence[WrittenBrick], names: Sequence[str], planes: Sequence[Plane], source: Source
+    bricks: Sequence[WrittenBrick], names: Sequence[str], found: Sequence[Fit], planes: Sequence[Plane], source: Source
 ) -> Iterator[Diagnostic]:
     """Bricks inside others or in the air; one of a kind for each place in the file, since a layout fails as a whole."""
-    sited = [Sited(brick.time, brick.size, brick.pose) for brick in bricks]
     told: set[tuple[str, Path]] = set()
-    for index, fit in enumerate(fits(sited, planes)):
-        mistake = _misfit(fit, bricks[index], names[index], names, planes)
-        if mistake is not None and (mistake[0], bricks[index].path) not in told:
-            told.add((mistake[0], bricks[index].path))
-            yield Diagnostic(mistake[0], source.span_of(bricks[index].path), *mistake[1:])
+    for brick, name, fit in zip(bricks, names, found, strict=True):
+        mistake = _misfit(fit, brick, name, names, planes)
+        if mistake is not None and (mistake[0], brick.path) not in told:
+            told.add((mistake[0], brick.path))
+            yield Diagnostic(mistake[0], source.span_of(brick.path), *mistake[1:])
 
 
 def _misfit(

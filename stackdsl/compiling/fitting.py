@@ -1,7 +1,7 @@
 """Does every brick fit where it is placed: not inside another body, and not in the air?"""
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 from math import floor, hypot, inf
@@ -9,10 +9,10 @@ from statistics import median
 
 from stability.contact import TOUCHING
 from stability.model import Plane, Pose, Vec3
-from stability.separation import Separation, box_above_plane, boxes_apart
+from stability.separation import Block, Separation, block, block_above_plane, blocks_apart
 
 OVERLAP = 1e-4  # [m] what rounding in a file may cost; far below what a plank is made to
-LARGE = 3.0  # times the usual size
+MOST_CELLS = 256  # that a box of usual size can reach; a plank on end amid flat ones reaches some sixty
 LEAST_UPWARD = 0.05  # z of a contact normal that carries something; less is a touch of two upright faces
 
 
@@ -34,6 +34,7 @@ class Fit:
     depth: float = 0.0  # of the overlap [m]
     on_boxes: tuple[int, ...] = ()
     on_plane: bool = False
+    between: bool = False  # it touches two bodies or more, and may be wedged between them
     clearance: float = inf  # [m] to the nearest body below; infinite if none is near
 
     @property
@@ -43,8 +44,8 @@ class Fit:
 
     @property
     def in_the_air(self) -> bool:
-        """Whether nothing is under it."""
-        return not self.on_boxes and not self.on_plane
+        """Whether nothing is under it, nor on two sides of it."""
+        return not self.on_boxes and not self.on_plane and not self.between
 
 
 def fits(boxes: Sequence[Sited], planes: Sequence[Plane]) -> list[Fit]:
@@ -52,31 +53,35 @@ def fits(boxes: Sequence[Sited], planes: Sequence[Plane]) -> list[Fit]:
 
     Those put at the same time may rest on one another. Of two that overlap, the later one in the order is blamed.
     """
-    grid = _Grid(median([hypot(*box.size) for box in boxes] or [1.0]) + 2.0 * TOUCHING)
+    blocks = [block(box.size, box.pose) for box in boxes]
+    grid = _Grid.suiting(blocks)
     found: list[Fit] = []
     gathered = 0
     for index, box in enumerate(boxes):
         while gathered < len(boxes) and boxes[gathered].time <= box.time:
-            grid.add(gathered, boxes[gathered])
+            grid.add(gathered)
             gathered += 1
-        near = [(other, boxes[other]) for other in grid.near(box) if other != index]
-        found.append(_fit(index, box, near, planes))
+        found.append(_fit(index, grid, planes))
     return found
 
 
-def _fit(index: int, box: Sited, near: Sequence[tuple[int, Sited]], planes: Sequence[Plane]) -> Fit:
-    on_planes = [box_above_plane(box.size, box.pose, plane) for plane in planes]
+def _fit(index: int, grid: "_Grid", planes: Sequence[Plane]) -> Fit:
+    own = grid.blocks[index]
+    on_planes = [block_above_plane(own, plane) for plane in planes]
     for number, apart in enumerate(on_planes):
         if apart.gap < -OVERLAP:
             return Fit(overlaps_plane=number, depth=-apart.gap)
-    on_boxes = [(other, boxes_apart(box.size, box.pose, at.size, at.pose)) for other, at in near]
+    on_boxes = grid.apart_from(index, TOUCHING)
     for other, apart in on_boxes:
         if apart.gap < -OVERLAP and other < index:
             return Fit(overlaps_box=other, depth=-apart.gap)
     below = [apart.gap for apart in (*on_planes, *(apart for _, apart in on_boxes)) if _is_below(apart)]
+    if min(below, default=inf) > TOUCHING:  # in the air; how far above what is of interest only here
+        below += [apart.gap for _, apart in grid.apart_from(index, hypot(*grid.cell)) if _is_below(apart)]
     return Fit(
         on_boxes=tuple(other for other, apart in on_boxes if _is_below(apart) and apart.gap <= TOUCHING),
         on_plane=any(_is_below(apart) and apart.gap <= TOUCHING for apart in on_planes),
+        between=sum(apart.gap <= TOUCHING for apart in (*on_planes, *(apart for _, apart in on_boxes))) > 1,
         clearance=min(below, default=inf),
     )
 
@@ -87,36 +92,54 @@ def _is_below(apart: Separation) -> bool:
 
 @dataclass
 class _Grid:
-    """Boxes by the cells that their bounding spheres reach, so that only near ones are compared.
+    """Boxes by the cells that the upright boxes around them reach, so that only near ones are compared.
 
-    The cell suits the usual box; the few that are much larger are near everything.
+    The cell suits the usual box, in each direction; the few that are much larger are near everything.
     """
 
-    cell: float  # [m]
+    blocks: Sequence[Block]
+    cell: Vec3  # [m]
     cells: dict[tuple[int, ...], list[int]] = field(default_factory=lambda: defaultdict(list))
     large: list[int] = field(default_factory=list)
     count: int = 0
 
-    def add(self, index: int, box: Sited) -> None:
+    @classmethod
+    def suiting(cls, blocks: Sequence[Block]) -> "_Grid":
+        """An empty grid with cells as wide as the usual box is, along each axis of the world."""
+        reaches = [each.reach for each in blocks] or [(1.0, 1.0, 1.0)]
+        x, y, z = (2.0 * (median(along) + TOUCHING) for along in zip(*reaches, strict=True))
+        return cls(blocks, (x, y, z))
+
+    def add(self, index: int) -> None:
+        """Let a box be found."""
         self.count = index + 1
-        if self._is_large(box):
+        ranges = self._reached(index, 0.0)
+        if _cells_in(ranges) > MOST_CELLS:
             self.large.append(index)
             return
-        for cell in self._reached(box):
+        for cell in product(*ranges):
             self.cells[cell].append(index)
 
-    def near(self, box: Sited) -> list[int]:
-        if self._is_large(box):
-            return list(range(self.count))
-        return sorted({*self.large, *(other for cell in self._reached(box) for other in self.cells.get(cell, ()))})
+    def apart_from(self, index: int, margin: float) -> list[tuple[int, Separation]]:
+        """Those whose bounds come as close to a box as a margin [m], by number, and how it is apart from them."""
+        own, blocks = self.blocks[index], self.blocks
+        near = [other for other in self._near(index, margin) if own.is_within(margin, blocks[other])]
+        return [(other, blocks_apart(own, blocks[other])) for other in sorted(near) if other != index]
 
-    def _is_large(self, box: Sited) -> bool:
-        return hypot(*box.size) > LARGE * self.cell
+    def _near(self, index: int, margin: float) -> Iterable[int]:
+        ranges = self._reached(index, margin)
+        if _cells_in(ranges) > self.count:  # then looking at all boxes is less work
+            return range(self.count)
+        return {*self.large, *(other for cell in product(*ranges) for other in self.cells.get(cell, ()))}
 
-    def _reached(self, box: Sited) -> Iterator[tuple[int, ...]]:
-        reach = 0.5 * hypot(*box.size) + TOUCHING
-        ranges = [
-            range(floor((centre - reach) / self.cell), floor((centre + reach) / self.cell) + 1)
-            for centre in box.pose.position_W
-        ]
-        return product(*ranges)
+    def _reached(self, index: int, margin: float) -> tuple[range, range, range]:
+        own = self.blocks[index]
+        x, y, z = (
+            range(floor((at - reach - margin) / cell), floor((at + reach + margin) / cell) + 1)
+            for at, reach, cell in zip(own.p_WC, own.reach, self.cell, strict=True)
+        )
+        return x, y, z
+
+
+def _cells_in(ranges: tuple[range, range, range]) -> int:
+    return len(ranges[0]) * len(ranges[1]) * len(ranges[2])

@@ -23,7 +23,6 @@ class WrittenBrick:
     level: int | None  # None if it is to be judged by what it stands on
     name: str | None
     drop: bool
-    time: float = 0.0
 
     @property
     def of_layout(self) -> bool:
@@ -32,7 +31,7 @@ class WrittenBrick:
 
 
 def bricks_of(scenario: Scenario) -> list[WrittenBrick]:
-    """All bricks in the author's order; times are not known yet."""
+    """All bricks in the author's order, step after step."""
     return [brick for number, step in enumerate(scenario.build) for brick in _bricks_of_step(number, step, scenario)]
 
 

@@ -17,6 +17,7 @@ from stackdsl.language.mistakes import MistakeError, shown
 from stackdsl.language.quantities import (
     ACCELERATION,
     ANGLE,
+    COEFFICIENT,
     COUNT,
     DENSITY,
     DURATION,
@@ -24,6 +25,7 @@ from stackdsl.language.quantities import (
     LENGTH,
     LEVEL,
     MASS,
+    PARTS_OF_G,
     SHARE,
     SIGNED,
     SLOPE,
@@ -101,6 +103,9 @@ LengthLowerBound = Annotated[Tolerance, _tolerance(EXTENT, "> 5 mm", parse_lower
 DurationTolerance = Annotated[Tolerance, _tolerance(DURATION, "5 s .. 7 s")]
 CountTolerance = Annotated[Tolerance, _tolerance(COUNT, "<= 2")]
 LevelTolerance = Annotated[Tolerance, _tolerance(LEVEL, "level 9 ± 1")]
+SlopeTolerance = Annotated[Tolerance, _tolerance(SLOPE, ">= 3 deg")]
+GravityTolerance = Annotated[Tolerance, _tolerance(PARTS_OF_G, ">= 0.05")]
+FrictionTolerance = Annotated[Tolerance, _tolerance(COEFFICIENT, "<= 0.2")]
 ShareTolerance = Annotated[Tolerance, _tolerance(SHARE, "0.25 ± 0.02")]
 
 
@@ -135,8 +140,9 @@ Text = Annotated[str, Field(min_length=1, max_length=2000)]
 
 # --- systems ----------------------------------------------------------------------------------------------------------
 
-System: TypeAlias = Literal["thesis", "tuned", "stock"]
+System: TypeAlias = Literal["exact", "thesis", "tuned", "stock"]
 SYSTEMS: Final[tuple[System, ...]] = get_args(System)
+PROVING: Final[tuple[System, ...]] = ("exact",)  # those that know what statics says
 
 
 def _once(systems: tuple[System, ...]) -> tuple[System, ...]:

@@ -1,12 +1,13 @@
 """What an author may claim of what happened: what is expected, and what is known from outside."""
 
-from typing import Annotated, ClassVar, Final
+from typing import Annotated, ClassVar, Final, Literal, Self
 
-from pydantic import BeforeValidator, Field, WithJsonSchema
+from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from stackdsl.language import author_types as t
 from stackdsl.language.author_models import AuthorModel, Choice, Shorthand
 from stackdsl.language.layouts import MAX_BRICKS, Levels
+from stackdsl.language.mistakes import MistakeError
 
 BodyNames = Annotated[tuple[t.BodyName, ...], Field(min_length=1, max_length=MAX_BRICKS)]
 
@@ -64,6 +65,26 @@ class Height(Shorthand):
     scalar_key: ClassVar[str] = "is"
 
 
+class Margin(AuthorModel):
+    """How much the proof that the structure stands would survive."""
+
+    acceleration: t.GravityTolerance | None = Field(None, description="sideways in the worst direction, in g")
+    tilt: t.SlopeTolerance | None = Field(None, description="of the whole scene, in the worst direction")
+    friction: t.FrictionTolerance | None = Field(None, description="the least coefficient with which it stands")
+    placement: t.LengthTolerance | None = Field(None, description="the error in the place of every brick")
+
+    @property
+    def asked(self) -> tuple[str, ...]:
+        """The margins that are written."""
+        return tuple(key for key in type(self).model_fields if getattr(self, key) is not None)
+
+    @model_validator(mode="after")
+    def _ask_something(self) -> Self:
+        if not self.asked:
+            raise MistakeError("SD102", "the mapping is empty", f"give one of {', '.join(type(self).model_fields)}")
+        return self
+
+
 class Claim(Choice):
     """One statement about what happened."""
 
@@ -74,12 +95,25 @@ class Claim(Choice):
     rests_on: RestsOn | None = Field(None, description="one brick is carried by another")
     height: Height | None = Field(None, description="how high the structure reaches")
 
-    one_of: ClassVar[tuple[str, ...]] = ("stands", "collapses", "displaced", "drift", "rests_on", "height")
+    verdict: Literal["stable", "unstable", "undecided"] | None = Field(
+        None, description="what statics says of the structure as it was built"
+    )
+    margin: Margin | None = Field(None, description="how much the proof that it stands would survive")
+
+    one_of: ClassVar[tuple[str, ...]] = (
+        *("stands", "collapses", "displaced", "drift", "rests_on", "height"),
+        *("verdict", "margin"),
+    )
 
     @property
     def kind(self) -> str:
         """The key that is written, such as `stands`."""
         return next(key for key in self.one_of if getattr(self, key) is not None)
+
+    @property
+    def needs_statics(self) -> bool:
+        """Whether only a system with proofs can tell."""
+        return self.verdict is not None or self.margin is not None
 
 
 def _listed(written: object) -> object:

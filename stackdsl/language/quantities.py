@@ -79,6 +79,9 @@ COUNT: Final = Dimension("a count", (), "<= 2", 0, 10**9, needs_unit=False, whol
 LEVEL: Final = Dimension("a level", (), "level 9 ± 1", 1, 10**9, needs_unit=False, whole=True, prefix="level")
 SHARE: Final = Dimension("a share", ("%",), "25 %", 0.0, 1.0, needs_unit=False)
 
+PARTS_OF_G: Final = Dimension("an acceleration in g", (), ">= 0.05", 0.0, 1e3, needs_unit=False)
+COEFFICIENT: Final = Dimension("a coefficient of friction", (), "<= 0.2", 0.0, 10.0, needs_unit=False)
+
 
 @cache
 def registry() -> "UnitRegistry[Fraction]":

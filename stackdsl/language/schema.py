@@ -156,6 +156,6 @@ class Scenario(AuthorModel):
     build: Annotated[tuple[BuildStep, ...], Field(min_length=1, max_length=1000)] = Field(
         description="what is built, step by step"
     )
-    systems: t.Systems = Field(("thesis",), description="what the scenario is played on")
+    systems: t.Systems = Field(("exact",), description="what the scenario is played on")
     expect: Annotated[tuple[Expectation, ...], Field(max_length=1000)] = Field((), description="what must come of it")
     truth: Annotated[tuple[Truth, ...], Field(max_length=1000)] = Field((), description="what is known from outside")

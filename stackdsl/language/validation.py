@@ -11,7 +11,7 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import ErrorDetails, core_schema
 
 from stackdsl.diagnostics import Diagnostic, did_you_mean, reading_order
-from stackdsl.language.author_types import EXPRESSION_PATTERN
+from stackdsl.language.author_types import EXPRESSION_PATTERN, PROVING
 from stackdsl.language.layouts import place
 from stackdsl.language.mistakes import MistakeError, shown
 from stackdsl.language.schema import Scenario
@@ -119,6 +119,7 @@ def _disagreements(source: Source, scenario: Scenario) -> Iterator[Diagnostic]:
                 message = f"the scenario is not played on '{system}', so this would never be checked"
                 hint = f"add it to systems, or choose from: {', '.join(scenario.systems)}"
                 yield Diagnostic("SD104", source.span_of(("expect", index, "system")), message, hint)
+    yield from _unanswerable(source, scenario)
     for index, step in enumerate(scenario.build):
         if step.layout is None:
             continue
@@ -127,6 +128,21 @@ def _disagreements(source: Source, scenario: Scenario) -> Iterator[Diagnostic]:
             place(name, params, (step.brick or scenario.brick).size)
         except MistakeError as mistake:
             yield Diagnostic(mistake.code, source.span_of(("build", index, name)), mistake.message, mistake.hint)
+
+
+def _unanswerable(source: Source, scenario: Scenario) -> Iterator[Diagnostic]:
+    """Questions about proofs to systems that prove nothing."""
+    for index, expectation in enumerate(scenario.expect):
+        asked = [system for system in expectation.system or scenario.systems if system not in PROVING]
+        if expectation.needs_statics and asked:
+            message = f"`{expectation.kind}` is known to statics alone, and not to '{asked[0]}'"
+            span = source.key_span_of(("expect", index, expectation.kind))
+            yield Diagnostic("SD104", span, message, f"say `system: {PROVING[0]}`, and name it in `systems`")
+    for index, truth in enumerate(scenario.truth):
+        if truth.needs_statics and not set(PROVING).intersection(scenario.systems):
+            message = f"`{truth.kind}` is known to statics alone, so this would never be compared"
+            span = source.key_span_of(("truth", index, truth.kind))
+            yield Diagnostic("SD104", span, message, f"add {PROVING[0]} to systems")
 
 
 # --- the same for editors ---------------------------------------------------------------------------------------------

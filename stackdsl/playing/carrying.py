@@ -1,11 +1,10 @@
 """Who carries a brick, as a bare engine's contact forces say: the measure of `rests_on` where no model answers it."""
 
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from stability.model import BodyId, ContactPoint
-from stackdsl.trace import Edge
 
 UPWARD = 0.5  # z of a contact normal towards the carried brick; steeper touches are at its side
 NOTHING = 1e-3  # a support that takes less than this share is touched, not rested on
@@ -24,10 +23,10 @@ class ForceMeter:
             if z >= UPWARD:
                 self.upward[brick][other] += point.normal_force * z
 
-    def edges(self, brick: BodyId) -> tuple[Edge, ...]:
-        """The supports of a brick and their shares."""
-        forces = self.upward.get(brick, {})
+    def all_shares(self, bricks: Iterable[BodyId]) -> Mapping[BodyId, Mapping[BodyId, float]]:
+        """The supports of these bricks and their shares."""
+        return {brick: self._shares(self.upward.get(brick, {})) for brick in bricks}
+
+    def _shares(self, forces: Mapping[BodyId, float]) -> Mapping[BodyId, float]:
         total = sum(forces.values())
-        if total <= 0.0:
-            return ()
-        return tuple(Edge(brick, on, forces[on] / total) for on in sorted(forces) if forces[on] > NOTHING * total)
+        return {on: force / total for on, force in forces.items() if force > NOTHING * total} if total > 0.0 else {}

@@ -4,19 +4,19 @@ Time in which nothing can move is skipped: before the first brick, and whenever 
 A collapse ends the build, and is followed for a while to see what falls.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import groupby
-from math import hypot, sqrt
+from math import hypot
 from time import perf_counter
 
-from stability.extension import StackStability, Update
-from stability.freezing import RestLimits
+from stability.engine import World
 from stability.model import BodyId
-from stability.pybullet_engine import PyBulletWorld
 from stability.separation import boxes_apart
-from stability.support import shares
+from stability.watching import Extension, Update
 from stackdsl.playing.carrying import ForceMeter
+from stackdsl.playing.opening import extension_for, opened_world
 from stackdsl.playing.systems import System
 from stackdsl.playing.watch import Watch
 from stackdsl.timeline import Placement, Timeline
@@ -28,9 +28,6 @@ FORCE_WINDOW = 0.25  # [s] at the end over which a bare engine's contact forces 
 
 # [m] a brick that is placed may lie this deep in one that was dropped: engines let bricks sink and creep by as much.
 MOST_OVERLAP = 1e-3
-# The scene that the rest limits were chosen for: KAPLA planks on earth.
-USUAL_GRAVITY, USUAL_SIZE = 9.81, 0.0078  # [m/s2], [m]
-
 OnEvent = Callable[[Event], None]
 
 
@@ -38,23 +35,12 @@ class BlockedPlacementError(RuntimeError):
     """A brick is to be placed where another one is by now."""
 
 
-def rest_limits(timeline: Timeline) -> RestLimits:
-    """The usual limits, scaled so that larger bricks or weaker gravity give the same verdicts (Froude)."""
-    size = max(min(placement.brick.size) for placement in timeline.placements) / USUAL_SIZE
-    return RestLimits().scaled(lengths=size, times=sqrt(size * USUAL_GRAVITY / timeline.world.gravity))
-
-
 def play(timeline: Timeline, system: System, on_event: OnEvent = lambda event: None) -> Trace:
     """Play a timeline on a system, in a world of its own."""
     started = perf_counter()
-    heaviest = max(placement.brick.mass for placement in timeline.placements)
-    world = PyBulletWorld.opened(system.engine, timeline.world.gravity, timeline.world.friction, heaviest)
+    world = opened_world(timeline, system)
     try:
-        for plane in timeline.world.planes:
-            world.add_plane(plane)
-        # Nobody else touches this world, so nothing needs to be guarded.
-        extension = StackStability(world, rest_limits(timeline), guard=False) if system.extension else None
-        run = _Run(timeline, world, extension, on_event)
+        run = _Run(timeline, world, extension_for(timeline, system, world), on_event)
         run.play()
         return run.trace(perf_counter() - started)
     finally:
@@ -64,8 +50,8 @@ def play(timeline: Timeline, system: System, on_event: OnEvent = lambda event: N
 @dataclass
 class _Run:
     timeline: Timeline
-    world: PyBulletWorld
-    extension: StackStability | None
+    world: World
+    extension: Extension | None
     on_event: OnEvent
     watch: Watch = field(default_factory=Watch)
     events: list[Event] = field(default_factory=list)
@@ -75,6 +61,7 @@ class _Run:
     forces: ForceMeter = field(default_factory=ForceMeter)
     steps: int = 0
     judgements: int = 0
+    proofs: Counter[str] = field(default_factory=Counter)  # bricks by what proved them
 
     def play(self) -> None:
         for time, group in _by_time(self.timeline.placements):
@@ -108,9 +95,7 @@ class _Run:
 
     def _keep_clear(self, placement: Placement) -> None:
         """Where a dropped brick comes to lie is not known before; nothing may be placed into it."""
-        for other in self.watch.bricks.values():
-            if not other.placement.drop:
-                continue
+        for other in self.watch.dropped:
             apart = boxes_apart(placement.brick.size, placement.pose, other.placement.brick.size, other.last)
             if apart.gap < -MOST_OVERLAP:
                 message = f"brick '{placement.brick.id}' cannot be placed at {placement.time:g} s:"
@@ -125,7 +110,7 @@ class _Run:
             if self.events[index].kind is EventKind.PLACED:
                 self.events[index] = replace(self.events[index], margin=self.extension.least_margin())
                 for brick in self.events[index].bricks:
-                    self.carried_at_first[brick] = model_edges(self.extension, brick)
+                    self.carried_at_first[brick] = _edges(brick, self.extension.shares(brick))
                 return
 
     def _advance(self, until: float) -> None:
@@ -146,7 +131,7 @@ class _Run:
     def _nothing_can_move(self) -> bool:
         return not self.watch.bricks or (self.extension is not None and not self.extension.awake())
 
-    def _judge(self, extension: StackStability) -> bool:
+    def _judge(self, extension: Extension) -> bool:
         """One pass of the extension; whether it froze anything."""
         moving = extension.awake()
         update = extension.update()
@@ -162,10 +147,10 @@ class _Run:
         now = self.world.time()
         stays = tuple(brick for brick in update.frozen if brick not in update.woken)
         if stays:
-            self._tell(Event(now, EventKind.FROZEN, stays))
+            self.proofs[update.proof] += len(stays)
+            self._tell(Event(now, EventKind.FROZEN, stays, update.proof))
         if update.woken:
-            reason = f"no support under what {', '.join(update.failed)} carries" if update.failed else "support removed"
-            self._tell(Event(now, EventKind.WOKEN, update.woken, reason))
+            self._tell(Event(now, EventKind.WOKEN, update.woken, update.reason))
         if update.failed and self.gave_way is None:
             self.gave_way = min(update.failed, key=list(self.watch.bricks).index)
 
@@ -181,7 +166,7 @@ class _Run:
             for brick in moving:
                 self.forces.add(brick, self.world.contacts(brick))
         if self.collapse is None and (first := self.watch.first_to_leave()) is not None:
-            level = list(self.watch.bricks.values())[-1].placement.level
+            level = self.watch.last_placed().level
             self.collapse = Collapse(now, level, first, self.gave_way)
             self._tell(Event(now, EventKind.COLLAPSED, (first,), f"level {level} under construction"))
         return self.collapse is not None
@@ -193,25 +178,26 @@ class _Run:
     def trace(self, wall_time: float) -> Trace:
         tracks = dict(self._tracks())
         standing = [name for name, t in tracks.items() if t.state in (BrickState.FROZEN, BrickState.STANDING)]
-        edges = (
-            [edge for name in standing if name in self.extension.stack for edge in model_edges(self.extension, name)]
-            if self.extension is not None
-            else [edge for name in standing for edge in self.forces.edges(name)]
-        )
+        shares = self.extension.all_shares() if self.extension is not None else self.forces.all_shares(standing)
         return Trace(
             events=tuple(self.events),
             tracks=tracks,
-            edges=tuple(edges),
+            edges=tuple(edge for name in standing for edge in _edges(name, shares.get(name, {}))),
             collapse=self.collapse,
-            cost=Cost(wall_time, self.world.time(), self.steps, self.judgements),
+            cost=Cost(wall_time, self.world.time(), self.steps, self.judgements, self._proofs()),
             edges_when_placed=self.carried_at_first,
+            world=self.timeline.world,
+            statics=self.extension.verdict() if self.extension is not None else None,
         )
+
+    def _proofs(self) -> Mapping[str, int]:
+        return {proof: count for proof, count in sorted(self.proofs.items()) if proof}
 
     def _tracks(self) -> Iterator[tuple[BodyId, BrickTrack]]:
         for placement in self.timeline.placements:
             name = placement.brick.id
             if name in self.watch.bricks:
-                yield name, self.watch.bricks[name].track(self.extension is not None and name in self.extension.stack)
+                yield name, self.watch.bricks[name].track(self.extension is not None and self.extension.is_frozen(name))
             else:
                 pose = placement.pose
                 yield (
@@ -227,10 +213,6 @@ def _by_time(placements: Sequence[Placement]) -> Iterator[tuple[float, list[Plac
         yield time, list(group)
 
 
-def model_edges(extension: StackStability, brick: BodyId) -> tuple[Edge, ...]:
-    """Who carries a brick of the stack, and which part of its load, as the model has it; nobody if it is not frozen."""
-    if brick not in extension.stack:
-        return ()
-    load = extension.loads[brick]
-    given = {share.on: share.mass / load.mass for share in shares(load, extension.stack[brick].areas)}
-    return tuple(Edge(brick, on, given.get(on, 0.0)) for on in sorted(extension.stack[brick].rests_on))
+def _edges(brick: BodyId, shares: Mapping[BodyId, float]) -> tuple[Edge, ...]:
+    """Who carries a brick, and which part of its load."""
+    return tuple(Edge(brick, on, shares[on]) for on in sorted(shares))

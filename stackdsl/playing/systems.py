@@ -1,8 +1,16 @@
 """The systems that a scenario can be played on: which engine settings, and with or without the stability extension."""
 
 from dataclasses import dataclass, replace
+from enum import Enum
 
 from stability.engine_settings import EngineSettings
+
+
+class Method(Enum):
+    """How a stability extension finds out what stands."""
+
+    PROVEN = "proven"  # exact statics, with a proof of every verdict
+    PUBLISHED = "published"  # the stack-stability method
 
 
 @dataclass(frozen=True, slots=True)
@@ -12,7 +20,12 @@ class System:
     name: str
     summary: str
     engine: EngineSettings
-    extension: bool  # whether the stability extension freezes what it finds stable
+    method: Method | None  # None: no extension, the engine holds everything
+
+    @property
+    def extension(self) -> bool:
+        """Whether a stability extension freezes what it finds stable."""
+        return self.method is not None
 
 
 STOCK = EngineSettings(
@@ -38,15 +51,16 @@ TUNED = EngineSettings(
     friction_anchor=True,  # without it tall stacks creep until they fall
 )
 
-# What stands is held by the extension, so the engine below it needs no anchor, which costs collapses their energy
+# What stands is held by an extension, so the engine below it needs no anchor, which costs collapses their energy
 # balance, and can afford iterations for the few bricks that move.
-THESIS = replace(TUNED, iterations=50, friction_anchor=False)
+HELD = replace(TUNED, iterations=50, friction_anchor=False)
 
 SYSTEMS = {
     system.name: system
     for system in (
-        System("thesis", "PyBullet with the published stack-stability method", THESIS, extension=True),
-        System("tuned", "PyBullet with the settings that stack best", TUNED, extension=False),
-        System("stock", "PyBullet as it comes", STOCK, extension=False),
+        System("exact", "exact statics, and PyBullet for what moves", HELD, Method.PROVEN),
+        System("thesis", "PyBullet with the published stack-stability method", HELD, Method.PUBLISHED),
+        System("tuned", "PyBullet with the settings that stack best", TUNED, method=None),
+        System("stock", "PyBullet as it comes", STOCK, method=None),
     )
 }

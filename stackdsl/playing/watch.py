@@ -19,6 +19,7 @@ class Watched:
     """One brick under watch."""
 
     placement: Placement
+    number: int  # in order of placement
     rest: Pose | None  # None until a dropped brick has come to rest
     last: Pose
     shift: float = 0.0  # [m] largest since rest
@@ -81,16 +82,24 @@ class Watch:
     """All bricks placed so far, in order of placement."""
 
     bricks: dict[BodyId, Watched] = field(default_factory=dict)
+    dropped: list[Watched] = field(default_factory=list)  # where these lie is not known before
+    _left: dict[BodyId, Watched] = field(default_factory=dict)  # their places
 
     def add(self, placement: Placement) -> None:
         """A brick set down at rest counts as at rest there; a dropped one does so later."""
         rest = None if placement.drop else placement.pose
-        self.bricks[placement.brick.id] = Watched(placement, rest, placement.pose)
+        watched = Watched(placement, len(self.bricks), rest, placement.pose)
+        self.bricks[placement.brick.id] = watched
+        if placement.drop:
+            self.dropped.append(watched)
 
     def see(self, time: float, states: Mapping[BodyId, BodyState]) -> None:
         """Take in the bricks that may have moved."""
         for name, state in states.items():
-            self.bricks[name].see(time, state)
+            watched = self.bricks[name]
+            watched.see(time, state)
+            if watched.left_at is not None:
+                self._left[name] = watched
 
     def freeze(self, bricks: Iterable[BodyId]) -> None:
         """A frozen brick is at rest, whatever its past."""
@@ -99,8 +108,12 @@ class Watch:
 
     def first_to_leave(self) -> BodyId | None:
         """The brick that has left its place, by the largest shift if there are several."""
-        left = [watched for watched in self.bricks.values() if watched.left_its_place]
-        return max(left, key=lambda watched: watched.shift).placement.brick.id if left else None
+        left = min(self._left.values(), key=lambda watched: (-watched.shift, watched.number), default=None)
+        return left.placement.brick.id if left is not None else None
+
+    def last_placed(self) -> Placement:
+        """The youngest brick."""
+        return next(reversed(self.bricks.values())).placement
 
 
 def turn_between(one: Pose, other: Pose) -> float:

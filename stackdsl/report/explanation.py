@@ -1,21 +1,32 @@
-"""What was compiled, as text: the world, every brick with time, place and supports, and the systems it is played on."""
+"""What was compiled, as text: the world, every brick with time, place and supports, and the systems it is played on.
 
-from collections.abc import Iterator, Sequence
+Where `exact` is one of them: which stage proved each placement, at what cost, and what the proof would survive.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from math import degrees
 
 from stability.geometry import body_axes
-from stability.model import Vec3
+from stability.model import BodyId, Vec3
+from stability.statics.facts import Stability
 from stackdsl.compiling.fitting import Sited, fits
 from stackdsl.gathering import Case
-from stackdsl.playing.systems import SYSTEMS
+from stackdsl.margins import margins_of_assembly
+from stackdsl.playing.systems import SYSTEMS, Method
+from stackdsl.proving import Judged, Proofs, proofs_of
 from stackdsl.timeline import Placement, Timeline
+from stackdsl.trace import Margins
+
+MOST_FOR_MARGINS = 300  # bricks; beyond, the margins take many seconds and come only when asked for
+MICROSECONDS = 1e6
 
 
-def explanation_text(cases: Sequence[Case]) -> str:
-    """One scenario in one variant; `cases` are its systems."""
-    return "\n".join(_lines(cases)) + "\n"
+def explanation_text(cases: Sequence[Case], margins: bool | None = None) -> str:
+    """One scenario in one variant; `cases` are its systems. `margins` are worked out of few bricks, unless said."""
+    return "\n".join(_lines(cases, margins)) + "\n"
 
 
-def _lines(cases: Sequence[Case]) -> Iterator[str]:
+def _lines(cases: Sequence[Case], margins: bool | None) -> Iterator[str]:
     scenario, timeline = cases[0].scenario, cases[0].timeline
     chosen = ", ".join(f"{name} = {text}" for name, text in cases[0].variant.parameters)
     yield f"{scenario.scenario}{f' ({chosen})' if chosen else ''}, from {cases[0].source.span_of(('scenario',))}"
@@ -25,8 +36,11 @@ def _lines(cases: Sequence[Case]) -> Iterator[str]:
     count, levels = len(timeline.placements), timeline.levels
     yield f"  {count} bricks on {levels} levels, built after {timeline.built:g} s, watched until {timeline.end:g} s"
     yield ""
-    yield from _placements(timeline)
+    proofs = proofs_of(timeline) if any(SYSTEMS[case.system].method is Method.PROVEN for case in cases) else None
+    yield from _placements(timeline, _told(proofs) if proofs is not None else {})
     yield ""
+    if proofs is not None:
+        yield from _proven(proofs, count, margins)
     for case in cases:
         yield from _system(case.system)
 
@@ -39,7 +53,8 @@ def _world(timeline: Timeline) -> Iterator[str]:
         yield f"  {plane.id}: normal ({normal}), friction {plane.friction:g}"
 
 
-def _placements(timeline: Timeline) -> Iterator[str]:
+def _placements(timeline: Timeline, told: Mapping[BodyId, str]) -> Iterator[str]:
+    """One line a brick, with what `told` says of it."""
     placed = timeline.placements
     width = max(len(placement.brick.id) for placement in placed)
     sited = [Sited(placement.time, placement.brick.size, placement.pose) for placement in placed]
@@ -48,7 +63,64 @@ def _placements(timeline: Timeline) -> Iterator[str]:
         yield (
             f"  {placement.time:8.3f} s  {placement.brick.id:<{width}}  at {_mm(placement.pose.position_W)} mm"
             f"  along {_direction(placement)}  {'dropped' if placement.drop else 'on ' + ', '.join(below)}"
+            f"{told.get(placement.brick.id, '')}"
         )
+
+
+def _told(proofs: Proofs) -> Mapping[BodyId, str]:
+    """What is said of each brick that was judged: its proof, and with the last of a group what the whole group cost."""
+    told = {}
+    for judged in proofs.judged:
+        for brick in judged.bricks:
+            told[brick] = f"  {_answer(proofs, judged, brick)}" + (_cost(judged) if brick == judged.bricks[-1] else "")
+    return told
+
+
+def _answer(proofs: Proofs, judged: Judged, brick: BodyId) -> str:
+    if brick in judged.verdict.moving:
+        return "falls" if judged.verdict.stability is Stability.UNSTABLE else "in doubt"
+    stage = proofs.assembly.stage(brick)
+    return f"{stage}" if stage is not None else "not proven"
+
+
+def _cost(judged: Judged) -> str:
+    together = f" for {len(judged.bricks)} bricks" if len(judged.bricks) > 1 else ""
+    return f", {MICROSECONDS * judged.verdict.seconds:.0f} us{together}"
+
+
+def _proven(proofs: Proofs, count: int, wanted: bool | None) -> Iterator[str]:
+    verdict, judged = proofs.assembly.verdict(), sum(len(judged.bricks) for judged in proofs.judged)
+    seconds = sum(judged.verdict.seconds for judged in proofs.judged)
+    if verdict.stability is not Stability.STABLE:
+        yield f"  statics: {verdict.stability.upper()}: {verdict.reason}; the engine shows what comes of it"
+    elif judged < count:
+        yield f"  statics: {judged} of {count} bricks proven to stand; the engine shows where what is dropped lands"
+    else:
+        yield f"  statics: every placement proven to stand, in {1000.0 * seconds:.3g} ms"
+        yield from _margins(proofs, wanted)
+    yield ""
+
+
+def _margins(proofs: Proofs, wanted: bool | None) -> Iterator[str]:
+    count = len(proofs.assembly.bricks)
+    if wanted is False:
+        return
+    if wanted is None and count > MOST_FOR_MARGINS:
+        yield f"    margins of more than {MOST_FOR_MARGINS} bricks take their time; ask for them with --margins"
+        return
+    yield "    it would survive " + "; ".join(_margin_texts(margins_of_assembly(proofs.assembly)))
+
+
+def _margin_texts(margins: Margins) -> Iterator[str]:
+    if margins.acceleration is not None:
+        bearing = f" towards {degrees(margins.bearing):.0f} deg" if margins.bearing is not None else ""
+        yield f"{margins.acceleration:.4g} g sideways, worst{bearing}"
+    if margins.tilt is not None:
+        yield f"a tilt of {degrees(margins.tilt):.4g} deg"
+    if margins.friction is not None:
+        yield f"friction down to {margins.friction:.4g}"
+    if margins.placement is not None:
+        yield f"every brick {1000.0 * margins.placement:.4g} mm beside its place"
 
 
 def _mm(position: Vec3) -> str:
@@ -71,7 +143,9 @@ def _system(name: str) -> Iterator[str]:
         f"friction anchor {'on' if engine.friction_anchor else 'off'}, "
         f"damping {engine.linear_damping:g} linear and {engine.angular_damping:g} angular"
     )
-    if system.extension:
+    if system.method is Method.PROVEN:
+        yield "    what statics proves to stand is frozen; there is no engine until something moves"
+    elif system.method is Method.PUBLISHED:
         yield "    the extension freezes what its model finds stable; while all is frozen, time is skipped, not stepped"
     else:
         yield "    every brick is stepped all the time"

@@ -84,6 +84,7 @@ def _cost(cost: Cost) -> dict[str, object]:
         "simulated_time_s": _number(cost.simulated_time),
         "steps": cost.steps,
         "judgements": cost.judgements,
+        "proofs": dict(cost.proofs),
     }
 
 

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
+from functools import cache
 from typing import TYPE_CHECKING
 
 from stackdsl.snapshots.record import FORMAT, Placing, Snapshot
@@ -11,28 +12,39 @@ if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
 
+SCALARS = (str, float, int)
+ENCODER = json.JSONEncoder(ensure_ascii=True, allow_nan=False)  # once, for it is called for every brick
+
+
 def document(snapshot: Snapshot) -> dict[str, object]:
     """The snapshot as plain JSON values; what is not locked is left out."""
     return {"format": FORMAT, **_plain(snapshot.identity), **_plain(snapshot, without=("identity",))}
 
 
 def _plain(record: "DataclassInstance", without: Sequence[str] = ()) -> dict[str, object]:
-    named = ((field.name, getattr(record, field.name)) for field in fields(record) if field.name not in without)
+    named = [(name, getattr(record, name)) for name in _names(type(record)) if name not in without]
     return {name: _plain_value(value) for name, value in named if value is not None}
 
 
+@cache
+def _names(kind: "type[DataclassInstance]") -> tuple[str, ...]:
+    return tuple(field.name for field in fields(kind))
+
+
 def _plain_value(value: object) -> object:
-    if isinstance(value, Mapping):
-        return {key: _plain_value(item) for key, item in value.items()}
+    if isinstance(value, SCALARS):
+        return value
     if isinstance(value, tuple):
         return [_plain_value(item) for item in value]
+    if isinstance(value, Mapping):
+        return {key: _plain_value(item) for key, item in value.items()}
     return _plain(value) if is_dataclass(value) and not isinstance(value, type) else value
 
 
 def canonical_text(snapshot: Snapshot) -> str:
     """The text of a golden file: one line a brick and an event so that a diff reads well; ASCII."""
-    head = document(snapshot)
-    del head["events"], head["bricks"]
+    rest = _plain(snapshot, without=("identity", "events", "bricks"))
+    head = {"format": FORMAT, **_plain(snapshot.identity), **rest}
     lines = [f"  {_json(key)}: {_json(value)}" for key, value in head.items()]
     events = [_event_text(placing) for placing in snapshot.events]
     bricks = [f"    {_json(brick)}: {_json(_plain(final))}" for brick, final in snapshot.bricks.items()]
@@ -42,7 +54,7 @@ def canonical_text(snapshot: Snapshot) -> str:
 
 
 def _event_text(placing: Placing) -> str:
-    head = {key: value for key, value in _plain(placing).items() if key != "placed"}
+    head = _plain(placing, without=("placed",))
     bricks = [f"      {_json(brick)}: {_json(_plain(placed))}" for brick, placed in placing.placed.items()]
     return f'    {_json(head)[:-1]}, "placed": ' + _block("{}", bricks, "    ") + "}"
 
@@ -52,4 +64,4 @@ def _block(brackets: str, lines: Sequence[str], indent: str) -> str:
 
 
 def _json(value: object) -> str:
-    return json.dumps(value, ensure_ascii=True, allow_nan=False)
+    return ENCODER.encode(value)

@@ -1,6 +1,6 @@
 """A snapshot against what a golden file holds: every observation that left its tolerance, by name and with its unit."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias, TypeGuard
 
@@ -104,7 +104,7 @@ def _by_brick(whole: Object) -> dict[str, _Placing]:
     """Events by each brick placed, so that one more event, or other groups, do not shift all later ones."""
     placings: dict[str, _Placing] = {}
     for number, event in enumerate(_array(whole, "events"), start=1):
-        if not isinstance(event, Mapping):
+        if not isinstance(event, dict):
             raise MalformedSnapshotError(f"event {number} is not an object")
         bricks = sorted(_object(event, "placed"))
         if not bricks:
@@ -172,13 +172,18 @@ def _supports(brick: str, when: str, expected: Object, got: Object) -> Differenc
             yield GoldenDifference(brick, f"rests on{when}", *shown, tolerance="exact")
 
 
-def _value(subject: str, name: str, expected: object, got: object, quantity: Quantity | None = None) -> Differences:
-    if not _same(expected, got, quantity):
-        tolerance = f"± {quantity.tolerance:g} {quantity.unit}".rstrip() if quantity is not None else "exact"
-        yield GoldenDifference(subject, name, _shown(expected, quantity), _shown(got, quantity), tolerance)
+def _value(
+    subject: str, name: str, expected: object, got: object, quantity: Quantity | None = None
+) -> Sequence[GoldenDifference]:
+    if _same(expected, got, quantity):
+        return ()
+    tolerance = f"± {quantity.tolerance:g} {quantity.unit}".rstrip() if quantity is not None else "exact"
+    return (GoldenDifference(subject, name, _shown(expected, quantity), _shown(got, quantity), tolerance),)
 
 
 def _same(expected: object, got: object, quantity: Quantity | None) -> bool:
+    if type(expected) is type(got) and expected == got:  # as nearly all are
+        return True
     if UNCLEAR in (expected, got):
         return True
     if quantity is not None and _is_number(expected) and _is_number(got):
@@ -215,7 +220,7 @@ def _components(subject: str, key: str, holder: Object) -> Mapping[str, object]:
 
 def _object(holder: Object, key: str) -> Object:
     value = holder.get(key, {})
-    if not isinstance(value, Mapping):
+    if not isinstance(value, dict):
         raise MalformedSnapshotError(f"{key!r} is not an object")
     return value
 

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import takewhile
 from math import atan2, degrees, hypot, isfinite
 
-from stability.geometry import box_corners
+from stability.geometry import box_top
 from stability.model import BodyId, Pose, Vec3
 from stackdsl.snapshots.record import (
     COLLAPSE_TIME,
@@ -141,7 +141,7 @@ def _lies_still(state: str, collapse: Collapse | None, proven: bool) -> bool:
 
 def _height(tracks: Mapping[BodyId, BrickTrack], states: Mapping[BodyId, str]) -> Number:
     """The highest corner of what stands; UNCLEAR if it hangs on a brick that is."""
-    tops = {brick: max(corner[2] for corner in box_corners(t.brick.size, t.final)) for brick, t in tracks.items()}
+    tops = {brick: box_top(track.brick.size, track.final) for brick, track in tracks.items()}
     surely = 1000.0 * max((tops[brick] for brick, state in states.items() if state in STANDING), default=0.0)
     perhaps = 1000.0 * max((tops[brick] for brick, state in states.items() if state == UNCLEAR), default=0.0)
     return UNCLEAR if perhaps > surely + HEIGHT.tolerance else _rounded(surely, HEIGHT)

@@ -1,0 +1,37 @@
+"""How often is the published model wrong? A thousand random piles, judged by it and by exact statics.
+
+Run it with `python -m benchmarks.thesis_against_exact`. The piles are those of the tests, and an independent check says
+of each verdict of exact statics that it does not contradict it.
+"""
+
+from collections import Counter
+
+from rich.console import Console
+from rich.table import Table
+
+from stability.statics.assembly import Assembly
+from stability.statics.facts import Stability
+from tests.statics.independent import independent_verdict
+from tests.statics.published_model import published_model_says_stable
+from tests.statics.random_piles import FRICTION, random_piles
+
+PILES = 1000
+
+
+def main() -> None:
+    """Judge, and print the table."""
+    table: Counter[tuple[bool, Stability]] = Counter()
+    contradicted = 0
+    for pile in random_piles(PILES):
+        stability = Assembly(friction=FRICTION).add_all(pile).stability
+        table[published_model_says_stable(pile), stability] += 1
+        contradicted += {stability, independent_verdict(pile, FRICTION)} == {"stable", "unstable"}
+    printed = Table("thesis", *(f"exact: {stability}" for stability in Stability))
+    for says, name in ((True, "stable"), (False, "unstable")):
+        printed.add_row(name, *(str(table[says, stability]) for stability in Stability))
+    Console().print(printed)
+    Console().print(f"verdicts of exact statics that the independent check contradicts: {contradicted}")
+
+
+if __name__ == "__main__":
+    main()

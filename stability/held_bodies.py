@@ -1,0 +1,46 @@
+"""Frozen bricks and what they rest on, as they were left: tells what somebody else has moved, pushed or taken since."""
+
+from collections.abc import Container, Iterable
+from dataclasses import dataclass, field
+
+from stability.engine import Engine
+from stability.model import BodyId, BodyState
+
+
+@dataclass
+class HeldBodies:
+    """Looks after the bodies of one engine that nobody is expected to touch."""
+
+    engine: Engine
+    _held: dict[BodyId, BodyState] = field(default_factory=dict, init=False)
+    _seen: tuple[object, object] = field(default=(None, None), init=False)  # the engine's bodies, last time
+
+    def came_or_went(self) -> bool:
+        """Whether bodies have been added or removed since the last time that this was asked."""
+        bricks, fixed = self.engine.masses(), self.engine.fixed()
+        unchanged = self._seen[0] is bricks and self._seen[1] is fixed
+        self._seen = (bricks, fixed)
+        return not unchanged
+
+    def hold(self, brick: BodyId, supports: Iterable[BodyId] = ()) -> None:
+        """Remember a brick as it was just frozen, and those of its supports that are new."""
+        self._held |= self.engine.states([brick, *(on for on in supports if on not in self._held)])
+
+    def let_go(self, body: BodyId) -> None:
+        """Look after a body no longer."""
+        self._held.pop(body, None)
+
+    def released(self, frozen: Iterable[BodyId]) -> list[BodyId]:
+        """The frozen bricks that the engine no longer holds: another body under the name, or given a mass."""
+        return [brick for brick in frozen if not self.engine.holds(brick)]
+
+    def disturbed(self, frozen: Container[BodyId]) -> dict[BodyId, BodyState]:
+        """What has been moved or pushed since it was last looked at, as it is now: bricks that are frozen, supports."""
+        if not self._held:
+            return {}
+        fixed = self.engine.fixed()
+        present = [body for body in self._held if body in frozen or body in fixed]
+        states = self.engine.states(present)
+        changed = {body: states[body] for body in present if states[body] != self._held[body]}
+        self._held |= changed
+        return changed

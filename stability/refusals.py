@@ -1,0 +1,54 @@
+"""Bricks at rest that could not be proven: when it is worth while to ask again. A verdict follows from poses alone."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from math import dist
+
+from stability.model import BodyId, Pose
+
+# Share of its smallest side that a brick must move by to be news: a quarter of the gap that still counts as contact,
+# so that a contact which the engine is closing is not missed.
+MOVED = 0.005
+RETRY = 10.0  # times the hold-off after which everything is news again
+
+
+@dataclass(frozen=True, slots=True)
+class _Refusal:
+    pose: Pose
+    time: float  # [s]
+    changes: int  # of what is frozen, until then
+
+
+@dataclass
+class Refusals:
+    """Where and when bricks were not proven."""
+
+    hold_off: float  # [s] between one attempt that refused a brick and the next
+    _changes: int = field(default=0, init=False)  # how often what is frozen has changed
+    _not_before: float = field(default=0.0, init=False)  # [s]
+    _of: dict[BodyId, _Refusal] = field(default_factory=dict, init=False)
+
+    def may_ask(self, now: float) -> bool:
+        """Whether the last refusal is long enough ago for another attempt."""
+        return now >= self._not_before
+
+    def is_news(self, brick: BodyId, pose: Pose, smallest_side: float, now: float) -> bool:
+        """Whether a brick was not refused yet, or something has changed since."""
+        refused = self._of.get(brick)
+        if refused is None or refused.changes != self._changes or now >= refused.time + RETRY * self.hold_off:
+            return True
+        return dist(refused.pose.position_W, pose.position_W) > MOVED * smallest_side
+
+    def refuse(self, poses: Iterable[tuple[BodyId, Pose]], now: float) -> None:
+        """These were not proven, where they are."""
+        for brick, pose in poses:
+            self._of[brick] = _Refusal(pose, now, self._changes)
+            self._not_before = now + self.hold_off
+
+    def changed(self) -> None:
+        """What is frozen is no longer what it was when bricks were refused."""
+        self._changes += 1
+
+    def forget(self, brick: BodyId) -> None:
+        """A brick was proven, or is gone."""
+        self._of.pop(brick, None)

@@ -1,0 +1,111 @@
+"""A world without an engine, as long as nothing in it moves.
+
+It keeps planes, bricks and poses itself. The engine is opened, and imported, when something must be stepped or when an
+engine's knowledge is asked for: then the bricks that are frozen come in as fixed bodies, the others with their mass.
+"""
+
+from collections.abc import Callable, Collection, Mapping, Sequence, Set
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+from stability.engine import World
+from stability.engine_settings import EngineSettings
+from stability.model import BodyId, BodyState, Box, Brick, ContactPoint, HalfSpace, Plane, Pose, Shape
+
+
+@dataclass
+class RestingWorld:
+    """Stands in for a world until one is needed; `opened` makes it."""
+
+    settings: EngineSettings
+    opened: Callable[[], World]
+    _clock: float = field(default=0.0, init=False)
+    _planes: dict[BodyId, Plane] = field(default_factory=dict, init=False)
+    _fixed: frozenset[BodyId] = field(default=frozenset(), init=False)
+    _bricks: dict[BodyId, tuple[Brick, Pose]] = field(default_factory=dict, init=False)
+    _masses: dict[BodyId, float] = field(default_factory=dict, init=False)
+    _told: Mapping[BodyId, float] = field(default_factory=dict, init=False)  # what `masses` answers with
+    _frozen: set[BodyId] = field(default_factory=set, init=False)
+    _world: World | None = field(default=None, init=False)
+
+    def time(self) -> float:
+        return self._clock if self._world is None else self._world.time()
+
+    def step(self) -> None:
+        self._engine().step()
+
+    def limit_travel(self, fastest: float) -> None:
+        if self._world is not None:
+            self._world.limit_travel(fastest)
+
+    def skip(self, duration: float) -> None:
+        if self._world is None:
+            self._clock += duration
+        else:
+            self._world.skip(duration)
+
+    def add_plane(self, plane: Plane) -> None:
+        self._planes[plane.id] = plane
+        self._fixed = frozenset(self._planes)
+        if self._world is not None:
+            self._world.add_plane(plane)
+
+    def add_brick(self, brick: Brick, pose: Pose) -> None:
+        self._bricks[brick.id] = (brick, pose)
+        self._masses[brick.id] = brick.mass
+        self._told = MappingProxyType(self._masses)  # another object says that a brick has come
+        if self._world is not None:
+            self._world.add_brick(brick, pose)
+
+    def close(self) -> None:
+        if self._world is not None:
+            self._world.close()
+
+    def masses(self) -> Mapping[BodyId, float]:
+        return self._told
+
+    def fixed(self) -> Set[BodyId]:
+        return self._fixed
+
+    def shape(self, body: BodyId) -> Shape:
+        return HalfSpace(self._planes[body].normal_W) if body in self._planes else Box(self._bricks[body][0].size)
+
+    def near(self, brick: BodyId) -> Sequence[BodyId]:
+        return self._engine().near(brick)
+
+    def states(self, bodies: Collection[BodyId]) -> Mapping[BodyId, BodyState]:
+        if self._world is not None:
+            return self._world.states(bodies)
+        return {body: BodyState(self._pose(body)) for body in bodies}
+
+    def _pose(self, body: BodyId) -> Pose:
+        return Pose(self._planes[body].point_W) if body in self._planes else self._bricks[body][1]
+
+    def contacts(self, brick: BodyId) -> Sequence[ContactPoint]:
+        return self._engine().contacts(brick)
+
+    def freeze(self, brick: BodyId) -> None:
+        self._frozen.add(brick)
+        if self._world is not None:
+            self._world.freeze(brick)
+
+    def holds(self, brick: BodyId) -> bool:
+        return brick in self._frozen
+
+    def wake(self, brick: BodyId) -> None:
+        self._frozen.discard(brick)
+        if self._world is not None:
+            self._world.wake(brick)
+
+    def _engine(self) -> World:
+        """The world that is stepped; it has been going on since the beginning, as far as anybody can tell."""
+        if self._world is None:
+            self._world = self.opened()
+            for plane in self._planes.values():
+                self._world.add_plane(plane)
+            for brick, pose in self._bricks.values():
+                self._world.add_brick(brick, pose)
+            for name in sorted(self._frozen):
+                self._world.freeze(name)
+            self._world.skip(self._clock)
+        return self._world

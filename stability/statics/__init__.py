@@ -1,0 +1,1 @@
+"""Exact statics: does an assembly of bricks stand? A verdict with its proof, without any engine."""

@@ -1,0 +1,205 @@
+"""How far can an assembly be accelerated in one direction, and what does that say about all others?
+
+One conic programme over velocities u: the least resistance of the loads to a motion by which the direction gains 1,
+among all motions that no contact resists. Its value is the reach, its duals are the forces at it. Every such motion
+bounds all directions: what accelerates the masses by a gains p.a, with p the momentum of the motion, and no admissible
+forces hold against more than the loads resist.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from math import cos, hypot, inf, sin
+
+import numpy as np
+
+from stability.model import BodyId
+from stability.statics.equilibrium import proven_forces, proven_motion
+from stability.statics.facts import ZERO, Motion, Problem, Tolerances, Wrench
+from stability.statics.prestress import least_prestress
+from stability.statics.programme import Programme, clarabel_solve
+from stability.statics.proof import check_forces, check_motion
+from stability.statics.wrench_matrix import Array, WrenchMatrix, wrench_matrix
+
+ACCURACY = 1e-11  # asked of the solver
+FURTHEST = 1e3  # [g] what can be accelerated so much is held on all sides
+# Shares of the forces at rest that are tried in turn to bring others into their cones.
+SHARES = (0.0, *(2.0**exponent for exponent in range(-40, 0)))
+FAINT = 1e-3  # of usual forces: by so much even contacts that do not press share in mending
+MENDINGS = 2  # the second mends what the first left of rounding
+# [g] by which a cut is first put further out than the solver has it; then by multiples of the gain that a proof needs.
+FURTHER = (1e-4, 1e-2)
+CLOSER = (1.1, 4.0, 16.0, 64.0, 256.0, 1024.0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shaken:
+    """A problem made ready for many directions. Accelerations are in units of g."""
+
+    problem: Problem
+    weights: Mapping[BodyId, float]  # [N] of each brick; what a horizontal acceleration of 1 g pulls with
+    system: WrenchMatrix
+    rest: Array  # (rows,) forces that balance the loads alone
+    tolerances: Tolerances
+
+    def pull(self, x: float, y: float) -> dict[BodyId, Wrench]:
+        """The forces of an acceleration."""
+        return {name: Wrench((weight * x, weight * y, 0.0)) for name, weight in self.weights.items()}
+
+    def loaded(self, x: float, y: float) -> Problem:
+        """The problem with an acceleration added."""
+        loads = dict(self.problem.loads)
+        for name, wrench in self.pull(x, y).items():
+            load = loads.get(name, Wrench(ZERO))
+            (fx, fy, fz), (px, py, _) = load.force_W, wrench.force_W
+            loads[name] = Wrench((fx + px, fy + py, fz), load.torque_W)
+        return replace(self.problem, loads=loads)
+
+    def at(self, x: float, y: float) -> WrenchMatrix:
+        """The system with an acceleration added."""
+        return replace(self.system, loads=self.system.wrench_of(self.loaded(x, y).loads))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cut:
+    """A half-plane in which all survivable accelerations lie, and the motion that proves it."""
+
+    normal: tuple[float, float]  # unit, outward
+    distance: float  # from no acceleration, as the solver has it [g]
+    further: float  # by which it is proven for certain, and `proven_distance` may find less [g]
+    motion: Motion
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Heading:
+    """What was found in one direction."""
+
+    angle: float  # bearing from x towards y [rad]
+    reach: float  # [g] proven by forces
+    rows: Array  # (rows,) these forces
+    slips: Array  # (rows,) of the motion that limits it
+    cut: Cut | None  # None where nothing limits it, or no motion was proven
+
+    @property
+    def point(self) -> tuple[float, float]:
+        """The acceleration reached."""
+        return (self.reach * cos(self.angle), self.reach * sin(self.angle))
+
+
+def shaken(problem: Problem, gravity: float | None, tolerances: Tolerances) -> Shaken | None:
+    """The problem ready to be accelerated; None if it is not proven to stand.
+
+    Without `gravity` every brick is taken to weigh what its load pulls down with.
+    """
+    if gravity is None:
+        weights = {name: -load.force_W[2] for name, load in sorted(problem.loads.items())}
+    else:
+        weights = {name: gravity * placed.brick.mass for name, placed in sorted(problem.bricks.items())}
+    system = wrench_matrix(problem, whole=True)
+    rest = mended(
+        system, least_prestress(system).rows
+    )  # deep inside the cones, so that a share of it brings others inside
+    stands = proven_forces(problem, system, rest, tolerances) is not None
+    return Shaken(problem, weights, system, rest, tolerances) if stands else None
+
+
+def heading(case: Shaken, angle: float) -> Heading:
+    """How far the assembly can be accelerated in one direction."""
+    from scipy.sparse import bmat  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
+
+    system = case.system
+    x, y = cos(angle), sin(angle)
+    along = system.wrench_of(case.pull(x, y))
+    # Whatever is left of the unit gain may be bought at the highest price: no reach is infinite.
+    matrix = bmat([[along[None, :], [[1.0]]], [-system.matrix, None], [None, [[-1.0]]]], format="csc")
+    programme = Programme(
+        np.append(-system.loads, FURTHEST),
+        matrix,
+        np.append(1.0, np.zeros(len(system.row_scale) + 1)),
+        1,
+        [3] * len(system.round),
+        len(system.flat) + 1,
+    )
+    point = clarabel_solve(programme, ACCURACY)
+    if not (np.isfinite(point.x).all() and np.isfinite(point.dual).all()):
+        return Heading(angle, 0.0, case.rest, np.zeros(len(case.rest)), None)
+    value = max(0.0, -float(point.dual[0]))
+    reach, rows = _proven_reach(case, (x, y), value, point.dual[1:-1])
+    return Heading(angle, reach, rows, system.matrix @ point.x[:-1], _cut(case, (x, y), value, point.x[:-1]))
+
+
+def _proven_reach(case: Shaken, along: tuple[float, float], value: float, rows: Array) -> tuple[float, Array]:
+    """The reach that forces prove, a little below the solver's value if need be, and these forces.
+
+    At the reach itself some contacts are about to open, so whatever rounding is mended puts others out of their cones.
+    A share of the forces at rest, which are deep inside, brings all back in, and lowers the reach by the same share.
+    """
+    system = case.at(value * along[0], value * along[1])
+    balanced = mended(system, rows)
+    for share in SHARES:
+        mixed = balanced + share * (case.rest - balanced)
+        if not inside(mixed, len(system.round)):
+            continue
+        reach = value * (1.0 - share)
+        loaded = case.loaded(reach * along[0], reach * along[1])
+        if check_forces(loaded, system.forces(mixed), case.tolerances).holds:
+            return reach, mixed
+    return 0.0, case.rest
+
+
+def mended(system: WrenchMatrix, rows: Array) -> Array:
+    """The nearest forces that balance the loads, cones or no cones; what presses more gives more."""
+    from scipy.sparse import diags, identity  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
+    from scipy.sparse.linalg import splu  # noqa: PLC0415 -- likewise
+
+    held = 3 * len(system.round)
+    weight = FAINT + np.abs(np.append(np.repeat(rows[:held:3], 3), rows[held:]))
+    weighted = diags(weight) @ system.matrix
+    solve = splu((system.matrix.T @ weighted + FAINT**4 * identity(len(system.loads))).tocsc()).solve
+    for _ in range(MENDINGS):
+        rows = rows - weighted @ solve(system.matrix.T @ rows + system.loads)
+    return rows
+
+
+def inside(rows: Array, round_cones: int) -> bool:
+    """Whether forces lie in their cones, all of unit slope."""
+    held = 3 * round_cones
+    cones = rows[:held].reshape(-1, 3)
+    return bool((np.hypot(cones[:, 1], cones[:, 2]) <= cones[:, 0]).all() and (rows[held:] >= 0.0).all())
+
+
+def _cut(case: Shaken, along: tuple[float, float], value: float, columns: Array) -> Cut | None:
+    """The half-plane that a motion proves, a little further out than the solver has it: a proof must gain something."""
+    if value > 0.5 * FURTHEST:
+        return None
+    for further in FURTHER:
+        x, y = ((value + further) * part for part in along)
+        loaded = case.loaded(x, y)
+        motion = proven_motion(loaded, case.at(x, y), columns, case.tolerances)
+        if motion is not None:
+            break
+    else:
+        return None
+    momentum = np.zeros(2)
+    for name, (velocity, _) in sorted(motion.velocity.items()):
+        momentum += case.weights.get(name, 0.0) * np.array(velocity[:2])
+    size = hypot(*momentum)
+    normal = (float(momentum[0]) / size, float(momentum[1]) / size)
+    share = along[0] * normal[0] + along[1] * normal[1]
+    return Cut(normal, value * share, further * share, motion)
+
+
+def proven_distance(case: Shaken, cut: Cut) -> float:
+    """The least distance of a cut that its motion proves [g]; the gain that this takes is known only by trial."""
+    x, y = cut.normal
+    furthest = cut.distance + cut.further
+    gained = check_motion(case.loaded(furthest * x, furthest * y), cut.motion, case.tolerances).gain
+    for multiple in CLOSER if gained > 0.0 else ():
+        distance = cut.distance + cut.further * min(1.0, multiple * case.tolerances.gain / gained)
+        if check_motion(case.loaded(distance * x, distance * y), cut.motion, case.tolerances).holds:
+            return distance
+    return furthest
+
+
+def distance_of(cut: Cut | None) -> float:
+    """How far a cut is from no acceleration [g]; infinite if there is none."""
+    return inf if cut is None else cut.distance

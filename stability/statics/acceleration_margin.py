@@ -1,0 +1,188 @@
+"""Which horizontal acceleration does an assembly survive, in whatever direction?
+
+Every brick is pulled sideways by its mass times the acceleration, besides its weight. The accelerations that contact
+forces can hold against are a convex set around none. Directions that were solved are points of it, motions cut it from
+outside (see `acceleration_cut`); the margin lies between the largest disc within what the points span and the nearest
+cut. The next direction is the foot of the perpendicular on the nearest cut, else the corner where two cuts meet.
+
+Chords alone are slow where the set is round, as for a block that slides the same way in all directions. There the
+forces between solved directions are interpolated: with t = tan(angle / 2), (1 + t^2) (1, cos, sin) are polynomials in
+t, so polynomials through (1 + t^2) times the solved forces balance every direction between. That they stay within
+their cones, f_n >= 0 and f_n^2 - |f_t|^2 >= 0, is shown by the coefficients of these polynomials in Bernstein's basis,
+none of which is negative.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from math import atan, atan2, hypot, inf, pi
+
+import numpy as np
+
+from stability.geometry import Point2
+from stability.statics.acceleration_cut import Heading, Shaken, distance_of, heading, mended, proven_distance, shaken
+from stability.statics.arc_forces import stay_inside
+from stability.statics.face_centre import centred
+from stability.statics.facts import Motion, Problem, Tolerances
+from stability.statics.polygons import hull
+from stability.statics.wrench_matrix import Array
+
+MOST_HEADINGS = 120  # what is open then stays open between `value` and `upper`
+NOTHING = 1e-7  # [g] a margin below is none
+NODES = (4, 8)  # headings through which forces are interpolated
+WIDEST = 3.0  # [rad] angle over which they are
+NEAR = 0.02  # share of an arc; a direction this near to one of its ends tells nothing new
+
+
+@dataclass(frozen=True, slots=True)
+class AccelerationMargin:
+    """The horizontal acceleration that is survived in every direction, in units of g."""
+
+    value: float  # proven by forces in every direction; inf if it is held on all sides
+    upper: float  # proven by `motion` not to be survived
+    bearing: float  # the worst direction, from x towards y [rad]
+    motion: Motion | None  # how it then moves
+    headings: int  # directions that were solved
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Arc:
+    """All directions between two that were solved, counter-clockwise."""
+
+    start: Heading
+    end: Heading
+    smooth: float = 0.0  # [g] proven by interpolated forces
+
+    @property
+    def width(self) -> float:
+        return (self.end.angle - self.start.angle) % (2.0 * pi) or 2.0 * pi
+
+    @property
+    def proven(self) -> float:
+        """The acceleration that is survived in all these directions."""
+        if self.width >= pi:
+            return self.smooth
+        (ax, ay), (bx, by) = self.start.point, self.end.point
+        dx, dy = bx - ax, by - ay
+        length = dx * dx + dy * dy
+        part = min(1.0, max(0.0, -(ax * dx + ay * dy) / length)) if length > 0.0 else 0.0
+        return max(self.smooth, hypot(ax + part * dx, ay + part * dy))
+
+
+def acceleration(
+    problem: Problem,
+    tolerance: float = 1e-6,
+    gravity: float | None = None,
+    tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
+) -> AccelerationMargin | None:
+    """The acceleration survived in the worst direction, to a relative `tolerance`; None if it is not proven to stand.
+
+    Ten directions are enough for it where bodies tip; some 40 where they slide alike in all directions.
+    `gravity` [m/s2] is needed where loads are more than weights; else every brick weighs what its load pulls down with.
+    """
+    case = shaken(problem, gravity, tolerances)
+    if case is None:
+        return None
+    first = _facing(problem)
+    solved = [heading(case, first + quarter * pi / 2.0) for quarter in range(4)]
+    arcs = [_Arc(a, b) for a, b in pairwise([*solved, solved[0]])]
+    middles: dict[float, Array] = {}
+    while True:
+        nearest = min(solved, key=lambda one: distance_of(one.cut))
+        upper = distance_of(nearest.cut)
+        enough = upper * (1.0 - tolerance)
+        weakest = min(range(len(arcs)), key=lambda i: arcs[i].proven)
+        arc = arcs[weakest]
+        if arc.proven >= enough or upper <= NOTHING or upper == inf or len(solved) >= MOST_HEADINGS:
+            return _margin(case, arc.proven, nearest, len(solved))
+        if _is_smooth(arcs, weakest, case, enough, middles):
+            arcs[weakest] = replace(arc, smooth=enough)
+        else:
+            solved.append(heading(case, _next(arc, nearest)))
+            arcs[weakest : weakest + 1] = [_Arc(arc.start, solved[-1]), _Arc(solved[-1], arc.end)]
+
+
+def _margin(case: Shaken, proven: float, nearest: Heading, headings: int) -> AccelerationMargin:
+    cut = nearest.cut
+    if cut is None:
+        return AccelerationMargin(inf, inf, nearest.angle, None, headings)
+    upper = proven_distance(case, cut)
+    value = proven if upper > NOTHING else 0.0
+    return AccelerationMargin(value, upper, atan2(cut.normal[1], cut.normal[0]), cut.motion, headings)
+
+
+def tilt(acceleration: float) -> float:
+    """The angle [rad] of the ground up to which an assembly stands that survives this acceleration [g].
+
+    Seen from a ground tilted by a, weights pull with g cos(a) into it and with g sin(a) along it: as on level ground
+    with an acceleration of tan(a), all loads times cos(a). Contact forces only scale with that, and cones do not care.
+    """
+    return atan(acceleration)
+
+
+def _facing(problem: Problem) -> float:
+    """The direction in which the weight is nearest to the border of its support: a first guess that turns with it."""
+    fixed = [c for c in problem.contacts if c.lower not in problem.bricks or c.upper not in problem.bricks]
+    support = hull((x, y) for contact in fixed for x, y, _ in contact.points_W)
+    total = sum(-load.force_W[2] for load in problem.loads.values())
+    if not support or not total > 0.0:
+        return 0.0
+    centre = [
+        sum(-load.force_W[2] * problem.bricks[name].pose.position_W[axis] for name, load in problem.loads.items())
+        / total
+        for axis in (0, 1)
+    ]
+    return min((_beyond(a, b, centre) for a, b in pairwise([*support, support[0]])))[1]
+
+
+def _beyond(a: Point2, b: Point2, centre: Sequence[float]) -> tuple[float, float]:
+    """How far a border line is from a point inside, and the bearing out across it."""
+    dx, dy = b[0] - a[0], b[1] - a[1]
+    return (dx * (centre[1] - a[1]) - dy * (centre[0] - a[0])) / hypot(dx, dy), atan2(-dx, dy)
+
+
+def _next(arc: _Arc, nearest: Heading) -> float:
+    """The direction within an arc that promises most."""
+    choices = []
+    if nearest.cut is not None:
+        choices.append(atan2(nearest.cut.normal[1], nearest.cut.normal[0]))
+    corner = _corner(arc)
+    if corner is not None:
+        choices.append(atan2(corner[1], corner[0]))
+    for angle in choices:
+        share = ((angle - arc.start.angle) % (2.0 * pi)) / arc.width
+        if NEAR < share < 1.0 - NEAR:
+            return arc.start.angle + share * arc.width
+    return arc.start.angle + 0.5 * arc.width
+
+
+def _corner(arc: _Arc) -> Point2 | None:
+    """Where the cuts of the two ends meet."""
+    if arc.start.cut is None or arc.end.cut is None:
+        return None
+    (ax, ay), (bx, by) = arc.start.cut.normal, arc.end.cut.normal
+    turn = ax * by - ay * bx
+    if turn <= NEAR * NEAR:
+        return None
+    a, b = arc.start.cut.distance, arc.end.cut.distance
+    return ((a * by - b * ay) / turn, (b * ax - a * bx) / turn)
+
+
+def _is_smooth(arcs: Sequence[_Arc], index: int, case: Shaken, radius: float, middles: dict[float, Array]) -> bool:
+    """Whether interpolated forces prove a radius along an arc; `middles` are forces by heading, as they are needed."""
+    arc = arcs[index]
+    middle = arc.start.angle + 0.5 * arc.width
+    for count in NODES:
+        if count > len(arcs):
+            return False
+        nodes = [arcs[(index + shift) % len(arcs)].start for shift in range(1 - count // 2, 1 + count // 2)]
+        angles = [(node.angle - middle + pi) % (2.0 * pi) - pi for node in nodes]
+        if angles != sorted(angles) or angles[-1] - angles[0] > WIDEST or min(node.reach for node in nodes) < radius:
+            continue
+        for node in nodes:
+            if node.angle not in middles:
+                middles[node.angle] = mended(case.at(*node.point), centred(case.system, node.rows, node.slips))
+        forces = np.stack([case.rest + radius / node.reach * (middles[node.angle] - case.rest) for node in nodes])
+        if stay_inside(forces, len(case.system.round), angles, 0.5 * arc.width):
+            return True
+    return False

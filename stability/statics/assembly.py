@@ -1,0 +1,241 @@
+"""Bricks that stand about, and what is proven of them: the statics API.
+
+    >>> assembly = Assembly()
+    >>> plank = Brick("a", (0.12, 0.024, 0.008), 0.0115)
+    >>> assembly.add(plank, Pose((0.0, 0.0, 0.004))).stability
+    <Stability.STABLE: 'stable'>
+
+No engine takes part. Bricks come, go and move one by one or together, and only what that can affect is judged again.
+"""
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import replace
+from time import perf_counter
+from types import MappingProxyType
+
+from stability.contact_graph import from_the_top
+from stability.model import GROUND, BodyId, Brick, Plane, Pose
+from stability.statics.cascade import Partners, judge
+from stability.statics.certificate import total_forces
+from stability.statics.facts import Contact, Forces, Placed, Problem, Stability, Stage, Tolerances, Verdict
+from stability.statics.ledger import Ledger
+from stability.statics.load_core import plan
+from stability.statics.proof import check_forces
+from stability.statics.propagation import shared
+from stability.statics.structure import Structure
+
+LEVEL_GROUND = Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), friction=0.5)
+EARTH = 9.81  # [m/s2]
+DEAREST_FIRST = tuple(reversed(Stage))
+
+
+class Assembly:
+    """Bricks and planes, and the proof of each brick."""
+
+    def __init__(
+        self,
+        planes: Iterable[Plane] = (LEVEL_GROUND,),
+        friction: float = 0.5,
+        gravity: float = EARTH,
+        tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
+        tables: Iterable[Placed] = (),
+    ) -> None:
+        """Nothing stands yet but fixed planes, and `tables`: boxes that never move.
+
+        `friction` is the Coulomb coefficient of brick on brick and on tables; `gravity` is along -z [m/s2].
+        """
+        self._structure = Structure(tuple(planes), tuple(tables), friction, gravity, tolerances)
+        self._ledger = Ledger()
+        self._unproven: set[BodyId] = set()
+        self._partners = Partners(self._structure, self._ledger.with_partners)
+        self._verdict = Verdict(Stability.STABLE)
+        self.bricks: Mapping[BodyId, Placed] = MappingProxyType(self._structure.bricks)
+
+    @property
+    def planes(self) -> tuple[Plane, ...]:
+        """The fixed planes."""
+        return self._structure.planes
+
+    @property
+    def tables(self) -> tuple[Placed, ...]:
+        """The boxes that never move."""
+        return self._structure.tables
+
+    @property
+    def friction(self) -> float:
+        """Coulomb coefficient of brick on brick."""
+        return self._structure.friction
+
+    @property
+    def gravity(self) -> float:
+        """Acceleration of free fall [m/s2]."""
+        return self._structure.gravity
+
+    # --- changes ------------------------------------------------------------------------------------------------------
+
+    def add(self, brick: Brick, pose: Pose) -> Verdict:
+        """Set down one brick, at rest; the verdict is that of all there is."""
+        return self.add_all((Placed(brick, pose),))
+
+    def add_all(self, bricks: Iterable[Placed]) -> Verdict:
+        """Set down bricks together, at rest."""
+        started = perf_counter()
+        coming = sorted(bricks, key=lambda placed: (placed.pose.position_W[2], placed.brick.id))
+        self._reject_known(coming)
+        for placed in coming:
+            self._structure.put(placed)
+            self._ask_core(placed.brick.id)
+        return self._judged(started, [placed.brick.id for placed in coming])
+
+    def remove(self, bricks: Collection[BodyId]) -> Verdict:
+        """Take bricks away. What they carried, or held by their weight, is judged again."""
+        started = perf_counter()
+        again = self._take(sorted(bricks))
+        return self._judged(started, again)
+
+    def move(self, brick: BodyId, pose: Pose) -> Verdict:
+        """Put a brick somewhere else, at rest."""
+        started = perf_counter()
+        placed = replace(self._structure.bricks[brick], pose=pose)
+        again = self._take([brick])
+        self._structure.put(placed)
+        self._ask_core(brick)
+        return self._judged(started, [*again, brick])
+
+    def _reject_known(self, coming: Sequence[Placed]) -> None:
+        known: set[BodyId] = {plane.id for plane in self.planes} | {table.brick.id for table in self.tables}
+        for name in (placed.brick.id for placed in coming):
+            if name in self._structure.bricks or name in known:
+                raise ValueError(f"there are two bodies called '{name}'; give each a name of its own")
+            known.add(name)
+
+    def _take(self, bricks: Sequence[BodyId]) -> list[BodyId]:
+        """Take bricks out, and the proofs that counted on them; returns the bricks to be judged again."""
+        structure = self._structure
+        unknown = [name for name in bricks if name not in structure.bricks]
+        if unknown:
+            raise KeyError(f"there is no brick '{unknown[0]}'")
+        affected = structure.with_all_above(bricks)
+        while True:
+            larger = structure.with_all_above(affected | self._ledger.strike(affected))
+            if len(larger) == len(affected):
+                break
+            affected = larger
+        for name in bricks:
+            structure.take(name)
+        again = structure.upwards(affected.difference(bricks))
+        self._unproven.difference_update(bricks)
+        for name in again:
+            del structure.cores[name]
+        for name in again:
+            structure.find_core(name)
+            self._ask_core(name)
+        return again
+
+    # --- judging ------------------------------------------------------------------------------------------------------
+
+    def _ask_core(self, name: BodyId) -> None:
+        """The first stage."""
+        if self._structure.cores[name].carries(self._structure.burdens[name].at):
+            self._ledger.prove_by_core(name)
+            self._unproven.discard(name)
+        else:
+            self._unproven.add(name)
+
+    def _judged(self, started: float, changed: Sequence[BodyId]) -> Verdict:
+        """Prove what is not proven yet, as far as it can be."""
+        if self._unproven:
+            found = self._ask_cascade()
+            if found is not None:
+                self._verdict = replace(found, seconds=perf_counter() - started)
+                return self._verdict
+        self._verdict = Verdict(Stability.STABLE, self._dearest(changed), seconds=perf_counter() - started)
+        return self._verdict
+
+    def _ask_cascade(self) -> Verdict | None:
+        """Judge the bricks without a proof, from the lowest on; None if all are proven now."""
+        found: Verdict | None = None
+        for name in self._structure.upwards(self._unproven):
+            if name not in self._unproven:
+                continue
+            answer = judge(self._structure, name, self._partners)
+            if answer.group is not None:
+                self._ledger.enter(answer.group)
+                self._unproven.difference_update(answer.group.members)
+            elif answer.verdict is not None:
+                found = answer.verdict
+                if found.stability is Stability.UNSTABLE:
+                    break  # what moves must go before more can be said
+        return found
+
+    def _dearest(self, bricks: Sequence[BodyId]) -> Stage | None:
+        if len(bricks) == 1:
+            return self._ledger.stage(bricks[0])
+        stages = {self._ledger.stage(name) for name in bricks}
+        return next((stage for stage in DEAREST_FIRST if stage in stages), None)
+
+    # --- answers ------------------------------------------------------------------------------------------------------
+
+    def verdict(self) -> Verdict:
+        """The last verdict: that of all there is."""
+        return self._verdict
+
+    def stage(self, brick: BodyId) -> Stage | None:
+        """Which stage proved a brick; None while none has."""
+        return self._ledger.stage(brick)
+
+    def contacts(self, brick: BodyId) -> Sequence[Contact]:
+        """The contacts of a brick, with bricks and planes."""
+        return tuple(self._structure.touching[brick].values())
+
+    def all_contacts(self) -> Sequence[Contact]:
+        """Every contact, each once."""
+        return self._structure.contacts_of(self._structure.bricks)
+
+    def rests_on(self, brick: BodyId) -> tuple[BodyId, ...]:
+        """The bodies that can carry a brick, by name."""
+        return tuple(sorted({contact.lower for contact in self._structure.carriers[brick]}))
+
+    def problem(self, bricks: Collection[BodyId] | None = None) -> Problem:
+        """The equilibrium of some bricks, all others held fixed, or of all."""
+        group = list(self._structure.bricks) if bricks is None else sorted(bricks)
+        return self._structure.problem(group, self._structure.contacts_of(group))
+
+    def forces(self) -> Forces | None:
+        """Contact forces that balance all there is, one entry for each of `all_contacts()`, checked by arithmetic.
+
+        None unless the verdict is STABLE. Such forces are not unique.
+        """
+        if self._unproven:
+            return None
+        problem = self.problem()
+        forces = total_forces(self._structure, self._ledger, list(problem.contacts))
+        check = check_forces(problem, forces, self._structure.tolerances)
+        if not check.holds:
+            raise ArithmeticError(f"the proof of the assembly does not hold: {check}")
+        return forces
+
+    def shares(self, brick: BodyId) -> Mapping[BodyId, float]:
+        """Which part of its load goes to each support, if weights are passed down with forces of least norm.
+
+        Contact forces are not unique; these depend on geometry and weights alone, not on a solver. Without the loads
+        above where these cannot be passed down so; empty if its own weight cannot either.
+        """
+        above = self._structure.with_all_above([brick])
+        return self.all_shares(above).get(brick, {})
+
+    def all_shares(self, bricks: Collection[BodyId] | None = None) -> Mapping[BodyId, Mapping[BodyId, float]]:
+        """The shares of some bricks and nothing else, or of all."""
+        structure = self._structure
+        group = set(structure.bricks if bricks is None else bricks)
+        loads = {name: structure.burdens[name] for name in group}
+        found: dict[BodyId, Mapping[BodyId, float]] = {}
+        for name in from_the_top(structure.rests_on(group)):
+            supports = [(contact, plan(contact)) for contact in structure.carriers[name]]
+            handed = shared(loads[name], supports) or shared(structure.burdens[name], supports) or []
+            weight = sum(press.burden.weight for press in handed)
+            found[name] = {press.contact.lower: press.burden.weight / weight for press in handed}
+            for press in handed:
+                if press.contact.lower in loads:
+                    loads[press.contact.lower] = loads[press.contact.lower].plus(press.burden)
+        return found

@@ -1,0 +1,149 @@
+"""Along which directions are two boxes apart, or least deep in each other?
+
+Separating axes of two oriented boxes (Gottschalk, Lin and Manocha, 1996): 3 + 3 face normals and 9 products of edges.
+Bodies that touch do so along the axis of the largest gap.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from math import hypot
+from typing import TypeAlias
+
+from stability.model import Vec3
+from stability.statics.solids import Solid
+from stability.statics.vectors import cross, dot, minus, times
+
+Matrix: TypeAlias = tuple[Vec3, Vec3, Vec3]
+
+NO_PRODUCT = 1e-9  # sine below which two edges give no direction of their own
+# Sine of the angle up to which two faces can be meant to lie on each other: ten times what engines leave, and the
+# steepest at which the gap tolerance, a fiftieth of the shortest side, can bridge a face.
+NEARLY_PARALLEL = 0.02
+# Sine of the angle up to which two axes can be off by noise alone: what engines leave to each of two bodies. Axes that
+# are further from parallel were meant to be.
+NOISY_TILT = 3e-3
+# How many times more than the least of the gaps and tilts that a pair shows it may be off its place. Large, since that
+# least may be small by chance; what is aligned to rounding stays so.
+NOISE_RATIO = 30.0
+
+
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """A direction in which two boxes, a and b, may be apart."""
+
+    gap: float  # [m], negative where they overlap
+    normal_AB_W: Vec3  # unit, from a towards b
+    of_a: int | None  # the axis of a that it is normal to the face of, or the edge of a in a product of edges
+    of_b: int | None
+
+    @property
+    def is_face(self) -> bool:
+        return self.of_a is None or self.of_b is None
+
+
+@dataclass(frozen=True, slots=True)
+class Closeness:
+    """How two boxes stand to each other that touch or overlap."""
+
+    gap: float  # the largest of all axes [m]
+    faces_a: Sequence[Axis]  # by axis of a
+    faces_b: Sequence[Axis]
+    edges: Sequence[Axis]  # the products along which they are least deep in each other
+    sines: Matrix  # of the angles between the axes of a (rows) and b
+
+
+def closeness(a: Solid, b: Solid, reach: float) -> Closeness | None:
+    """How two boxes stand to each other; None if they are further than `reach` apart, or deeper in each other."""
+    (a0, a1, a2), (b0, b1, b2) = a.axes, b.axes
+    p_AB = minus(b.pose.position_W, a.pose.position_W)
+    turn = (
+        (dot(a0, b0), dot(a0, b1), dot(a0, b2)),
+        (dot(a1, b0), dot(a1, b1), dot(a1, b2)),
+        (dot(a2, b0), dot(a2, b1), dot(a2, b2)),
+    )
+    along_a = (dot(p_AB, a0), dot(p_AB, a1), dot(p_AB, a2))
+    along_b = (dot(p_AB, b0), dot(p_AB, b1), dot(p_AB, b2))
+    gaps_a = _face_gaps(along_a, a.half, b.half, turn)
+    gaps_b = _face_gaps(along_b, b.half, a.half, _transposed(turn))
+    largest = max(gaps_a + gaps_b)
+    if largest > reach:
+        return None
+    products = list(_products(along_a, turn, a.half, b.half))
+    largest = max([largest, *(gap for gap, _, _, _ in products)])
+    if largest > reach or largest < -reach:
+        return None
+    edges = [
+        Axis(gap, times(scale, cross(a.axes[i], b.axes[j])), i, j)
+        for gap, scale, i, j in products
+        if gap >= largest - 2.0 * reach
+    ]
+    faces_a = [Axis(gaps_a[i], _towards(along_a[i], a.axes[i]), i, None) for i in range(3)]
+    faces_b = [Axis(gaps_b[j], _towards(along_b[j], b.axes[j]), None, j) for j in range(3)]
+    return Closeness(largest, faces_a, faces_b, edges, _sines(turn))
+
+
+def _transposed(m: Matrix) -> Matrix:
+    (a, b, c), (d, e, f), (g, h, i) = m
+    return ((a, d, g), (b, e, h), (c, f, i))
+
+
+def _face_gaps(along: Vec3, half: Vec3, other: Vec3, cosines: Matrix) -> Vec3:
+    """The gaps along the three face normals of a body; rows of cosines are theirs with the axes of the other."""
+    a, b, c = other
+    (u0, u1, u2), (v0, v1, v2), (w0, w1, w2) = cosines
+    return (
+        abs(along[0]) - half[0] - a * abs(u0) - b * abs(u1) - c * abs(u2),
+        abs(along[1]) - half[1] - a * abs(v0) - b * abs(v1) - c * abs(v2),
+        abs(along[2]) - half[2] - a * abs(w0) - b * abs(w1) - c * abs(w2),
+    )
+
+
+def _products(p: Vec3, turn: Matrix, half_a: Vec3, half_b: Vec3) -> Iterator[tuple[float, float, int, int]]:
+    """By product of edges: the gap, and the factor that makes the product a unit vector from a towards b."""
+    for i in range(3):
+        row, next_row, last_row = turn[i], turn[(i + 1) % 3], turn[(i + 2) % 3]
+        p_next, p_last, half_next, half_last = p[(i + 1) % 3], p[(i + 2) % 3], half_a[(i + 1) % 3], half_a[(i + 2) % 3]
+        for j, k, m in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+            # In the frame of a, with axis i first, the product of edges i and j is (0, -s, c).
+            c, s = next_row[j], last_row[j]
+            sine = hypot(c, s)
+            if sine > NO_PRODUCT:
+                along = p_last * c - p_next * s
+                extent = half_next * abs(s) + half_last * abs(c) + half_b[k] * abs(row[m]) + half_b[m] * abs(row[k])
+                yield (abs(along) - extent) / sine, (1.0 if along >= 0.0 else -1.0) / sine, i, j
+
+
+def _sines(turn: Matrix) -> Matrix:
+    (a, b, c), (d, e, f), (g, h, i) = turn
+    return (
+        (hypot(d, g), hypot(e, h), hypot(f, i)),
+        (hypot(a, g), hypot(b, h), hypot(c, i)),
+        (hypot(a, d), hypot(b, e), hypot(c, f)),
+    )
+
+
+def _towards(along: float, axis: Vec3) -> Vec3:
+    return axis if along >= 0.0 else times(-1.0, axis)
+
+
+def gap_along(direction: Vec3, a: Solid, b: Solid) -> float:
+    """The gap along a unit direction that leads from a to b [m]."""
+    p_AB = minus(b.pose.position_W, a.pose.position_W)
+    return dot(p_AB, direction) - half_extent(a, direction) - half_extent(b, direction)
+
+
+def half_extent(body: Solid, direction: Vec3) -> float:
+    """How far a box reaches from its centre along a unit direction [m]."""
+    (u, v, w), (a, b, c) = body.axes, body.half
+    return a * abs(dot(u, direction)) + b * abs(dot(v, direction)) + c * abs(dot(w, direction))
+
+
+def disturbance(close: Closeness, longest: float, reach: float) -> float:
+    """How far the two may be from the places that were meant [m], at most `reach`: read off the pair itself.
+
+    Scenes that are written down touch and align to rounding. What an engine has settled shows gaps and tilts in every
+    direction, so the least of them is taken: one alone may be meant. `longest` is the longest side of both [m].
+    """
+    gaps = [abs(axis.gap) for axis in (*close.faces_a, *close.faces_b) if abs(axis.gap) <= reach]
+    tilts = [sine for row in close.sines for sine in row if sine <= NOISY_TILT]
+    return min(reach, NOISE_RATIO * (min([abs(close.gap), *gaps]) + min(tilts, default=0.0) * longest))

@@ -1,0 +1,210 @@
+"""The cascade: the cheapest test that can prove its answer ends the question.
+
+A brick whose weight is not covered yet is judged together with a group: itself, what it can carry, then step by step
+the bricks below, with what these can carry. Loads may leave the group into load cores of the bricks below, so a group
+that balances is proven whatever it stands on. A group that cannot balance even with all the rest held fixed is proven
+to fall. What neither shows is asked again of a larger group, up to everything that is connected.
+"""
+
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass
+
+from stability.contact_graph import from_the_top
+from stability.model import BodyId, Vec3
+from stability.statics.equilibrium import Balance, balance
+from stability.statics.facts import UP, ConeForces, Contact, Motion, Problem, Stability, Stage, Verdict
+from stability.statics.ledger import Group
+from stability.statics.load_core import carries_upright, piece, plan
+from stability.statics.mechanism import described, smallest_mechanism
+from stability.statics.proof import check_motion
+from stability.statics.propagation import Burden, Failure, Press, propagate
+from stability.statics.self_stress import honest_forces
+from stability.statics.structure import Structure
+from stability.statics.tipping import Fall, tipping
+
+SPREAD = 4  # times more levels, or bricks, each time that a group grows
+SMALL = 60  # bricks: a programme of so many is still cheap
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What the cascade says of one brick: the group that proves it, or a verdict that is not STABLE."""
+
+    group: Group | None = None
+    verdict: Verdict | None = None
+
+
+def judge(structure: Structure, brick: BodyId, partners: "Partners") -> Answer:
+    """Prove that a brick stands, or that something falls, or say why neither can be proven."""
+    fallen = _tips(structure, [brick])
+    if fallen is not None:
+        return fallen
+    group, levels = partners.of({brick}), 1
+    while True:
+        passed = _passed_down(structure, group)
+        if isinstance(passed, Answer):
+            return passed
+        if passed is None or not passed.hinders:
+            return _programmes(structure, brick, group, partners)
+        group, levels = partners.of(_grown(structure, group, passed.hinders, levels)), levels * SPREAD
+
+
+def _grown(structure: Structure, group: set[BodyId], downwards: Collection[BodyId], levels: int) -> set[BodyId]:
+    """A group, and so many levels of bricks from some below it on."""
+    larger = group.union(downwards)
+    front = set(downwards)
+    for _ in range(levels - 1):
+        front = structure.below(front)
+        larger |= front
+    return larger
+
+
+def _programmes(structure: Structure, brick: BodyId, group: set[BodyId], partners: "Partners") -> Answer:
+    """The stages that need a solver, on groups that spread from a brick up to all that is connected with it."""
+    whole = partners.of(structure.component(brick))
+    asked = partners.of({brick} | structure.below([brick]))
+    while True:
+        last = len(asked) >= len(whole)
+        answer = _upright(structure, sorted(asked)) or _cones(structure, sorted(asked), last)
+        if answer is not None:
+            return answer
+        if len(asked) < len(group) <= SMALL:
+            asked = asked | group
+        else:
+            asked = partners.of(structure.spread(asked, at_least=max(SMALL, SPREAD * len(asked))))
+
+
+@dataclass(frozen=True, slots=True)
+class Partners:
+    """Completes a group by those that were proven together with one of its bricks."""
+
+    structure: Structure
+    with_partners: Callable[[Collection[BodyId]], set[BodyId]]
+
+    def of(self, group: set[BodyId]) -> set[BodyId]:
+        """The least group that holds these, with whom they were proven, and what these can carry."""
+        while True:
+            larger = self.structure.with_all_above(self.with_partners(group))
+            if len(larger) == len(group):
+                return larger
+            group = larger
+
+
+# --- tipping ----------------------------------------------------------------------------------------------------------
+
+
+def _tips(structure: Structure, roots: Sequence[BodyId]) -> Answer | None:
+    """Whether a brick tips as one body with all that it can carry."""
+    moving = structure.with_all_above(roots)
+    bricks = {name: structure.bricks[name] for name in moving}
+    border = [c for c in structure.contacts_of(sorted(moving)) if (c.lower in moving) != (c.upper in moving)]
+    fall = tipping(bricks, border)
+    return _proven_fall(structure, fall, Stage.TIPPING) if fall is not None else None
+
+
+def _proven_fall(structure: Structure, fall: Fall, stage: Stage) -> Answer | None:
+    """A fall, if plain arithmetic agrees."""
+    problem = structure.problem(fall.bricks, structure.contacts_of(fall.bricks))
+    if not check_motion(problem, fall.motion, structure.tolerances).holds:
+        return None
+    reason = described(problem, fall.motion)
+    return Answer(verdict=Verdict(Stability.UNSTABLE, stage, reason, fall.bricks, fall.motion))
+
+
+# --- weight propagation -----------------------------------------------------------------------------------------------
+
+
+def _passed_down(structure: Structure, group: set[BodyId]) -> Answer | Failure | None:
+    order = from_the_top(structure.rests_on(group))
+    if len(order) < len(group):
+        return None  # bricks that rest on one another in a ring
+    weights = {name: structure.burdens[name] for name in order}
+    passed = propagate(order, weights, structure.carriers, structure.cores)
+    if not isinstance(passed, Failure):
+        return Answer(Group(tuple(order), Stage.PROPAGATION, presses=passed))
+    return _tips(structure, [passed.brick]) or passed
+
+
+# --- programmes -------------------------------------------------------------------------------------------------------
+
+
+def _upright(structure: Structure, group: Sequence[BodyId]) -> Answer | None:
+    """Can upright forces alone balance a group?"""
+    members = frozenset(group)
+    if len(from_the_top(structure.rests_on(members))) < len(members):
+        return None  # in a ring even upright forces may be self-stress, which the next stage looks for
+    contacts = [c for c in structure.contacts_of(group) if carries_upright(c)]
+    landings = list(_landings(structure, members, contacts))
+    answer = balance(structure.problem(group, [landing for landing, _ in landings]), structure.tolerances)
+    if answer.forces is None:
+        return None
+    presses = _presses(answer.forces.of_contacts, landings)
+    return Answer(Group(tuple(group), Stage.VERTICAL, presses=presses))
+
+
+def _landings(
+    structure: Structure, members: Collection[BodyId], contacts: Sequence[Contact]
+) -> Iterator[tuple[Contact, Contact]]:
+    """Contacts as frictionless upright ones: inside the group whole, on a brick outside only over its core."""
+    for contact in contacts:
+        if contact.upper not in members:
+            continue
+        core = structure.cores[contact.lower] if contact.lower in structure.bricks else None
+        points = piece(plan(contact), None if contact.lower in members else core)
+        if points:
+            z = contact.points_W[0][2]
+            raised: tuple[Vec3, ...] = tuple((x, y, z) for x, y in points)
+            yield Contact(contact.lower, contact.upper, raised, (UP,), friction=0.0), contact
+
+
+def _presses(forces: Sequence[ConeForces], landings: Sequence[tuple[Contact, Contact]]) -> list[Press]:
+    return [
+        Press(contact, Burden(force[2], (x, y)))
+        for (landing, contact), of_contact in zip(landings, forces, strict=True)
+        for (x, y, _), (force,) in zip(landing.points_W, of_contact, strict=True)
+        if force[2] > 0.0
+    ]
+
+
+def _cones(structure: Structure, group: Sequence[BodyId], last: bool) -> Answer | None:
+    """The exact problem of a group: proven to stand on cores, or to fall though all the rest is held fixed."""
+    members = frozenset(group)
+    contacts = structure.contacts_of(group)
+    fixed = structure.problem(group, contacts)  # all the rest held fixed: more than there is to stand on
+    optimistic = balance(fixed, structure.tolerances)
+    if optimistic.motion is not None:
+        return _falls(structure, fixed, optimistic.motion)
+    inner = [c for c in contacts if _is_within(c, members, structure)]
+    outer = [c for c in contacts if not _is_within(c, members, structure) and carries_upright(c)]
+    landings = list(_landings(structure, members, outer))
+    if landings or len(inner) < len(contacts):
+        careful = structure.problem(group, [*inner, *(landing for landing, _ in landings)])
+        answer = balance(careful, structure.tolerances)
+    else:
+        careful, answer = fixed, optimistic
+    honest = honest_forces(careful, answer.forces, structure.tolerances) if answer.forces is not None else None
+    if honest is not None:
+        of_inner, of_outer = honest.of_contacts[: len(inner)], honest.of_contacts[len(inner) :]
+        forces = tuple(zip(inner, of_inner, strict=True))
+        presses = _presses(of_outer, landings)
+        return Answer(Group(tuple(group), Stage.CONES, presses=presses, forces=forces))
+    return _in_doubt(group, answer) if last else None
+
+
+def _is_within(contact: Contact, members: Collection[BodyId], structure: Structure) -> bool:
+    """Whether a contact is among the group, or with a fixed body."""
+    return all(body in members or body not in structure.bricks for body in (contact.lower, contact.upper))
+
+
+def _falls(structure: Structure, problem: Problem, motion: Motion) -> Answer:
+    least = smallest_mechanism(problem, motion, structure.tolerances)
+    reason = described(problem, least)
+    return Answer(verdict=Verdict(Stability.UNSTABLE, Stage.CONES, reason, tuple(sorted(least.velocity)), least))
+
+
+def _in_doubt(group: Sequence[BodyId], answer: Balance) -> Answer:
+    if answer.forces is not None:
+        reason = "it can hold only by self-stress: forces that its weight does not call for may be there, or not"
+    else:
+        reason = f"too close to its limit to prove either way ({answer.note})"
+    return Answer(verdict=Verdict(Stability.UNDECIDED, Stage.CONES, reason, tuple(group)))

@@ -1,0 +1,116 @@
+"""The forces of a whole assembly, written out from its groups, so that plain arithmetic can check them all at once.
+
+Groups hand their upright loads to load cores. From the top down, all that a brick takes inside its core is one load
+inside it, because a core is convex; it is split over the corners of the core, and each part goes down where it stands.
+"""
+
+from collections.abc import Mapping
+from math import hypot
+
+from stability.geometry import Point2
+from stability.model import BodyId, Vec3
+from stability.statics.facts import ZERO, ConeForces, Contact, Forces
+from stability.statics.ledger import Ledger
+from stability.statics.load_core import LoadCore, doubled_area, upright_normal
+from stability.statics.polygons import barycentric
+from stability.statics.propagation import Burden, least_norm
+from stability.statics.structure import Structure
+
+
+class Tally:
+    """Sums of cone forces by contact."""
+
+    def __init__(self) -> None:
+        self._sums: dict[tuple[BodyId, BodyId], list[list[Vec3]]] = {}
+
+    def _of(self, contact: Contact) -> list[list[Vec3]]:
+        key = (contact.lower, contact.upper)
+        if key not in self._sums:
+            self._sums[key] = [[ZERO] * len(contact.normals_W) for _ in contact.points_W]
+        return self._sums[key]
+
+    def add(self, contact: Contact, forces: ConeForces) -> None:
+        """Forces at the points of a contact."""
+        sums = self._of(contact)
+        for at_point, of_point in zip(sums, forces, strict=True):
+            at_point[:] = [_plus(one, other) for one, other in zip(at_point, of_point, strict=True)]
+
+    def press(self, contact: Contact, burden: Burden) -> None:
+        """An upright force somewhere in a contact, as one at its corners."""
+        normal = upright_normal(contact)
+        if normal is None:
+            raise ValueError(f"the contact of {contact.upper} on {contact.lower} carries nothing upright")
+        sums = self._of(contact)
+        for at_point, share in zip(sums, _at_corners(contact, burden.at), strict=True):
+            at_point[normal] = _plus(at_point[normal], (0.0, 0.0, share * burden.weight))
+
+    def of(self, contact: Contact) -> ConeForces:
+        """The sums of a contact; nothing if nothing was added."""
+        return tuple(tuple(of_point) for of_point in self._of(contact))
+
+
+def _at_corners(contact: Contact, at: Point2) -> list[float]:
+    """Shares of the points of a contact in a unit force at a point in plan."""
+    points = [(x, y) for x, y, _ in contact.points_W]
+    if len(points) == 1:
+        return [1.0]
+    if len(points) == 2:  # noqa: PLR2004 -- a line
+        length = hypot(points[1][0] - points[0][0], points[1][1] - points[0][1])
+        part = hypot(at[0] - points[0][0], at[1] - points[0][1]) / length if length > 0.0 else 0.0
+        return [1.0 - part, part]
+    if doubled_area(points)[0] < 0.0:
+        return barycentric(at, tuple(points[::-1]))[::-1]
+    return barycentric(at, tuple(points))
+
+
+def total_forces(structure: Structure, ledger: Ledger, contacts: list[Contact]) -> Forces:
+    """The forces that the groups of an assembly come to, one entry for each of these contacts."""
+    tally = Tally()
+    loads = {name: structure.burdens[name] for name in ledger.by_core()}
+    for group in ledger.groups():
+        for contact, forces in group.forces:
+            tally.add(contact, forces)
+        for press in group.presses:
+            tally.press(press.contact, press.burden)
+            lower = press.contact.lower
+            if lower in structure.bricks and lower not in group.members:
+                _load(loads, lower, press.burden)
+    for brick in reversed(structure.by_turn(structure.bricks)):
+        if brick in loads:
+            for contact, burden in routed(loads[brick], structure.cores[brick]):
+                tally.press(contact, burden)
+                if contact.lower in structure.bricks:
+                    _load(loads, contact.lower, burden)
+    return Forces(tuple(tally.of(contact) for contact in contacts))
+
+
+def _load(loads: dict[BodyId, Burden], brick: BodyId, burden: Burden) -> None:
+    loads[brick] = loads[brick].plus(burden) if brick in loads else burden
+
+
+def routed(burden: Burden, core: LoadCore) -> list[tuple[Contact, Burden]]:
+    """A load inside a core, as loads on the contacts that make up the core."""
+    if len(core.pieces) == 1:
+        return [(core.pieces[0][0], burden)]
+    corners = [(contact, point) for contact, points in core.pieces for point in points]
+    shares = least_norm(burden.at, [point for _, point in corners]) or _of_hull(burden.at, core, corners)
+    return [
+        (contact, Burden(share * burden.weight, point))
+        for (contact, point), share in zip(corners, shares, strict=True)
+        if share > 0.0
+    ]
+
+
+def _of_hull(at: Point2, core: LoadCore, corners: list[tuple[Contact, Point2]]) -> list[float]:
+    """Three corners at most: what always works, though a single load may then rest on a far corner."""
+    weights: Mapping[Point2, float] = dict(zip(core.polygon, barycentric(at, core.polygon), strict=True))
+    used: set[Point2] = set()
+    shares = []
+    for _, point in corners:
+        shares.append(0.0 if point in used else weights.get(point, 0.0))
+        used.add(point)
+    return shares
+
+
+def _plus(a: Vec3, b: Vec3) -> Vec3:
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])

@@ -1,0 +1,138 @@
+"""Where two boxes lie face on face: nearly parallel faces whose overlap is within the tolerance at every corner."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from math import dist, inf
+from typing import Self
+
+from stability.model import Vec3
+from stability.statics.axes import NEARLY_PARALLEL, Closeness
+from stability.statics.solids import Solid, rounding
+from stability.statics.vectors import dot, minus, moved, times
+
+LEVEL = 1e-12  # height of a unit normal below which it is horizontal: rounding
+
+
+@dataclass(frozen=True, slots=True)
+class Face:
+    """One side of a box."""
+
+    body: Solid
+    axis: int
+    sign: float  # of the body axis that leads out of it
+
+    @classmethod
+    def towards(cls, direction: Vec3, body: Solid, axis: int) -> Self:
+        """The one of the two faces across an axis that looks in this direction."""
+        return cls(body, axis, 1.0 if dot(direction, body.axes[axis]) > 0.0 else -1.0)
+
+    @property
+    def normal_W(self) -> Vec3:
+        return times(self.sign, self.body.axes[self.axis])
+
+
+@dataclass(frozen=True, slots=True)
+class Patch:
+    """Where two bodies touch over an area."""
+
+    lower: Solid
+    upper: Solid
+    points_W: tuple[Vec3, ...]  # in order [m]
+    normal_W: Vec3
+
+
+def face_on_face(a: Solid, b: Solid, close: Closeness, reach: float, thinnest: float) -> Patch | None:
+    """The patch of two faces that are nowhere more than `reach` apart; None if there is none wider than `thinnest`."""
+    for of_a, of_b in _facing(a, b, close):
+        lower, upper, normal = _in_order(of_a, of_b)
+        corners = _overlap(lower, upper)
+        if all(abs(height) <= reach for _, _, height in corners) and width(corners) > thinnest:
+            return Patch(lower.body, upper.body, _placed(lower, corners, rounding(a, b)), normal)
+    return None
+
+
+def _facing(a: Solid, b: Solid, close: Closeness) -> Iterator[tuple[Face, Face]]:
+    """Pairs of nearly parallel faces that look at each other, the ones least deep in each other first."""
+    pairs = [
+        (max(close.faces_a[i].gap, close.faces_b[j].gap), i, j)
+        for i, row in enumerate(close.sines)
+        for j, sine in enumerate(row)
+        if sine <= NEARLY_PARALLEL
+    ]
+    for _, i, j in sorted(pairs, reverse=True):
+        normal = close.faces_a[i].normal_AB_W
+        yield Face.towards(normal, a, i), Face.towards(times(-1.0, normal), b, j)
+
+
+def _in_order(of_a: Face, of_b: Face) -> tuple[Face, Face, Vec3]:
+    """The lower face, the upper one, and the normal of the lower one; a comes first by name."""
+    up_a, up_b = of_a.normal_W, of_b.normal_W
+    if up_a[2] >= -LEVEL:
+        return of_a, of_b, up_a
+    if up_b[2] > LEVEL:
+        return of_b, of_a, up_b
+    # Both lean down, by noise: two upright sides that gape.
+    return of_a, of_b, times(-1.0, up_b)
+
+
+def _overlap(on: Face, lying: Face) -> list[Vec3]:
+    """What lies above face `on` of the other face, as (x, y, height above it) in the frame of the face `on`."""
+    body, other = on.body, lying.body
+    first, second = (on.axis + 1) % 3, (on.axis + 2) % 3
+    frame = (body.axes[first], body.axes[second], on.normal_W)
+    u, v = (lying.axis + 1) % 3, (lying.axis + 2) % 3
+    p_AF = minus(other.pose.position_W, body.pose.position_W)
+    p_AF = moved(p_AF, other.half[lying.axis], lying.normal_W)
+    corners = []
+    for su, sv in ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)):
+        corner = moved(moved(p_AF, su * other.half[u], other.axes[u]), sv * other.half[v], other.axes[v])
+        x, y, z = (dot(corner, axis) for axis in frame)
+        corners.append((x, y, z - body.half[on.axis]))
+    return clipped(corners, body.half[first], body.half[second])
+
+
+def clipped(polygon: list[Vec3], half_x: float, half_y: float) -> list[Vec3]:
+    """The part of a polygon, or of a segment, whose x and y are within these limits (Sutherland and Hodgman)."""
+    for axis, limit in ((0, half_x), (1, half_y)):
+        for sign in (-1.0, 1.0):
+            polygon = _cut(polygon, axis, sign, limit)
+    return polygon
+
+
+def _cut(polygon: list[Vec3], axis: int, sign: float, limit: float) -> list[Vec3]:
+    kept: list[Vec3] = []
+    for before, here in zip([*polygon[-1:], *polygon[:-1]], polygon, strict=True):
+        outer, inner = limit - sign * before[axis], limit - sign * here[axis]
+        if outer * inner < 0.0:
+            x, y, z = moved(before, outer / (outer - inner), minus(here, before))
+            kept.append((sign * limit, y, z) if axis == 0 else (x, sign * limit, z))
+        if inner >= 0.0:
+            kept.append(here)
+    return kept
+
+
+def width(corners: Sequence[Vec3]) -> float:
+    """How far apart the closest two parallel lines are that take a convex polygon between them [m]; heights aside."""
+    flat = [(x, y) for x, y, _ in corners]
+    narrowest = inf
+    for (ax, ay), (bx, by) in pairwise([*flat, *flat[:1]]):
+        length = dist((ax, ay), (bx, by))
+        if length > 0.0:
+            reach = max(abs((bx - ax) * (y - ay) - (by - ay) * (x - ax)) for x, y in flat) / length
+            narrowest = min(narrowest, reach)
+    return narrowest if narrowest < inf else 0.0
+
+
+def _placed(on: Face, corners: Sequence[Vec3], slack: float) -> tuple[Vec3, ...]:
+    """The corners in W, in the plane of the face, counter-clockwise seen from outside; doubled ones once."""
+    body = on.body
+    first, second = body.axes[(on.axis + 1) % 3], body.axes[(on.axis + 2) % 3]
+    area = sum(ax * by - ay * bx for (ax, ay, _), (bx, by, _) in pairwise([*corners, corners[0]]))
+    points: list[Vec3] = []
+    # The frame of the face is right-handed where its normal is a body axis, and left-handed where it is minus that.
+    for x, y, _ in corners if area * on.sign > 0.0 else corners[::-1]:
+        local = moved(moved(times(body.half[on.axis], on.normal_W), x, first), y, second)
+        if not any(dist(local, other) <= slack for other in points):
+            points.append(local)
+    return tuple(moved(body.pose.position_W, 1.0, local) for local in points)

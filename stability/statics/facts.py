@@ -1,0 +1,117 @@
+"""What statics speaks of: bricks in their places, contacts, forces, motions, verdicts. SI units, frame W, z up.
+
+A body that is not among the bricks of a problem is fixed: the ground, a wall, or a brick that is taken as fixed.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import TypeAlias
+
+from stability.model import BodyId, Brick, Pose, Vec3
+
+ZERO: Vec3 = (0.0, 0.0, 0.0)
+UP: Vec3 = (0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Placed:
+    """A brick in its place."""
+
+    brick: Brick
+    pose: Pose
+
+
+@dataclass(frozen=True, slots=True)
+class Wrench:
+    """A force on a brick [N], and its torque about the brick's centre of mass [N m]."""
+
+    force_W: Vec3
+    torque_W: Vec3 = ZERO
+
+
+@dataclass(frozen=True, slots=True)
+class Contact:
+    """Where two bodies press on each other: forces act at points, within friction cones about normals.
+
+    A force anywhere on a flat patch is a sum of forces at its corners, so corners are enough. More than one normal:
+    edges or corners that meet admit every normal between these extreme ones, and so every sum of forces in their cones.
+    """
+
+    lower: BodyId
+    upper: BodyId
+    points_W: tuple[Vec3, ...]  # one point, the two ends of a line, or the corners of a convex patch in order [m]
+    normals_W: tuple[Vec3, ...]  # unit, from `lower` towards `upper`; their sum does not point down
+    friction: float  # Coulomb coefficient
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """Can contact forces hold these bricks?"""
+
+    bricks: Mapping[BodyId, Placed]  # free to move; whatever else a contact names is fixed
+    contacts: Sequence[Contact]
+    loads: Mapping[BodyId, Wrench]  # on each brick, its weight included
+
+
+ConeForces: TypeAlias = tuple[tuple[Vec3, ...], ...]  # by point, then by normal
+
+
+@dataclass(frozen=True, slots=True)
+class Forces:
+    """Forces that may balance a problem: for each of its contacts, those of `lower` on `upper`, in W [N]."""
+
+    of_contacts: Sequence[ConeForces]
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """Velocities that may lower a problem's potential energy; bricks that are not named stay where they are."""
+
+    velocity: Mapping[BodyId, tuple[Vec3, Vec3]]  # of the centre of mass [m/s], and angular [rad/s]; of any size
+
+
+class Stability(StrEnum):
+    """What is proven of an assembly."""
+
+    STABLE = "stable"  # there are forces that balance it, and they do not rest on self-stress
+    UNSTABLE = "unstable"  # there is a motion that no admissible forces can stop
+    UNDECIDED = "undecided"  # neither was proven; the verdict says why
+
+
+class Stage(StrEnum):
+    """The stage of the cascade that gave an answer, cheapest first."""
+
+    LOAD_CORE = "load core"  # what it weighs is carried to the ground by what stands, whatever else that carries
+    PROPAGATION = "weight propagation"  # its weight was passed down, brick by brick
+    TIPPING = "tipping"  # it tips as one body, with all it carries, about an edge of its support
+    VERTICAL = "vertical forces"  # a linear programme found vertical forces
+    CONES = "friction cones"  # the exact problem, a conic programme
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """An answer, and where it comes from."""
+
+    stability: Stability
+    stage: Stage | None = None  # None where there was nothing to judge
+    reason: str = ""  # in words: what moves and how, or why nothing could be proven
+    moving: tuple[BodyId, ...] = ()  # UNSTABLE: a smallest set of bricks that moves; UNDECIDED: those in doubt
+    motion: Motion | None = None  # the proof of UNSTABLE
+    seconds: float = field(default=0.0, compare=False)  # what the answer cost [s of wall time]
+
+
+@dataclass(frozen=True, slots=True)
+class Tolerances:
+    """How exact statics is. Lengths are shares of the smallest side of the bricks concerned, so that size is free."""
+
+    # Bodies this far apart, or this deep in each other, are in contact: what engines leave. Less than a fifth of a
+    # millimetre for a plank of 7.8 mm, below the 0.2 mm that walls leave between the ends of planks.
+    gap: float = 0.02
+    # Of the forces on a brick, relative to what it carries; of their torques, relative to that and its half diagonal.
+    # At 1e-9 a column of 300 planks passes a millionth beyond its limit: residuals add up over its height.
+    residual: float = 1e-11
+    # Of relative speeds at a contact, relative to the speed there. A motion that violates a contact by more is none.
+    violation: float = 1e-9
+    # Of the power of gravity, less what violations may cost, relative to the sum of weight times speed.
+    gain: float = 1e-10

@@ -1,0 +1,99 @@
+"""Which proof covers the weight of each brick.
+
+Forces add, so an assembly is proven in groups: the weight of each brick belongs to one group, and the forces of that
+group balance the weights of its bricks and nothing else. They end on fixed bodies, or as upright loads inside the load
+cores of bricks outside the group, which carry them to the ground whatever else they carry.
+"""
+
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass, field
+from itertools import count
+
+from stability.model import BodyId
+from stability.statics.facts import ConeForces, Contact, Stage
+from stability.statics.propagation import Press
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Bricks that were proven together, and the forces that do it."""
+
+    members: tuple[BodyId, ...]
+    stage: Stage
+    presses: Sequence[Press] = ()  # upright forces, each somewhere in a contact
+    forces: Sequence[tuple[Contact, ConeForces]] = ()  # forces at the points of contacts
+
+    def touches(self) -> set[BodyId]:
+        """Every body that its forces act on."""
+        used = [press.contact for press in self.presses] + [contact for contact, _ in self.forces]
+        return {*self.members, *(c.lower for c in used), *(c.upper for c in used)}
+
+
+@dataclass
+class Ledger:
+    """The groups of an assembly. A brick whose weight lies in its own load core is a group of its own, a mere name."""
+
+    _by_core: set[BodyId] = field(default_factory=set)
+    _groups: dict[int, Group] = field(default_factory=dict)
+    _group_of: dict[BodyId, int] = field(default_factory=dict)
+    _touching: dict[BodyId, set[int]] = field(default_factory=dict)
+    _numbers: "count[int]" = field(default_factory=count)
+
+    def prove_by_core(self, brick: BodyId) -> None:
+        """Enter a brick whose weight lies in its load core."""
+        self._by_core.add(brick)
+
+    def enter(self, group: Group) -> None:
+        """Enter a group; whatever covered its members before is struck.
+
+        A group that only rests a load on one of them is left alone: that load is carried by cores, whatever else is.
+        """
+        for brick in group.members:
+            self._by_core.discard(brick)
+            if brick in self._group_of:
+                self._strike_group(self._group_of[brick])
+        number = next(self._numbers)
+        self._groups[number] = group
+        self._group_of |= dict.fromkeys(group.members, number)
+        for body in group.touches():
+            self._touching.setdefault(body, set()).add(number)
+
+    def strike(self, bricks: Iterable[BodyId]) -> set[BodyId]:
+        """Strike the groups of these bricks, and all whose forces act on one of them; returns who lost its proof."""
+        lost: set[BodyId] = set()
+        for brick in bricks:
+            if brick in self._by_core:
+                self._by_core.remove(brick)
+                lost.add(brick)
+            for number in sorted(self._touching.get(brick, ())):
+                lost.update(self._strike_group(number))
+        return lost
+
+    def _strike_group(self, number: int) -> tuple[BodyId, ...]:
+        group = self._groups.pop(number)
+        for body in group.touches():
+            self._touching[body].discard(number)
+            if not self._touching[body]:
+                del self._touching[body]
+        for member in group.members:
+            del self._group_of[member]
+        return group.members
+
+    def stage(self, brick: BodyId) -> Stage | None:
+        """Which stage covers a brick; None if none does."""
+        if brick in self._by_core:
+            return Stage.LOAD_CORE
+        return self._groups[self._group_of[brick]].stage if brick in self._group_of else None
+
+    def with_partners(self, bricks: Collection[BodyId]) -> set[BodyId]:
+        """These bricks, and all that were proven together with one of them."""
+        numbers = {self._group_of[brick] for brick in bricks if brick in self._group_of}
+        return {*bricks, *(member for number in numbers for member in self._groups[number].members)}
+
+    def groups(self) -> list[Group]:
+        """The groups of more than a load core, in order of entry."""
+        return [self._groups[number] for number in sorted(self._groups)]
+
+    def by_core(self) -> set[BodyId]:
+        """The bricks whose weight lies in their own load core."""
+        return self._by_core

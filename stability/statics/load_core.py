@@ -1,0 +1,128 @@
+"""The load core of a brick: where, in plan, any upright load on it is carried to the ground by what stands.
+
+K(plane) is the whole plane. K(brick) is the hull, over the bodies that carry it, of contact patch cut with their own
+core. A load inside K is a mean of loads at points that the brick below takes inside its core, and so on down to the
+ground: forces that push, upright and within the friction cones. Forces add, so such a load never spoils what carries
+other loads, and a brick whose own centre of mass lies in its core may be added to any assembly that stands. Nothing
+above the brick is used, so stepped and counterweighted stacks need another proof.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import sqrt
+
+from stability.geometry import Point2, Polygon
+from stability.model import BodyId
+from stability.statics.facts import Contact
+from stability.statics.polygons import clip, depth, extent, hull
+
+UPRIGHT = 1e-12  # slack of a unit normal's slope against friction: what rounding does to its components
+ON_THE_BORDER = 1e-12  # share of a core's extent: closer to the border, inside and outside are one to rounding
+
+
+@dataclass(frozen=True, slots=True)
+class LoadCore:
+    """The core of one brick; empty if nothing below carries it."""
+
+    polygon: Polygon  # in plan [m]
+    pieces: tuple[tuple[Contact, tuple[Point2, ...]], ...]  # what each contact adds: a polygon, a line, or a point
+    slack: float  # [m]
+
+    def carries(self, point: Point2) -> bool:
+        """Whether an upright load at a point in plan is carried to the ground."""
+        return bool(self.polygon) and depth(point, self.polygon) >= -self.slack
+
+
+def carries_upright(contact: Contact) -> bool:
+    """Whether an upright force from the lower body on the upper one lies within a friction cone of the contact."""
+    return upright_normal(contact) is not None
+
+
+def upright_normal(contact: Contact) -> int | None:
+    """The number of a normal whose friction cone holds the upright direction."""
+    for index, (_, _, nz) in enumerate(contact.normals_W):
+        if nz > 0.0 and sqrt(max(0.0, 1.0 - nz * nz)) <= contact.friction * nz + UPRIGHT:
+            return index
+    return None
+
+
+def plan(contact: Contact) -> tuple[Point2, ...]:
+    """The points of a contact seen from above; a patch runs counter-clockwise, or is a line if it stands upright."""
+    points = tuple([(x, y) for x, y, _ in contact.points_W])
+    if len(points) < 3:  # noqa: PLR2004 -- a patch has three corners
+        return points
+    area, reach = doubled_area(points)
+    if abs(area) > UPRIGHT * reach * reach:
+        return points if area > 0.0 else points[::-1]
+    return hull(points) or _ends(points)
+
+
+def doubled_area(points: Sequence[Point2]) -> tuple[float, float]:
+    """Twice the area, positive if counter-clockwise [m2], and how far the points reach from the first one [m]."""
+    ox, oy = points[0]  # far from the origin of W the products would lose the area
+    area = reach = ax = ay = 0.0
+    for x, y in points[1:]:
+        bx, by = x - ox, y - oy
+        area += ax * by - ay * bx
+        reach = max(reach, abs(bx), abs(by))
+        ax, ay = bx, by
+    return area, reach
+
+
+def _ends(points: Sequence[Point2]) -> tuple[Point2, ...]:
+    return (min(points), max(points))
+
+
+def piece(points: tuple[Point2, ...], below: LoadCore | None) -> tuple[Point2, ...]:
+    """The part of a contact that lies over the core of the body below; None stands for a fixed one."""
+    if below is None:
+        return points
+    if len(points) > 2:  # noqa: PLR2004 -- a patch
+        return clip(points, below.polygon)
+    if len(points) == 2:  # noqa: PLR2004 -- a line
+        return _clipped_line(points[0], points[1], below)
+    return points if points and below.carries(points[0]) else ()
+
+
+def _clipped_line(a: Point2, b: Point2, below: LoadCore) -> tuple[Point2, ...]:
+    """The part of a line over a core, by its parameter from 0 at a to 1 at b."""
+    low, high = 0.0, 1.0
+    polygon = below.polygon
+    for (px, py), (qx, qy) in zip(polygon, polygon[1:] + polygon[:1], strict=True):
+        dx, dy = qx - px, qy - py
+        at_a = dx * (a[1] - py) - dy * (a[0] - px)
+        at_b = dx * (b[1] - py) - dy * (b[0] - px)
+        slack = below.slack * max(abs(dx), abs(dy))
+        if at_a < -slack and at_b < -slack:
+            return ()
+        if at_a * at_b < 0.0:
+            crossing = at_a / (at_a - at_b)
+            low, high = (max(low, crossing), high) if at_a < 0.0 else (low, min(high, crossing))
+    if not polygon or low > high:
+        return ()
+    ends = tuple((a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1])) for part in (low, high))
+    return ends if low < high else ends[:1]
+
+
+def core_of(carriers: Sequence[Contact], cores: Mapping[BodyId, LoadCore]) -> LoadCore:
+    """The core of a brick from the contacts that carry it and the cores of the bricks below.
+
+    A body that has no core is fixed; a brick whose core is not known yet must not be among the carriers.
+    """
+    pieces = []
+    for contact in carriers:
+        points = piece(plan(contact), cores.get(contact.lower))
+        if points:
+            pieces.append((contact, points))
+    if not pieces:
+        return NOTHING
+    # The usual case, and a polygon already: what one patch adds.
+    if len(pieces) == 1:
+        points = pieces[0][1]
+        polygon = points if len(points) > 2 else ()  # noqa: PLR2004 -- a polygon has three corners
+    else:
+        polygon = hull(point for _, points in pieces for point in points)
+    return LoadCore(polygon, tuple(pieces), ON_THE_BORDER * extent(polygon) if polygon else 0.0)
+
+
+NOTHING = LoadCore((), (), 0.0)

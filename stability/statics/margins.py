@@ -1,0 +1,48 @@
+"""By how much does an assembly stand? Each margin is worked out when it is asked for, since each has its price."""
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+from stability.model import GROUND, BodyId
+from stability.statics.acceleration_margin import AccelerationMargin, acceleration, tilt
+from stability.statics.facts import Problem
+from stability.statics.friction_margin import FrictionMargin, least_friction
+from stability.statics.placement_margin import PlacementMargin, placement
+
+__all__ = [
+    "AccelerationMargin",
+    "FrictionMargin",
+    "Margins",
+    "PlacementMargin",
+    "acceleration",
+    "least_friction",
+    "margins",
+    "placement",
+    "tilt",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class Margins:
+    """All margins of an assembly that stands."""
+
+    acceleration_g: float  # horizontal, in the worst direction, in units of g
+    bearing: float  # that direction, from x towards y [rad]
+    tilt: float  # of the ground, in the worst direction [rad]
+    friction: float  # the least coefficient, of brick on brick, that still allows equilibrium
+    placement: float  # the error of every brick's place in plan that is survived for certain [m]
+
+
+def margins(
+    problem: Problem,
+    tolerance: float = 1e-6,
+    gravity: float | None = None,
+    planes: Collection[BodyId] = (GROUND,),
+) -> Margins | None:
+    """All margins; None if the problem is not proven to stand. See `acceleration`, `least_friction` and `placement`."""
+    shaken = acceleration(problem, tolerance, gravity)
+    if shaken is None:
+        return None
+    friction = least_friction(problem, tolerance).coefficient
+    place = placement(problem, tolerance, planes).value
+    return Margins(shaken.value, shaken.bearing, tilt(shaken.value), friction, place)

@@ -1,0 +1,50 @@
+"""How much prestress do contacts need to balance the loads, or how much have they to spare?
+
+The least s such that forces balance the loads while every normal force may count for s more than it is:
+|f_t| <= mu (f_n + s c), with c what the contact's upper brick may carry. With s < 0 the forces lie deep inside their
+cones; with s > 0 there are none within, and the motion that shows it is the proof. Solved over velocities, as in
+`equilibrium`: the greatest power of the loads less the opening of all contacts, of which the duals are the forces.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stability.statics.programme import Array, Programme, clarabel_solve
+from stability.statics.wrench_matrix import WrenchMatrix
+
+ACCURACY = 1e-11  # asked of the solver
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Prestress:
+    """The solver's answer; what it proves is for plain arithmetic to say."""
+
+    least: float  # in shares of what upper bricks may carry; never below -1
+    rows: Array  # (rows,) forces, within their cones if `least` is not positive
+    columns: Array  # (columns,) velocities, a proof of instability if `least` is positive
+    sliding: float  # power of tangential forces on slips; never positive
+
+
+def least_prestress(system: WrenchMatrix) -> Prestress:
+    """The least prestress with which the loads are balanced."""
+    from scipy.sparse import csc_matrix, vstack  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
+
+    normal = np.zeros(len(system.row_scale))
+    normal[: 3 * len(system.round) : 3] = 1.0
+    normal[3 * len(system.round) :] = 1.0
+    opening = system.matrix.T @ normal
+    programme = Programme(
+        -(system.loads + opening),
+        # The opening is bounded, so that its dual, the prestress, is at least -1.
+        vstack([-system.matrix, csc_matrix(opening)], format="csc"),
+        np.append(np.zeros(len(normal)), 1.0),
+        0,
+        [3] * len(system.round),
+        len(system.flat) + 1,
+    )
+    point = clarabel_solve(programme, ACCURACY)
+    pressed, least = point.dual[:-1], float(point.dual[-1]) - 1.0
+    slips = system.matrix @ point.x
+    sliding = float(np.where(normal > 0.0, 0.0, pressed * slips).sum())
+    return Prestress(least, pressed - least * normal, point.x, sliding)

@@ -1,0 +1,262 @@
+"""Do these forces balance a problem, does this motion lower it? Plain arithmetic, trusting nothing but the problem.
+
+Forces prove that a problem can stand: each within its cone, on every brick the sum is nothing. A motion proves that it
+cannot: the loads gain by it, while it lies in the dual of every cone, `n . dv >= mu |dv_t|`, so that no forces of the
+contacts take anything from it. Then none balance the loads: the power of all would be nothing, and more than nothing.
+
+Rounding never decides. A residual counts relative to what its own brick carries, so that a light brick is not hidden
+by a heavy one. A violated contact counts relative to the speed of its own two bodies, and what its force could gain
+by that, were it to carry all that the moving bricks carry, is taken from the power before that is called positive.
+"""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from math import hypot, inf, isfinite
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stability.model import BodyId, Vec3
+from stability.statics.facts import ZERO, Forces, Motion, Problem, Tolerances, Wrench
+
+Array: TypeAlias = NDArray[np.float64]
+Indices: TypeAlias = NDArray[np.int64]
+
+# Of a force, or of what the lighter of its two bricks carries: a cone violated by less is violated by rounding only.
+ROUNDING = 1e-12
+UNIT = 1e-9  # normals are of unit length up to this
+UNLOADED = Wrench(ZERO)
+
+
+@dataclass(frozen=True, slots=True)
+class ForceCheck:
+    """Whether forces balance a problem, and where they do so worst."""
+
+    holds: bool
+    residual: float  # the largest on any brick, relative to what that brick carries
+    brick: BodyId  # that brick; "" if there is none
+    cone: float  # the largest violation of any cone, relative to its force and to what its bricks carry
+
+
+@dataclass(frozen=True, slots=True)
+class MotionCheck:
+    """Whether a motion proves that a problem falls, and by how much."""
+
+    holds: bool
+    gain: float  # power of the loads less what violations could cost, relative to the sum of force times speed
+    violation: float  # the largest at any contact, relative to the speed of its bodies there
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Cones:
+    """Every friction cone: by contact, point and normal. A body that is fixed has the number after the last brick's."""
+
+    names: Sequence[BodyId]
+    bodies: tuple[Indices, Indices]  # lower and upper of each cone
+    arms: tuple[Array, Array]  # (n, 3) from their centres to the point [m]; of no meaning for a fixed body
+    normals: Array  # (n, 3)
+    friction: Array  # (n,)
+
+
+FORCES_FAIL = ForceCheck(holds=False, residual=inf, brick="", cone=inf)
+MOTION_FAILS = MotionCheck(holds=False, gain=-inf, violation=inf)
+
+
+def check_forces(problem: Problem, forces: Forces, tolerances: Tolerances) -> ForceCheck:
+    """Whether `forces` lie in their cones and balance the loads on every brick."""
+    names = sorted(problem.bricks)
+    cones = _cones(problem, names)
+    pressed = _pressed(problem, forces)
+    if cones is None or pressed is None:
+        return FORCES_FAIL
+    loads = _wrenches(names, problem.loads)
+    (lower, upper), (lower_arms, upper_arms) = cones.bodies, cones.arms
+    wrench = np.vstack([loads, np.zeros((1, 6))])
+    _add(wrench, upper, np.hstack([pressed, _cross(upper_arms, pressed)]))
+    _add(wrench, lower, -np.hstack([pressed, _cross(lower_arms, pressed)]))
+    half = np.array([0.5 * hypot(*problem.bricks[name].brick.size) for name in names])
+    carried = np.append(_size(loads[:, :3]) + _size(loads[:, 3:]) / half, inf)
+    carried += np.bincount(lower, np.maximum(pressed[:, 2], 0.0), minlength=len(carried))
+    cone = _cone_violation(cones, pressed, np.minimum(carried[lower], carried[upper]))
+    residual = np.maximum(_size(wrench[:-1, :3]), _size(wrench[:-1, 3:]) / half) if names else np.zeros(0)
+    relative = _ratio(residual, carried[:-1])
+    worst = int(np.argmax(relative)) if names else -1
+    largest = float(relative[worst]) if names else 0.0
+    holds = largest <= tolerances.residual and cone <= ROUNDING
+    return ForceCheck(holds, largest, names[worst] if names else "", cone)
+
+
+def check_motion(problem: Problem, motion: Motion, tolerances: Tolerances) -> MotionCheck:
+    """Whether the loads gain by `motion` although no contact resists it."""
+    names = sorted(problem.bricks)
+    cones = _cones(problem, names)
+    velocity = _velocity(names, motion)
+    if cones is None or velocity is None:
+        return MOTION_FAILS
+    shortfall, speed = _shortfall(cones, velocity)
+    excess = np.maximum(shortfall, 0.0)
+    violation = float(_ratio(excess, speed).max(initial=0.0))
+    loads = _wrenches(names, problem.loads)
+    moving = {name for name in motion.velocity if name in problem.bricks}
+    cost = float(excess.sum()) * _weight_on(problem, moving) if excess.any() else 0.0
+    power = float((loads * velocity[:-1]).sum()) - cost
+    scale = float(_size(loads[:, :3]) @ _size(velocity[:-1, :3]) + _size(loads[:, 3:]) @ _size(velocity[:-1, 3:]))
+    gain = power / scale if 0.0 < scale < inf else -inf
+    holds = power > 0.0 and gain >= tolerances.gain and violation <= tolerances.violation
+    return MotionCheck(holds, gain, violation)
+
+
+def least_opening(problem: Problem, motion: Motion) -> float:
+    """How fast a motion opens the contact that it opens least, relative to the speed there; negative if it closes it.
+
+    Where this is positive, all forces of contacts gain by the motion: none but no forces at all balance each other.
+    """
+    names = sorted(problem.bricks)
+    cones, velocity = _cones(problem, names), _velocity(names, motion)
+    if cones is None or velocity is None:
+        return -inf
+    shortfall, speed = _shortfall(cones, velocity)
+    return float(-_ratio(shortfall, speed).max(initial=-inf))
+
+
+def power(loads: Mapping[BodyId, Wrench], motion: Motion) -> float:
+    """What loads gain by a motion [W]."""
+    return sum(dot(loads[name].force_W, v) + dot(loads[name].torque_W, w) for name, v, w in _of_loaded(loads, motion))
+
+
+def effort(loads: Mapping[BodyId, Wrench], motion: Motion) -> float:
+    """The sum of force times speed and torque times spin [W], to which what loads gain is relative."""
+    return sum(
+        hypot(*loads[name].force_W) * hypot(*v) + hypot(*loads[name].torque_W) * hypot(*w)
+        for name, v, w in _of_loaded(loads, motion)
+    )
+
+
+def _of_loaded(loads: Mapping[BodyId, Wrench], motion: Motion) -> list[tuple[BodyId, Vec3, Vec3]]:
+    return [(name, *motion.velocity[name]) for name in sorted(motion.velocity) if name in loads]
+
+
+def dot(a: Vec3, b: Vec3) -> float:
+    """The scalar product."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def _cones(problem: Problem, names: Sequence[BodyId]) -> _Cones | None:
+    """Every friction cone; None if a number of the problem is not one, or a normal not of unit length."""
+    index = {name: i for i, name in enumerate(names)}
+    rows = [
+        (index.get(c.lower, -1), index.get(c.upper, -1), *point, *normal, c.friction)
+        for c in problem.contacts
+        for point in c.points_W
+        for normal in c.normals_W
+    ]
+    table = np.array(rows, dtype=float).reshape(-1, 9)
+    normals, friction = table[:, 5:8], table[:, 8]
+    if not (np.isfinite(table).all() and (friction >= 0.0).all() and (np.abs(_size(normals) - 1.0) <= UNIT).all()):
+        return None
+    bodies = table[:, :2].astype(np.int64)
+    lower, upper = (np.where(body < 0, len(names), body) for body in (bodies[:, 0], bodies[:, 1]))
+    centres = np.array([problem.bricks[name].pose.position_W for name in names] + [ZERO])
+    arms = (table[:, 2:5] - centres[lower], table[:, 2:5] - centres[upper])
+    return _Cones(names, (lower, upper), arms, normals, friction)
+
+
+def _pressed(problem: Problem, forces: Forces) -> Array | None:
+    """(n, 3) the force of each cone; None if there is not exactly one finite force for each."""
+    if len(forces.of_contacts) != len(problem.contacts):
+        return None
+    flat: list[Vec3] = []
+    for contact, by_point in zip(problem.contacts, forces.of_contacts, strict=True):
+        if len(by_point) != len(contact.points_W):
+            return None
+        for by_normal in by_point:
+            if len(by_normal) != len(contact.normals_W):
+                return None
+            flat += by_normal
+    return _finite(flat, 3)
+
+
+def _velocity(names: Sequence[BodyId], motion: Motion) -> Array | None:
+    """(bricks + 1, 6) velocity and spin, nothing for fixed bodies; None if not finite or of another body."""
+    if not set(motion.velocity) <= set(names):
+        return None
+    still = (ZERO, ZERO)
+    rows = [(*velocity, *spin) for velocity, spin in (motion.velocity.get(name, still) for name in names)]
+    return _finite([*rows, (0.0,) * 6], 6)
+
+
+def _finite(rows: Sequence[Sequence[float]], width: int) -> Array | None:
+    if any(len(row) != width for row in rows):
+        return None
+    array = np.array(rows, dtype=float).reshape(-1, width)
+    return array if np.isfinite(array).all() else None
+
+
+def _cone_violation(cones: _Cones, pressed: Array, carried: Array) -> float:
+    """The largest violation of a cone, relative to its force and to what the lighter of its bricks carries."""
+    normal = np.einsum("ij,ij->i", cones.normals, pressed)
+    tangential = _size(pressed - normal[:, None] * cones.normals)
+    outside = np.maximum(np.maximum(-normal, tangential - cones.friction * normal), 0.0)
+    return float(_ratio(outside, _size(pressed) + np.where(carried < inf, carried, 0.0)).max(initial=0.0))
+
+
+def _shortfall(cones: _Cones, velocity: Array) -> tuple[Array, Array]:
+    """By how much each slip falls short of the dual of its cone, and the speed of the bodies there [m/s]."""
+    (lower, upper), (lower_arms, upper_arms) = cones.bodies, cones.arms
+    below, above = velocity[lower], velocity[upper]
+    slip = above[:, :3] + _cross(above[:, 3:], upper_arms) - below[:, :3] - _cross(below[:, 3:], lower_arms)
+    speed = _size(above[:, :3]) + _size(above[:, 3:]) * _size(upper_arms)
+    speed += _size(below[:, :3]) + _size(below[:, 3:]) * _size(lower_arms)
+    opening = np.einsum("ij,ij->i", cones.normals, slip)
+    sliding = _size(slip - opening[:, None] * cones.normals)
+    return cones.friction * sliding - opening, speed
+
+
+def _weight_on(problem: Problem, moving: Collection[BodyId]) -> float:
+    """The loads on moving bricks and on all that they carry [N]: no contact of theirs is taken to press with more."""
+    above: dict[BodyId, list[BodyId]] = {}
+    for contact in problem.contacts:
+        above.setdefault(contact.lower, []).append(contact.upper)
+    carried, waiting = set(moving), sorted(moving)
+    while waiting:
+        for upper in above.get(waiting.pop(), ()):
+            if upper in problem.bricks and upper not in carried:
+                carried.add(upper)
+                waiting.append(upper)
+    total = 0.0
+    for name in sorted(carried):
+        load = problem.loads.get(name, UNLOADED)
+        arm = 0.5 * hypot(*problem.bricks[name].brick.size)
+        total += hypot(*load.force_W) + hypot(*load.torque_W) / arm
+    return total if isfinite(total) else inf
+
+
+def _wrenches(names: Sequence[BodyId], loads: Mapping[BodyId, Wrench]) -> Array:
+    """(bricks, 6) forces and torques; not finite where the loads are not, which no check survives."""
+    rows = [loads.get(name, UNLOADED) for name in names]
+    return np.array([(*row.force_W, *row.torque_W) for row in rows], dtype=float).reshape(-1, 6)
+
+
+def _add(wrench: Array, body: Indices, rows: Array) -> None:
+    """Add rows to those of `body`."""
+    places = (body[:, None] * 6 + np.arange(6)).ravel()
+    wrench += np.bincount(places, rows.ravel(), minlength=wrench.size).reshape(wrench.shape)
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """Vector products by row."""
+    (ax, ay, az), (bx, by, bz) = a.T, b.T
+    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=1)
+
+
+def _size(rows: Array) -> Array:
+    size: Array = np.sqrt(np.einsum("ij,ij->i", rows, rows))
+    return size
+
+
+def _ratio(part: Array, whole: Array) -> Array:
+    """`part / whole`; nothing of nothing is nothing, and not-a-number is too much."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.where(part == 0.0, 0.0, part / whole)
+    return np.where(np.isnan(ratio), inf, ratio)

@@ -1,0 +1,181 @@
+"""Weight passed down brick by brick: the second stage of the cascade.
+
+Each brick hands its weight, and the loads handed to it, to the bodies below by upright forces at the corners of its
+contact patches. Among all forces that balance it, those of least norm are taken: a pressure that is linear over the
+corners, and zero where it would pull, f = max(0, a + b x + c y). Loads that leave the group must land in the load cores
+of the bodies below. If every brick succeeds, the forces balance the whole group. If one fails, another way of sharing
+might have done it: a failure proves nothing.
+"""
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from stability.geometry import Point2
+from stability.model import BodyId
+from stability.statics.facts import Contact
+from stability.statics.load_core import ON_THE_BORDER, LoadCore, piece, plan
+from stability.statics.polygons import depth, extent, hull
+
+MOST_TURNS = 30  # of the search for the corners that press; four or five do, and what takes longer is left to others
+ROUNDING = 1e-12  # of a balance, relative; well below the residual that proofs allow
+
+
+@dataclass(frozen=True, slots=True)
+class Burden:
+    """An upright load: its weight [N] and where it acts, in plan [m]."""
+
+    weight: float
+    at: Point2
+
+    def plus(self, other: "Burden") -> "Burden":
+        """Both loads as one."""
+        total = self.weight + other.weight
+        if total <= 0.0:
+            return self
+        part = other.weight / total
+        x, y = self.at
+        return Burden(total, (x + part * (other.at[0] - x), y + part * (other.at[1] - y)))
+
+
+@dataclass(frozen=True, slots=True)
+class Press:
+    """An upright force that goes through a contact, from the upper body to the lower one."""
+
+    contact: Contact
+    burden: Burden
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """The brick that could not hand its load down."""
+
+    brick: BodyId
+    burden: Burden
+    hinders: tuple[BodyId, ...]  # bricks below whose cores were too small
+
+
+Supports: TypeAlias = Sequence[tuple[Contact, tuple[Point2, ...]]]
+
+
+def propagate(
+    order: Iterable[BodyId],
+    weights: Mapping[BodyId, Burden],
+    carriers: Mapping[BodyId, Sequence[Contact]],
+    cores: Mapping[BodyId, LoadCore],
+) -> list[Press] | Failure:
+    """Hand down the weights of a group; `order` lists its bricks, each after all of the group that it carries."""
+    burdens = dict(weights)
+    presses: list[Press] = []
+    for brick in order:
+        supports = _supports(carriers[brick], weights.keys(), cores)
+        handed = shared(burdens[brick], supports)
+        if handed is None:
+            hinders = tuple(c.lower for c in carriers[brick] if c.lower not in weights and c.lower in cores)
+            return Failure(brick, burdens[brick], hinders)
+        for press in handed:
+            presses.append(press)
+            lower = press.contact.lower
+            if lower in burdens:
+                burdens[lower] = burdens[lower].plus(press.burden)
+    return presses
+
+
+def _supports(
+    carriers: Sequence[Contact], group: Collection[BodyId], cores: Mapping[BodyId, LoadCore]
+) -> list[tuple[Contact, tuple[Point2, ...]]]:
+    """The contacts of a brick, and the corners at which each may be pressed."""
+    found = []
+    for contact in carriers:
+        below = None if contact.lower in group else cores.get(contact.lower)
+        points = piece(plan(contact), below)
+        if points:
+            found.append((contact, points))
+    return found
+
+
+def shared(burden: Burden, supports: Supports) -> list[Press] | None:
+    """The forces of least norm that carry a load, one for each contact that takes part; None if there are none."""
+    if len(supports) == 1 and len(supports[0][1]) > 2:  # noqa: PLR2004 -- one patch: it all goes through there
+        contact, points = supports[0]
+        inside = depth(burden.at, points) >= -ON_THE_BORDER * extent(points)
+        return [Press(contact, burden)] if inside else None
+    corners = [point for _, points in supports for point in points]
+    forces = least_norm(burden.at, corners)
+    if forces is None:
+        return None
+    handed = []
+    start = 0
+    for contact, points in supports:
+        own = forces[start : start + len(points)]
+        start += len(points)
+        total = sum(own)
+        if total > 0.0:
+            x = sum(force * point[0] for force, point in zip(own, points, strict=True)) / total
+            y = sum(force * point[1] for force, point in zip(own, points, strict=True)) / total
+            handed.append(Press(contact, Burden(total * burden.weight, (x, y))))
+    return handed
+
+
+def least_norm(load: Point2, corners: Sequence[Point2]) -> list[float] | None:
+    """Non-negative forces of least norm at the corners that balance a unit load.
+
+    The minimum has the form f = max(0, u + v x + w y) (its Karush-Kuhn-Tucker conditions); Newton's method on the set
+    of corners that press finds it. None if the load lies outside their hull, or if that set is not found.
+    """
+    border = hull(corners)
+    if not border:
+        return _on_a_line(load, corners)
+    scale = extent(border)
+    inside = depth(load, border) / scale
+    if inside < -ON_THE_BORDER:
+        return None
+    points = [((x - load[0]) / scale, (y - load[1]) / scale) for x, y in corners]
+    pressing = [True] * len(points)
+    for _ in range(MOST_TURNS):
+        pressure = _plane([point for point, presses in zip(points, pressing, strict=True) if presses])
+        if pressure is None:
+            return None
+        u, v, w = pressure
+        heights = [u + v * x + w * y for x, y in points]
+        now = [height > 0.0 for height in heights]
+        if now == pressing:
+            forces = [max(0.0, height) for height in heights]
+            return forces if _balances(forces, points) else None
+        pressing = now
+    return None
+
+
+def _plane(points: Sequence[Point2]) -> tuple[float, float, float] | None:
+    """The linear pressure over these points that balances a unit load at the origin."""
+    n = float(len(points))
+    sx, sy = sum(x for x, _ in points), sum(y for _, y in points)
+    sxx, syy = sum(x * x for x, _ in points), sum(y * y for _, y in points)
+    sxy = sum(x * y for x, y in points)
+    # Cramer's rule on the normal equations [[n, sx, sy], [sx, sxx, sxy], [sy, sxy, syy]] (u, v, w) = (1, 0, 0).
+    cu, cv, cw = sxx * syy - sxy * sxy, sxy * sy - sx * syy, sx * sxy - sxx * sy
+    determinant = n * cu + sx * cv + sy * cw
+    if abs(determinant) <= 1e-14 * n * max(sxx * syy, sx * sx * syy, sy * sy * sxx, 1e-300):
+        return None
+    return cu / determinant, cv / determinant, cw / determinant
+
+
+def _balances(forces: Sequence[float], points: Sequence[Point2]) -> bool:
+    """Close to the border of the hull the equations lose digits, and what comes out must be looked at."""
+    moment_x = sum(force * x for force, (x, _) in zip(forces, points, strict=True))
+    moment_y = sum(force * y for force, (_, y) in zip(forces, points, strict=True))
+    return abs(sum(forces) - 1.0) < ROUNDING and max(abs(moment_x), abs(moment_y)) < ROUNDING
+
+
+def _on_a_line(load: Point2, corners: Sequence[Point2]) -> list[float] | None:
+    """The same where all corners lie on a line, or are one: by least squares, if that pushes only."""
+    if not corners:
+        return None
+    matrix = np.array([[1.0] * len(corners), [x - load[0] for x, _ in corners], [y - load[1] for _, y in corners]])
+    scale = float(np.abs(matrix[1:]).max()) or 1.0
+    matrix[1:] /= scale
+    forces: list[float] = (np.linalg.pinv(matrix) @ np.array([1.0, 0.0, 0.0])).tolist()
+    points = [(float(x), float(y)) for x, y in matrix[1:].T]
+    return [max(0.0, f) for f in forces] if min(forces) > -ROUNDING and _balances(forces, points) else None

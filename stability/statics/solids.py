@@ -1,0 +1,91 @@
+"""A brick made ready for contact detection: once per brick, so that each of its pairs costs little."""
+
+from dataclasses import dataclass
+from itertools import product
+from math import hypot, sqrt
+from typing import TypeAlias
+
+from stability.model import BodyId, Pose, Quaternion, Vec3
+from stability.statics.facts import Placed
+
+# What a body axis may lean from the vertical, as a sine, and still count as vertical: rounding, no more.
+UPRIGHT = 1e-12
+
+# Seen from above: the direction of its first side (x, y), then the half lengths of the first and the second side [m].
+PlanRectangle: TypeAlias = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Solid:
+    """A box in its place."""
+
+    id: BodyId
+    size: Vec3  # full lengths along the body axes [m]
+    pose: Pose
+    axes: tuple[Vec3, Vec3, Vec3]  # body axes in W
+    half: Vec3  # half lengths along the body axes [m]
+    low_W: Vec3  # of the upright box around it [m]
+    high_W: Vec3
+    shortest: float  # side [m]
+    longest: float  # side [m]
+    plan: PlanRectangle | None  # if one of the body axes, whichever, is vertical
+    rise: float  # from the centre to the top [m]
+
+    @property
+    def flat(self) -> bool:
+        """Whether its top is level."""
+        return self.plan is not None
+
+    @property
+    def corners_W(self) -> tuple[Vec3, ...]:
+        """Its eight corners [m]."""
+        (px, py, pz), (ux, uy, uz), (vx, vy, vz), (wx, wy, wz) = self.pose.position_W, *self.axes
+        return tuple(
+            (px + u * ux + v * vx + w * wx, py + u * uy + v * vy + w * wy, pz + u * uz + v * vz + w * wz)
+            for u, v, w in product(*((-length, length) for length in self.half))
+        )
+
+
+def solid(placed: Placed) -> Solid:
+    """A brick in its place, ready for contact detection."""
+    brick, pose = placed.brick, placed.pose
+    size = brick.size
+    a, b, c = half = (0.5 * size[0], 0.5 * size[1], 0.5 * size[2])
+    (ux, uy, uz), (vx, vy, vz), (wx, wy, wz) = axes = _axes(pose.orientation)
+    rx = a * abs(ux) + b * abs(vx) + c * abs(wx)
+    ry = a * abs(uy) + b * abs(vy) + c * abs(wy)
+    rz = a * abs(uz) + b * abs(vz) + c * abs(wz)
+    px, py, pz = pose.position_W
+    plan = _plan(axes, half)
+    low, high = (px - rx, py - ry, pz - rz), (px + rx, py + ry, pz + rz)
+    return Solid(brick.id, size, pose, axes, half, low, high, min(size), max(size), plan, rz)
+
+
+def _axes(orientation: Quaternion) -> tuple[Vec3, Vec3, Vec3]:
+    x, y, z, w = orientation
+    # A unit quaternion is one to rounding only, or to the digits that an author wrote.
+    s = 2.0 / (x * x + y * y + z * z + w * w)
+    xx, yy, zz, xy, xz, yz = s * x * x, s * y * y, s * z * z, s * x * y, s * x * z, s * y * z
+    xw, yw, zw = s * x * w, s * y * w, s * z * w
+    return (
+        (1.0 - yy - zz, xy + zw, xz - yw),
+        (xy - zw, 1.0 - xx - zz, yz + xw),
+        (xz + yw, yz - xw, 1.0 - xx - yy),
+    )
+
+
+def _plan(axes: tuple[Vec3, Vec3, Vec3], half: Vec3) -> PlanRectangle | None:
+    for upright, first, second in ((2, 0, 1), (1, 0, 2), (0, 1, 2)):
+        x, y, _ = axes[upright]
+        if abs(x) <= UPRIGHT and abs(y) <= UPRIGHT:
+            ux, uy, _ = axes[first]
+            length = hypot(ux, uy)
+            return (ux / length, uy / length, half[first], half[second])
+    return None
+
+
+def rounding(a: Solid, b: Solid) -> float:
+    """What rounding may do to the distance of two bodies [m]: relative to their sizes and to where they are."""
+    (ax, ay, az), (bx, by, bz) = a.pose.position_W, b.pose.position_W
+    far = sqrt(ax * ax + ay * ay + az * az) + sqrt(bx * bx + by * by + bz * bz)
+    return 1e-12 * min(a.longest, b.longest) + 1e-15 * (far + max(a.longest, b.longest))

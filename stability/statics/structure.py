@@ -1,0 +1,144 @@
+"""The bricks that stand about, what touches what, and the load core of each: geometry, kept up to date."""
+
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import count
+
+from stability.model import BodyId, Plane
+from stability.statics.facts import Contact, Placed, Problem, Tolerances, Wrench
+from stability.statics.load_core import LoadCore, carries_upright, core_of
+from stability.statics.neighbours import Neighbours
+from stability.statics.propagation import Burden
+from stability.statics.touch import Solid, contact_between, contact_with_plane, solid
+
+
+@dataclass
+class Structure:
+    """Bricks and fixed bodies. Cores depend on the order in which bricks came: only earlier ones carry later ones."""
+
+    planes: tuple[Plane, ...]
+    tables: tuple[Placed, ...]  # boxes that never move
+    friction: float  # Coulomb coefficient of brick on brick
+    gravity: float  # [m/s2]
+    tolerances: Tolerances
+    bricks: dict[BodyId, Placed] = field(default_factory=dict)
+    touching: dict[BodyId, dict[BodyId, Contact]] = field(default_factory=dict)  # by brick, then by other body
+    carriers: dict[BodyId, list[Contact]] = field(default_factory=dict)  # contacts that can press a brick straight up
+    carried: dict[BodyId, list[BodyId]] = field(default_factory=dict)  # bricks that one can press straight up
+    cores: dict[BodyId, LoadCore] = field(default_factory=dict)
+    burdens: dict[BodyId, Burden] = field(default_factory=dict)  # the weight of each brick
+    _turn: dict[BodyId, int] = field(default_factory=dict)  # in which order their cores were found
+    _solids: dict[BodyId, Solid] = field(default_factory=dict)
+    _neighbours: Neighbours = field(init=False)
+    _turns: Iterator[int] = field(default_factory=count)
+
+    def __post_init__(self) -> None:
+        """Neighbours are looked for as far away as still counts as touching; boxes that never move are among them."""
+        self._neighbours = Neighbours(self.tolerances.gap)
+        for placed in self.tables:
+            self._show(solid(placed))
+
+    def _show(self, own: Solid) -> None:
+        self._solids[own.id] = own
+        self._neighbours.add(own)
+
+    def put(self, placed: Placed) -> None:
+        """Set a brick in its place, with its contacts and its core."""
+        name, (x, y, _) = placed.brick.id, placed.pose.position_W
+        own = solid(placed)
+        found = [contact_with_plane(own, plane, self.tolerances) for plane in self.planes]
+        for other in self._neighbours.near(own):
+            found.append(contact_between(own, self._solids[other], self.friction, self.tolerances))
+        self.bricks[name] = placed
+        self.burdens[name] = Burden(placed.brick.mass * self.gravity, (x, y))
+        self.touching[name], self.carriers[name], self.carried[name] = {}, [], []
+        for contact in found:
+            if contact is not None:
+                self._join(contact)
+        self._show(own)
+        self.find_core(name)
+
+    def _join(self, contact: Contact) -> None:
+        lower, upper = contact.lower, contact.upper
+        for body, other in ((lower, upper), (upper, lower)):
+            if body in self.bricks:
+                self.touching[body][other] = contact
+        if upper in self.bricks and carries_upright(contact):
+            self.carriers[upper].append(contact)
+            if lower in self.bricks:
+                self.carried[lower].append(upper)
+
+    def find_core(self, brick: BodyId) -> None:
+        """Find the core of a brick anew from the bricks whose core is known by now."""
+        self._turn[brick] = next(self._turns)
+        below = [c for c in self.carriers[brick] if c.lower not in self.bricks or c.lower in self.cores]
+        self.cores[brick] = core_of(below, self.cores)
+
+    def take(self, brick: BodyId) -> None:
+        """Take a brick away. The cores of what it carried still count on it: find them anew."""
+        for other in self.touching.pop(brick):
+            if other in self.bricks:
+                del self.touching[other][brick]
+                self.carriers[other] = [c for c in self.carriers[other] if c.lower != brick]
+                self.carried[other] = [upper for upper in self.carried[other] if upper != brick]
+        for record in (self.bricks, self.carriers, self.carried, self.cores, self.burdens, self._turn):
+            del record[brick]
+        self._neighbours.remove(brick)
+        del self._solids[brick]
+
+    def by_turn(self, bricks: Iterable[BodyId]) -> list[BodyId]:
+        """Bricks in the order in which their cores were found: each after those that its core counts on."""
+        return sorted(bricks, key=self._turn.__getitem__)
+
+    def upwards(self, bricks: Iterable[BodyId]) -> list[BodyId]:
+        """Bricks by the height of their centres, ties by name."""
+        return sorted(bricks, key=lambda name: (self.bricks[name].pose.position_W[2], name))
+
+    def with_all_above(self, roots: Iterable[BodyId]) -> set[BodyId]:
+        """These bricks, and all that they can carry, directly or through others."""
+        return _reached(roots, lambda brick: self.carried[brick])
+
+    def component(self, brick: BodyId) -> set[BodyId]:
+        """All bricks that are connected with this one by contacts among bricks."""
+        return _reached([brick], lambda name: [other for other in self.touching[name] if other in self.bricks])
+
+    def spread(self, group: Collection[BodyId], at_least: int) -> set[BodyId]:
+        """A group and its neighbours, theirs and so on, until it is so large or nothing more touches it."""
+        larger, front = set(group), set(group)
+        while front and len(larger) < at_least:
+            touched = {other for name in front for other in self.touching[name] if other in self.bricks}
+            front = touched - larger
+            larger |= front
+        return larger
+
+    def below(self, bricks: Iterable[BodyId]) -> set[BodyId]:
+        """The bricks that can carry one of these directly."""
+        return {c.lower for brick in bricks for c in self.carriers[brick] if c.lower in self.bricks}
+
+    def contacts_of(self, group: Collection[BodyId]) -> list[Contact]:
+        """All contacts that a group takes part in, each once, in the order of the group."""
+        found: dict[tuple[BodyId, BodyId], Contact] = {}
+        for brick in group:
+            for contact in self.touching[brick].values():
+                found.setdefault((contact.lower, contact.upper), contact)
+        return list(found.values())
+
+    def problem(self, group: Sequence[BodyId], contacts: Sequence[Contact]) -> Problem:
+        """The equilibrium of a group under its weight."""
+        loads = {brick: Wrench((0.0, 0.0, -self.burdens[brick].weight)) for brick in group}
+        return Problem({brick: self.bricks[brick] for brick in group}, contacts, loads)
+
+    def rests_on(self, group: Collection[BodyId]) -> Mapping[BodyId, list[BodyId]]:
+        """Within a group, the bricks that carry each."""
+        return {brick: [c.lower for c in self.carriers[brick] if c.lower in group] for brick in group}
+
+
+def _reached(roots: Iterable[BodyId], onwards: Callable[[BodyId], Iterable[BodyId]]) -> set[BodyId]:
+    found: set[BodyId] = set()
+    waiting = list(roots)
+    while waiting:
+        brick = waiting.pop()
+        if brick not in found:
+            found.add(brick)
+            waiting.extend(onwards(brick))
+    return found

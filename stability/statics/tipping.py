@@ -1,0 +1,111 @@
+"""Does a brick, with all that it carries, tip as one body? The cheapest proof that an assembly does not stand.
+
+If the common centre of mass does not lie over the hull of the contacts below, the body may turn about the edge of the
+hull that it hangs over furthest (or simply falls where it has no contact). That motion loses height; it is a proof if
+no contact with the rest, which does not move, hinders it: neither by being entered nor by friction, so the speed there
+must open the contact at least as fast as friction times the slip.
+"""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from math import sqrt
+
+from stability.geometry import Point2, convex_hull
+from stability.model import BodyId, Vec3
+from stability.statics.facts import ZERO, Contact, Motion, Placed
+from stability.statics.load_core import carries_upright
+from stability.statics.vectors import cross, dot, minus, times
+
+OVERHANG = 1e-11  # share of the support's extent: less is rounding
+SLIP = 1e-10  # of the speed at a contact: what rounding leaves of a point on the axis
+
+
+@dataclass(frozen=True, slots=True)
+class Fall:
+    """A motion of some bricks as one body: turning about an axis through a point, or straight down."""
+
+    bricks: tuple[BodyId, ...]
+    motion: Motion
+
+
+def tipping(bricks: Mapping[BodyId, Placed], border: Sequence[Contact]) -> Fall | None:
+    """The fall of these bricks as one body; `border` are their contacts with all that stays where it is.
+
+    None if they do not tip so; they may fall in another way.
+    """
+    if not border:
+        return _falling(bricks)
+    below = [c for c in border if c.upper in bricks and carries_upright(c)]
+    centre = centre_of_mass(bricks.values())
+    for one, other in _edges_hung_over(centre, [point for contact in below for point in contact.points_W]):
+        axis = minus(other, one)
+        lever = minus(centre, one)
+        # Downwards at the centre: (axis x lever)_z must be negative.
+        sign = -1.0 if axis[0] * lever[1] - axis[1] * lever[0] > 0.0 else 1.0
+        turning = times(sign / sqrt(dot(axis, axis)), axis)
+        if all(_opens(contact, one, turning, bricks.keys()) for contact in border):
+            return Fall(tuple(sorted(bricks)), _turning_about(one, turning, bricks))
+    return None
+
+
+def centre_of_mass(bricks: Collection[Placed]) -> Vec3:
+    """The common centre of mass [m, in W]."""
+    total = sum(placed.brick.mass for placed in bricks)
+    x, y, z = (sum(p.brick.mass * p.pose.position_W[axis] for p in bricks) / total for axis in range(3))
+    return (x, y, z)
+
+
+def _falling(bricks: Mapping[BodyId, Placed]) -> Fall:
+    return Fall(tuple(sorted(bricks)), Motion(dict.fromkeys(sorted(bricks), ((0.0, 0.0, -1.0), ZERO))))
+
+
+def _edges_hung_over(centre: Vec3, points_W: Sequence[Vec3]) -> list[tuple[Vec3, Vec3]]:
+    """The edges of the hull of the supporting points, seen from above, that the centre lies outside of, furthest first.
+
+    Of a line or a point there is one such edge: itself, or a short level one across the way to the centre.
+    """
+    heights: dict[Point2, Vec3] = {(x, y): (x, y, z) for x, y, z in points_W}
+    border = [heights[corner] for corner in convex_hull(heights)]
+    if not border:
+        return []
+    scale = max(max(abs(p[axis] - border[0][axis]) for p in border) for axis in (0, 1))
+    if len(border) == 1 or scale == 0.0:
+        dx, dy = centre[0] - border[0][0], centre[1] - border[0][1]
+        x, y, z = border[0]
+        return [(border[0], (x - dy, y + dx, z))] if (dx, dy) != (0.0, 0.0) else []
+    edges = list(zip(border, border[1:] + border[:1], strict=True))
+    outside = sorted((-_hangs_over(centre, edge), number) for number, edge in enumerate(edges))
+    if len(border) == 2:  # noqa: PLR2004 -- a line: only the side that the centre is on counts
+        outside = [max(outside, key=lambda item: -item[0])]
+    return [edges[number] for distance, number in outside if -distance > OVERHANG * scale][:2]
+
+
+def _hangs_over(centre: Vec3, edge: tuple[Vec3, Vec3]) -> float:
+    """How far the centre lies outside an edge of a counter-clockwise hull [m]; negative inside."""
+    (ax, ay, _), (bx, by, _) = edge
+    dx, dy = bx - ax, by - ay
+    return (dy * (centre[0] - ax) - dx * (centre[1] - ay)) / sqrt(dx * dx + dy * dy)
+
+
+def _opens(contact: Contact, on_axis: Vec3, turning: Vec3, moving: Collection[BodyId]) -> bool:
+    """Whether a turn of the moving side about an axis opens a contact, or leaves it, against friction."""
+    sign = 1.0 if contact.upper in moving else -1.0
+    for point in contact.points_W:
+        velocity = times(sign, cross(turning, minus(point, on_axis)))
+        speed_squared = dot(velocity, velocity)
+        for normal in contact.normals_W:
+            opening = dot(normal, velocity)
+            slip = sqrt(max(0.0, speed_squared - opening * opening))
+            if opening < contact.friction * slip - SLIP * _reach(point, on_axis):
+                return False
+    return True
+
+
+def _reach(point: Vec3, origin: Vec3) -> float:
+    return max(abs(point[axis] - origin[axis]) for axis in range(3))
+
+
+def _turning_about(on_axis: Vec3, turning: Vec3, bricks: Mapping[BodyId, Placed]) -> Motion:
+    return Motion(
+        {name: (cross(turning, minus(bricks[name].pose.position_W, on_axis)), turning) for name in sorted(bricks)}
+    )

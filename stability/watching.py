@@ -1,0 +1,50 @@
+"""What every stability extension offers to whoever steps the engine."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+from stability.model import BodyId
+from stability.statics.facts import Verdict
+
+
+@dataclass(frozen=True, slots=True)
+class Update:
+    """What one pass changed; bricks by name."""
+
+    frozen: tuple[BodyId, ...] = ()
+    woken: tuple[BodyId, ...] = ()  # left to the engine: they were frozen, or set down at rest, and cannot stand
+    failed: tuple[BodyId, ...] = ()  # those of `woken` that give way; the rest stood on them
+    reason: str = ""  # why bricks were woken
+    proof: str = ""  # what proved that the frozen ones stand, where something does
+
+
+class Extension(Protocol):
+    """Freezes the bricks of one engine that stand, and wakes those that do so no longer."""
+
+    def awake(self) -> list[BodyId]:
+        """The bricks that the engine moves, by name."""
+
+    def is_frozen(self, brick: BodyId) -> bool:
+        """Whether a brick is held fixed."""
+
+    def set_down(self, bricks: Iterable[BodyId]) -> None:
+        """Say that these bricks were set down at rest: they may be judged at once, before any step."""
+
+    def update(self) -> Update:
+        """One pass over what the engine has just done. Call it after each step."""
+
+    def wake(self, bricks: Iterable[BodyId]) -> tuple[BodyId, ...]:
+        """Give these bricks back to the engine, and all that cannot stand without them; returns those woken."""
+
+    def shares(self, brick: BodyId) -> Mapping[BodyId, float]:
+        """Which part of what a frozen brick carries goes to each body that it rests on; empty if it is not frozen."""
+
+    def all_shares(self) -> Mapping[BodyId, Mapping[BodyId, float]]:
+        """The same for every frozen brick."""
+
+    def least_margin(self) -> float | None:
+        """The smallest tipping margin of what is frozen [m]; None where no model has one."""
+
+    def verdict(self) -> Verdict | None:
+        """What was proven of the structure when bricks were last set down; None where nothing proves."""

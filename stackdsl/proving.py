@@ -1,0 +1,43 @@
+"""Timeline -> proofs: what statics says of each placement, without any engine.
+
+What falls, and where something dropped comes to lie, only an engine can tell. From there on nothing is judged.
+"""
+
+from dataclasses import dataclass
+from itertools import groupby
+
+from stability.model import BodyId
+from stability.statics.assembly import Assembly
+from stability.statics.facts import Placed, Stability, Verdict
+from stackdsl.timeline import Timeline
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """Bricks set down together."""
+
+    bricks: tuple[BodyId, ...]
+    verdict: Verdict  # of all that stands, with them
+
+
+@dataclass(frozen=True, slots=True)
+class Proofs:
+    """What was judged, in order of time."""
+
+    judged: tuple[Judged, ...]
+    assembly: Assembly  # all that was judged
+
+
+def proofs_of(timeline: Timeline) -> Proofs:
+    """Judge every placement as `exact` does, up to the first one that it leaves to the engine."""
+    assembly = Assembly(timeline.world.planes, timeline.world.friction, timeline.world.gravity)
+    judged: list[Judged] = []
+    for _, group in groupby(timeline.placements, key=lambda placement: placement.time):
+        placements = list(group)
+        set_down = [placement for placement in placements if not placement.drop]
+        if set_down:
+            verdict = assembly.add_all(Placed(placement.brick, placement.pose) for placement in set_down)
+            judged.append(Judged(tuple(placement.brick.id for placement in set_down), verdict))
+        if len(set_down) < len(placements) or assembly.verdict().stability is not Stability.STABLE:
+            break
+    return Proofs(tuple(judged), assembly)

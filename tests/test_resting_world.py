@@ -1,0 +1,109 @@
+"""A world without an engine until something moves."""
+
+import subprocess
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pytest
+
+from stability.engine import World
+from stability.engine_settings import EngineSettings
+from stability.model import GROUND, Box, Brick, HalfSpace, Plane, Pose
+from stability.pybullet_engine import PyBulletWorld
+from stability.resting_world import RestingWorld
+
+SETTINGS = EngineSettings(time_step=1.0 / 960.0, iterations=50, contact_erp=0.4, breaking_threshold=0.001, scale=100.0)
+SIZE = (0.12, 0.024, 0.008)
+
+
+@dataclass
+class Opened:
+    """A resting world, and the engines that it opened."""
+
+    engines: list[World] = field(default_factory=list)
+
+    def world(self) -> RestingWorld:
+        world = RestingWorld(SETTINGS, self._open)
+        world.add_plane(Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5))
+        return world
+
+    def _open(self) -> World:
+        self.engines.append(PyBulletWorld.opened(SETTINGS, gravity=9.81, friction=0.5, heaviest=0.012))
+        return self.engines[-1]
+
+
+def test_nothing_is_opened_while_nothing_is_stepped() -> None:
+    opened = Opened()
+    world = opened.world()
+    world.add_brick(Brick("a", SIZE, 0.012), Pose((0.0, 0.0, 0.004)))
+    world.freeze("a")
+    world.skip(3.0)
+    world.limit_travel(5.0)
+    assert world.time() == 3.0
+    assert dict(world.masses()) == {"a": 0.012}
+    assert world.fixed() == {GROUND}
+    assert (world.shape("a"), world.shape(GROUND)) == (Box(SIZE), HalfSpace((0.0, 0.0, 1.0)))
+    assert world.states(["a"])["a"].pose == Pose((0.0, 0.0, 0.004))
+    assert world.holds("a")
+    world.close()
+    assert opened.engines == []
+
+
+def test_another_object_tells_of_masses_when_a_brick_has_come() -> None:
+    world = Opened().world()
+    before = world.masses()
+    assert world.masses() is before
+    world.add_brick(Brick("a", SIZE, 0.012), Pose((0.0, 0.0, 0.004)))
+    assert world.masses() is not before
+
+
+def test_the_first_step_opens_an_engine_in_which_what_is_frozen_stays_and_the_rest_falls() -> None:
+    opened = Opened()
+    world = opened.world()
+    for name, height in (("held", 1.0), ("loose", 2.0), ("woken", 3.0)):
+        world.add_brick(Brick(name, SIZE, 0.012), Pose((0.0, 0.0, height)))
+    world.freeze("held")
+    world.freeze("woken")
+    world.wake("woken")
+    world.skip(1.0)
+    for _ in range(96):
+        world.step()
+    world.add_brick(Brick("late", SIZE, 0.012), Pose((0.0, 0.0, 4.0)))
+    world.freeze("late")
+    for _ in range(96):
+        world.step()
+    heights = {name: state.pose.position_W[2] for name, state in world.states(world.masses()).items()}
+    world.close()
+    assert len(opened.engines) == 1
+    assert world.time() == pytest.approx(1.2)
+    fall = 0.5 * 9.81 * 0.2**2
+    assert heights == pytest.approx({"held": 1.0, "loose": 2.0 - fall, "woken": 3.0 - fall, "late": 4.0}, abs=0.002)
+
+
+def test_a_brick_that_is_frozen_when_the_engine_opens_has_its_mass_when_it_is_woken() -> None:
+    world = Opened().world()
+    world.add_brick(Brick("a", SIZE, 0.012), Pose((0.0, 0.0, 1.0)))
+    world.freeze("a")
+    world.step()
+    world.wake("a")
+    for _ in range(96):
+        world.step()
+    assert world.states(["a"])["a"].velocity_W[2] == pytest.approx(-0.981, rel=1e-3)
+    assert world.contacts("a") == []
+    assert world.near("a") == []
+    world.close()
+
+
+def test_exact_imports_no_engine_while_all_is_proven() -> None:
+    code = """
+import sys
+from stackdsl.playing.runner import play
+from stackdsl.playing.systems import SYSTEMS
+from tests.scenes import timeline_of
+trace = play(timeline_of("- four_stack: {levels: 5}\\n  every: 1 s"), SYSTEMS["exact"])
+assert trace.cost.steps == 0
+sys.exit("pybullet" in sys.modules)
+"""
+    root = Path(__file__).parent.parent
+    assert subprocess.run([sys.executable, "-c", code], cwd=root, check=False).returncode == 0
