@@ -10,9 +10,9 @@ from time import perf_counter
 from rich.console import Console
 from rich.table import Table
 
-from stability.statics.acceleration_margin import acceleration
-from stability.statics.friction_margin import least_friction
-from stability.statics.placement_margin import placement
+from stability.statics.margins.acceleration import acceleration
+from stability.statics.margins.friction import least_friction
+from stability.statics.margins.placement import placement
 from tests.statics.margin_scenes import four_stack, upright_boxes
 
 LEVELS = 50

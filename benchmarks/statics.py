@@ -14,9 +14,9 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks.plank_structures import LENGTH, THICKNESS, WIDTH, four_stack, plank_at, stepped_columns, wall
-from stability.statics.acceleration_margin import acceleration
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability, Tolerances
+from stability.statics.margins.acceleration import acceleration
 from stability.statics.proof import check_forces
 from tests.statics.independent import independent_verdict
 from tests.statics.random_piles import FRICTION, pile_of

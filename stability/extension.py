@@ -46,17 +46,14 @@ class StackStability:
         """Whether a brick is part of the stack."""
         return brick in self.stack
 
-    def shares(self, brick: BodyId) -> Mapping[BodyId, float]:
-        """Which part of what a brick of the stack carries goes to each of its supports; empty if it is not in it."""
-        if brick not in self.stack:
-            return {}
+    def shares(self, bricks: Collection[BodyId] | None = None) -> Mapping[BodyId, Mapping[BodyId, float]]:
+        """Which part of its load goes to each support, for every brick of the stack, or those of some."""
+        return {brick: self._shares(brick) for brick in self.stack if bricks is None or brick in bricks}
+
+    def _shares(self, brick: BodyId) -> Mapping[BodyId, float]:
         load = self.loads[brick]
         given = {share.on: share.mass / load.mass for share in shares(load, self.stack[brick].areas)}
         return {on: given.get(on, 0.0) for on in sorted(self.stack[brick].rests_on)}
-
-    def all_shares(self) -> Mapping[BodyId, Mapping[BodyId, float]]:
-        """The same for the whole stack."""
-        return {brick: self.shares(brick) for brick in self.stack}
 
     def verdict(self) -> Verdict | None:
         """None: the method tests bricks one by one, and proves nothing of the whole."""

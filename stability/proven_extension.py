@@ -7,7 +7,7 @@ what still stands stays frozen with a proof of its own. Assumes gravity along -z
 Statics knows boxes on half-spaces and on other boxes. What touches anything else stays with the engine.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from stability.engine import Engine
@@ -105,16 +105,13 @@ class ProvenStability:
         judgement = self._followed(self.assembly.remove(asked))
         return self._give_back({**asked, **judgement.released})
 
-    def shares(self, brick: BodyId) -> Mapping[BodyId, float]:
-        """Which part of what a frozen brick carries goes to each body that it rests on; empty if it is not frozen."""
-        return self._completed(brick, self.assembly.shares(brick)) if self.is_frozen(brick) else {}
-
-    def all_shares(self) -> Mapping[BodyId, Mapping[BodyId, float]]:
-        """The same for every frozen brick."""
-        return {brick: self._completed(brick, found) for brick, found in self.assembly.all_shares().items()}
-
-    def _completed(self, brick: BodyId, given: Mapping[BodyId, float]) -> Mapping[BodyId, float]:
-        return {on: given.get(on, 0.0) for on in self.assembly.rests_on(brick)}
+    def shares(self, bricks: Collection[BodyId] | None = None) -> Mapping[BodyId, Mapping[BodyId, float]]:
+        """Which part of its load goes to each body that it rests on, for every frozen brick, or those of some."""
+        asked = None if bricks is None else [brick for brick in bricks if self.is_frozen(brick)]
+        return {
+            brick: {on: given.get(on, 0.0) for on in self.assembly.rests_on(brick)}
+            for brick, given in self.assembly.all_shares(asked).items()
+        }
 
     def least_margin(self) -> float | None:
         """None: a margin of the whole is a programme of its own, solved where somebody asks for it."""

@@ -1,6 +1,6 @@
 """What every stability extension offers to whoever steps the engine."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -37,11 +37,11 @@ class Extension(Protocol):
     def wake(self, bricks: Iterable[BodyId]) -> tuple[BodyId, ...]:
         """Give these bricks back to the engine, and all that cannot stand without them; returns those woken."""
 
-    def shares(self, brick: BodyId) -> Mapping[BodyId, float]:
-        """Which part of what a frozen brick carries goes to each body that it rests on; empty if it is not frozen."""
+    def shares(self, bricks: Collection[BodyId] | None = None) -> Mapping[BodyId, Mapping[BodyId, float]]:
+        """Which part of its load goes to each body that it rests on, for every frozen brick, or those of some.
 
-    def all_shares(self) -> Mapping[BodyId, Mapping[BodyId, float]]:
-        """The same for every frozen brick."""
+        Where only some are asked for, it is enough to count what they carry of each other.
+        """
 
     def least_margin(self) -> float | None:
         """The smallest tipping margin of what is frozen [m]; None where no model has one."""

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Problem, Stability
-from stability.statics.margins import acceleration, least_friction, placement, tilt
+from stability.statics.margins.summary import acceleration, least_friction, placement, tilt
 from stackdsl.trace import BrickState, Margins, Trace
 
 ALL = ("acceleration", "tilt", "friction", "placement")

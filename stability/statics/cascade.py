@@ -11,14 +11,14 @@ from dataclasses import dataclass
 
 from stability.contact_graph import from_the_top
 from stability.model import BodyId, Vec3
-from stability.statics.equilibrium import Balance, balance
 from stability.statics.facts import UP, ConeForces, Contact, Motion, Problem, Stability, Stage, Verdict
 from stability.statics.ledger import Group
 from stability.statics.load_core import carries_upright, piece, plan
-from stability.statics.mechanism import described, smallest_mechanism
+from stability.statics.programmes.equilibrium import Balance, balance
+from stability.statics.programmes.mechanism import described, smallest_mechanism
+from stability.statics.programmes.self_stress import honest_forces
 from stability.statics.proof import check_motion
 from stability.statics.propagation import Burden, Failure, Press, propagate
-from stability.statics.self_stress import honest_forces
 from stability.statics.structure import Structure
 from stability.statics.tipping import Fall, tipping
 

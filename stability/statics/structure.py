@@ -5,11 +5,11 @@ from dataclasses import dataclass, field
 from itertools import count
 
 from stability.model import BodyId, Plane
+from stability.statics.contacts.neighbours import Neighbours
+from stability.statics.contacts.touch import Solid, contact_between, contact_with_plane, solid
 from stability.statics.facts import Contact, Placed, Problem, Tolerances, Wrench
 from stability.statics.load_core import LoadCore, carries_upright, core_of
-from stability.statics.neighbours import Neighbours
 from stability.statics.propagation import Burden
-from stability.statics.touch import Solid, contact_between, contact_with_plane, solid
 
 
 @dataclass

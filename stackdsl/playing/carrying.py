@@ -23,7 +23,7 @@ class ForceMeter:
             if z >= UPWARD:
                 self.upward[brick][other] += point.normal_force * z
 
-    def all_shares(self, bricks: Iterable[BodyId]) -> Mapping[BodyId, Mapping[BodyId, float]]:
+    def shares(self, bricks: Iterable[BodyId]) -> Mapping[BodyId, Mapping[BodyId, float]]:
         """The supports of these bricks and their shares."""
         return {brick: self._shares(self.upward.get(brick, {})) for brick in bricks}
 

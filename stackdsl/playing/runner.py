@@ -109,8 +109,9 @@ class _Run:
         for index in range(len(self.events) - 1, -1, -1):
             if self.events[index].kind is EventKind.PLACED:
                 self.events[index] = replace(self.events[index], margin=self.extension.least_margin())
-                for brick in self.events[index].bricks:
-                    self.carried_at_first[brick] = _edges(brick, self.extension.shares(brick))
+                placed = self.events[index].bricks
+                shares = self.extension.shares(placed)
+                self.carried_at_first |= {brick: _edges(brick, shares.get(brick, {})) for brick in placed}
                 return
 
     def _advance(self, until: float) -> None:
@@ -178,7 +179,7 @@ class _Run:
     def trace(self, wall_time: float) -> Trace:
         tracks = dict(self._tracks())
         standing = [name for name, t in tracks.items() if t.state in (BrickState.FROZEN, BrickState.STANDING)]
-        shares = self.extension.all_shares() if self.extension is not None else self.forces.all_shares(standing)
+        shares = self.extension.shares() if self.extension is not None else self.forces.shares(standing)
         return Trace(
             events=tuple(self.events),
             tracks=tracks,

@@ -10,6 +10,7 @@ from stability.statics.facts import UP, Contact, Placed, Problem, Wrench
 from tests.statics.hand_built import inverted_v, ladder, on_a_slope, plank, rectangle, weighed
 
 LENGTH, WIDTH, THICKNESS = 0.1176, 0.0234, 0.0078  # of a KAPLA plank [m]
+PLANK: Vec3 = (LENGTH, WIDTH, THICKNESS)
 STEEP = radians(60.0)
 
 Upright: TypeAlias = tuple[BodyId, float, float, float, Vec3]  # name, centre in plan, height of the underside, size [m]
@@ -46,8 +47,7 @@ def block(length: float, width: float, height: float, friction: float) -> Proble
 
 
 def column(count: int, step: float = 0.0, friction: float = 0.5) -> Problem:
-    plank = (LENGTH, WIDTH, THICKNESS)
-    return upright_boxes([(f"b{i:03}", i * step, 0.0, i * THICKNESS, plank) for i in range(count)], friction)
+    return upright_boxes([(f"b{i:03}", i * step, 0.0, i * THICKNESS, PLANK) for i in range(count)], friction)
 
 
 def four_stack(levels: int) -> list[Upright]:
@@ -58,7 +58,7 @@ def four_stack(levels: int) -> list[Upright]:
         for side in (-1, 1):
             name, z = f"L{level:03}.{side}", level * THICKNESS
             if level % 2 == 0:
-                boxes.append((name, 0.0, side * aside, z, (LENGTH, WIDTH, THICKNESS)))
+                boxes.append((name, 0.0, side * aside, z, PLANK))
             else:
                 boxes.append((name, side * aside, 0.0, z, (WIDTH, LENGTH, THICKNESS)))
     return boxes
@@ -66,8 +66,7 @@ def four_stack(levels: int) -> list[Upright]:
 
 def leaning(friction: float, mirrored: bool) -> Problem:
     """A plank that leans steeply against a smooth wall; or, mirrored, against another that leans against it."""
-    size = (LENGTH, WIDTH, THICKNESS)
-    return inverted_v(STEEP, friction, size) if mirrored else ladder(STEEP, friction, size=size)
+    return inverted_v(STEEP, friction, PLANK) if mirrored else ladder(STEEP, friction, size=PLANK)
 
 
 def on_incline(slope: float, friction: float) -> Problem:

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from stability.model import GROUND
-from stability.statics.equilibrium import Balance, balance
 from stability.statics.facts import UP, Contact, Problem, Tolerances, Wrench
-from stability.statics.programme import Array, Point, Programme, clarabel_solve
+from stability.statics.programmes.equilibrium import Balance, balance
+from stability.statics.programmes.programme import Array, Point, Programme, clarabel_solve
 from stability.statics.proof import check_forces, check_motion
 from tests.statics.hand_built import (
     GRAVITY,

@@ -14,7 +14,7 @@ from stability.geometry import composed, turned
 from stability.model import BodyId, Pose, Vec3
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability, Verdict
-from stability.statics.margins import Margins, margins
+from stability.statics.margins.summary import Margins, margins
 from tests.statics import closed_forms
 from tests.statics.closed_forms import Structure
 from tests.statics.random_piles import FRICTION, pile_of

@@ -9,12 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stability.model import Vec3
-from stability.statics.acceleration_margin import acceleration, tilt
-from stability.statics.equilibrium import balance
 from stability.statics.facts import Contact, Problem, Wrench
-from stability.statics.friction_margin import least_friction
-from stability.statics.margins import margins
-from stability.statics.placement_margin import placement
+from stability.statics.margins.acceleration import acceleration, tilt
+from stability.statics.margins.friction import least_friction
+from stability.statics.margins.placement import placement
+from stability.statics.margins.summary import margins
+from stability.statics.programmes.equilibrium import balance
 from tests.statics.margin_scenes import (
     LENGTH,
     STEEP,

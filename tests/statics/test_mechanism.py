@@ -6,10 +6,10 @@ from math import radians
 import pytest
 
 from stability.model import GROUND, BodyId
-from stability.statics.equilibrium import balance
 from stability.statics.facts import UP, Contact, Motion, Problem, Tolerances
-from stability.statics.mechanism import described, smallest_mechanism
-from stability.statics.programme import Point, Programme
+from stability.statics.programmes.equilibrium import balance
+from stability.statics.programmes.mechanism import described, smallest_mechanism
+from stability.statics.programmes.programme import Point, Programme
 from stability.statics.proof import check_motion
 from tests.statics.hand_built import (
     LENGTH,

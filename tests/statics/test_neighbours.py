@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stability.model import Brick, Pose, Quaternion, Vec3
+from stability.statics.contacts.neighbours import Neighbours
+from stability.statics.contacts.solids import Solid, solid
 from stability.statics.facts import Placed, Tolerances
-from stability.statics.neighbours import Neighbours
-from stability.statics.solids import Solid, solid
 
 GAP = Tolerances().gap
 PLANK = (0.1176, 0.0234, 0.0078)

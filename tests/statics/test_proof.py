@@ -7,8 +7,8 @@ from math import inf, nan, pi
 import pytest
 
 from stability.model import GROUND, Vec3
-from stability.statics.equilibrium import balance
 from stability.statics.facts import UP, ConeForces, Contact, Forces, Motion, Problem, Tolerances, Wrench
+from stability.statics.programmes.equilibrium import balance
 from stability.statics.proof import check_forces, check_motion, effort, least_opening, power
 from tests.statics.hand_built import GRAVITY, LENGTH, THICKNESS, column, inverted_v, ladder, on_a_slope, stepped
 

@@ -6,12 +6,12 @@ from math import cos, pi, sin
 import pytest
 
 from stability.model import GROUND
-from stability.statics.equilibrium import balance
 from stability.statics.facts import UP, Contact, Forces, Problem, Tolerances
-from stability.statics.opening import lifting, widest_openings
-from stability.statics.programme import Point, Programme
+from stability.statics.programmes.equilibrium import balance
+from stability.statics.programmes.opening import lifting, widest_openings
+from stability.statics.programmes.programme import Point, Programme
+from stability.statics.programmes.self_stress import honest_forces, opening_motion
 from stability.statics.proof import check_forces, least_opening
-from stability.statics.self_stress import honest_forces, opening_motion
 from tests.statics.hand_built import (
     EAST,
     LENGTH,

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from stability.geometry import composed, turned
 from stability.model import IDENTITY, Brick, Plane, Pose, Quaternion, Vec3
 from stability.separation import boxes_apart
+from stability.statics.contacts.touch import Solid, contact_between, contact_with_plane, solid
 from stability.statics.facts import Contact, Placed, Tolerances
-from stability.statics.touch import Solid, contact_between, contact_with_plane, solid
 
 L, W, T = PLANK = (0.1176, 0.0234, 0.0078)
 CUBE = (1.0, 1.0, 1.0)

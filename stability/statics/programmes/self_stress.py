@@ -9,12 +9,12 @@ loads, the structure stands without what may be or may not be pressed together.
 from collections.abc import Collection, Iterator
 from dataclasses import replace
 
-from stability.statics.equilibrium import balance
 from stability.statics.facts import ZERO, ConeForces, Contact, Forces, Motion, Problem, Tolerances
-from stability.statics.opening import Openings, opening_motion, widest_openings
-from stability.statics.programme import Solver, clarabel_solve
+from stability.statics.programmes.equilibrium import balance
+from stability.statics.programmes.opening import Openings, opening_motion, widest_openings
+from stability.statics.programmes.programme import Solver, clarabel_solve
+from stability.statics.programmes.wrench_matrix import passed_down
 from stability.statics.proof import check_forces
-from stability.statics.wrench_matrix import passed_down
 
 SHUT = 1e-3  # of the widest opening: a contact that opens less may take part in self-stress
 IDLE = 1e-5  # of what a brick carries: a contact that presses less is not needed

@@ -16,10 +16,10 @@ from math import hypot
 import numpy as np
 
 from stability.statics.facts import Forces, Motion, Problem, Tolerances
-from stability.statics.opening import lifting, plus
-from stability.statics.programme import Array, Programme, Solver, asked, clarabel_solve
+from stability.statics.programmes.opening import lifting, plus
+from stability.statics.programmes.programme import Array, Programme, Solver, asked, clarabel_solve
+from stability.statics.programmes.wrench_matrix import Sparse, WrenchMatrix, wrench_matrix
 from stability.statics.proof import check_forces, check_motion
-from stability.statics.wrench_matrix import Sparse, WrenchMatrix, wrench_matrix
 
 MOST_CORRECTIONS = 3  # of forces; what they do not mend is no rounding
 HOPELESS = 1e-3  # share of what a brick carries: a residual above is no rounding

@@ -7,8 +7,8 @@ from math import floor, log
 from typing import TypeAlias
 
 from stability.model import BodyId, Vec3
+from stability.statics.contacts.solids import Solid
 from stability.statics.facts import Tolerances
-from stability.statics.solids import Solid
 
 Cell: TypeAlias = tuple[int, int, int]
 Scale: TypeAlias = tuple[int, int]  # powers of COARSER for the sides in plan and for the height of a cell

@@ -13,12 +13,12 @@ from math import cos, hypot, inf, sin
 import numpy as np
 
 from stability.model import BodyId
-from stability.statics.equilibrium import proven_forces, proven_motion
 from stability.statics.facts import ZERO, Motion, Problem, Tolerances, Wrench
-from stability.statics.prestress import least_prestress
-from stability.statics.programme import Programme, clarabel_solve
+from stability.statics.margins.prestress import least_prestress
+from stability.statics.programmes.equilibrium import proven_forces, proven_motion
+from stability.statics.programmes.programme import Programme, clarabel_solve
+from stability.statics.programmes.wrench_matrix import Array, WrenchMatrix, wrench_matrix
 from stability.statics.proof import check_forces, check_motion
-from stability.statics.wrench_matrix import Array, WrenchMatrix, wrench_matrix
 
 ACCURACY = 1e-11  # asked of the solver
 FURTHEST = 1e3  # [g] what can be accelerated so much is held on all sides

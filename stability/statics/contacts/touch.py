@@ -8,13 +8,13 @@ Within the tolerance, noise does not change which features touch; what is aligne
 from operator import itemgetter
 
 from stability.model import Plane, Vec3
-from stability.statics.axes import Closeness, closeness, disturbance
-from stability.statics.faces import LEVEL, face_on_face
+from stability.statics.contacts.axes import Closeness, closeness, disturbance
+from stability.statics.contacts.faces import LEVEL, face_on_face
+from stability.statics.contacts.features import Meeting, Slack, meeting
+from stability.statics.contacts.level import level_patch, side_patch
+from stability.statics.contacts.planes import points_on_plane
+from stability.statics.contacts.solids import Solid, rounding, solid
 from stability.statics.facts import Contact, Tolerances
-from stability.statics.features import Meeting, Slack, meeting
-from stability.statics.level import level_patch, side_patch
-from stability.statics.planes import points_on_plane
-from stability.statics.solids import Solid, rounding, solid
 from stability.statics.vectors import times
 
 __all__ = ["Solid", "contact_between", "contact_with_plane", "solid"]

@@ -8,9 +8,9 @@ import numpy as np
 
 from stability.model import BodyId, Vec3
 from stability.statics.facts import ZERO, Motion, Problem
-from stability.statics.programme import Array, Programme, Solver, asked, clarabel_solve
+from stability.statics.programmes.programme import Array, Programme, Solver, asked, clarabel_solve
+from stability.statics.programmes.wrench_matrix import WrenchMatrix, wrench_matrix
 from stability.statics.proof import least_opening
-from stability.statics.wrench_matrix import WrenchMatrix, wrench_matrix
 
 OPEN = 1e-6  # of the speed there: a contact that opens by less may be closed by what is not known of the geometry
 SPREAD = 0.5  # how much of the friction that a lift leaves free its sideways spread may use up

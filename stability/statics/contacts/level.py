@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 from stability.geometry import Polygon
 from stability.model import Vec3
-from stability.statics.solids import PlanRectangle, Solid
+from stability.statics.contacts.solids import PlanRectangle, Solid
 
 PARALLEL = 1e-12  # sine below which sides are parallel: rounding
 

@@ -10,7 +10,7 @@ from math import atan2, dist, pi
 from typing import TypeAlias
 
 from stability.model import Vec3
-from stability.statics.solids import Solid
+from stability.statics.contacts.solids import Solid
 from stability.statics.vectors import cross, dot, moved, norm, times, unit
 
 Feature: TypeAlias = tuple[float, float, float]  # by body axis: 1, -1 or 0

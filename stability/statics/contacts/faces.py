@@ -7,8 +7,8 @@ from math import dist, inf
 from typing import Self
 
 from stability.model import Vec3
-from stability.statics.axes import NEARLY_PARALLEL, Closeness
-from stability.statics.solids import Solid, rounding
+from stability.statics.contacts.axes import NEARLY_PARALLEL, Closeness
+from stability.statics.contacts.solids import Solid, rounding
 from stability.statics.vectors import dot, minus, moved, times
 
 LEVEL = 1e-12  # height of a unit normal below which it is horizontal: rounding

@@ -31,8 +31,8 @@ from math import inf
 
 from stability.model import GROUND, BodyId
 from stability.statics.facts import Problem
-from stability.statics.placement_patches import PlanPatch, plan_patches
-from stability.statics.placement_programme import Answer, displaced, recourse
+from stability.statics.margins.placement_patches import PlanPatch, plan_patches
+from stability.statics.margins.placement_programme import Answer, displaced, recourse
 from stability.statics.polygons import inset
 
 MOST_STEPS = 60  # halvings end at the tolerance; a limit only against endless loops

@@ -4,10 +4,10 @@ from collections.abc import Collection
 from dataclasses import dataclass
 
 from stability.model import GROUND, BodyId
-from stability.statics.acceleration_margin import AccelerationMargin, acceleration, tilt
 from stability.statics.facts import Problem
-from stability.statics.friction_margin import FrictionMargin, least_friction
-from stability.statics.placement_margin import PlacementMargin, placement
+from stability.statics.margins.acceleration import AccelerationMargin, acceleration, tilt
+from stability.statics.margins.friction import FrictionMargin, least_friction
+from stability.statics.margins.placement import PlacementMargin, placement
 
 __all__ = [
     "AccelerationMargin",

@@ -20,12 +20,20 @@ from math import atan, atan2, hypot, inf, pi
 import numpy as np
 
 from stability.geometry import Point2
-from stability.statics.acceleration_cut import Heading, Shaken, distance_of, heading, mended, proven_distance, shaken
-from stability.statics.arc_forces import stay_inside
-from stability.statics.face_centre import centred
 from stability.statics.facts import Motion, Problem, Tolerances
+from stability.statics.margins.acceleration_cut import (
+    Heading,
+    Shaken,
+    distance_of,
+    heading,
+    mended,
+    proven_distance,
+    shaken,
+)
+from stability.statics.margins.arc_forces import stay_inside
+from stability.statics.margins.face_centre import centred
 from stability.statics.polygons import hull
-from stability.statics.wrench_matrix import Array
+from stability.statics.programmes.wrench_matrix import Array
 
 MOST_HEADINGS = 120  # what is open then stays open between `value` and `upper`
 NOTHING = 1e-7  # [g] a margin below is none

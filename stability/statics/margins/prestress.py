@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stability.statics.programme import Array, Programme, clarabel_solve
-from stability.statics.wrench_matrix import WrenchMatrix
+from stability.statics.programmes.programme import Array, Programme, clarabel_solve
+from stability.statics.programmes.wrench_matrix import WrenchMatrix
 
 ACCURACY = 1e-11  # asked of the solver
 

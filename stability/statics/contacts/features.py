@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from math import dist
 
 from stability.model import Vec3
-from stability.statics.axes import Axis, gap_along
-from stability.statics.cones import Feature, common_normals
-from stability.statics.faces import Face, clipped
-from stability.statics.solids import Solid
+from stability.statics.contacts.axes import Axis, gap_along
+from stability.statics.contacts.cones import Feature, common_normals
+from stability.statics.contacts.faces import Face, clipped
+from stability.statics.contacts.solids import Solid
 from stability.statics.vectors import cross, dot, minus, moved, times
 
 MERGING = 4.0  # a line of contact shorter than this many times the slack is a point

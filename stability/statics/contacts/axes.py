@@ -10,7 +10,7 @@ from math import hypot
 from typing import TypeAlias
 
 from stability.model import Vec3
-from stability.statics.solids import Solid
+from stability.statics.contacts.solids import Solid
 from stability.statics.vectors import cross, dot, minus, times
 
 Matrix: TypeAlias = tuple[Vec3, Vec3, Vec3]

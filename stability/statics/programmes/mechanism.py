@@ -12,12 +12,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stability.model import BodyId
-from stability.statics.equilibrium import balance, proven_motion
 from stability.statics.facts import Motion, Problem, Tolerances
-from stability.statics.fall_words import described
-from stability.statics.programme import Array, Programme, Solver, asked, clarabel_solve
+from stability.statics.programmes.equilibrium import balance, proven_motion
+from stability.statics.programmes.fall_words import described
+from stability.statics.programmes.programme import Array, Programme, Solver, asked, clarabel_solve
+from stability.statics.programmes.wrench_matrix import WrenchMatrix, wrench_matrix
 from stability.statics.proof import check_motion
-from stability.statics.wrench_matrix import WrenchMatrix, wrench_matrix
 
 __all__ = ["described", "smallest_mechanism"]
 

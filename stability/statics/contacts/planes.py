@@ -1,9 +1,9 @@
 """Where a box touches a plane: the corners of its lowest face that are within the tolerance of the plane."""
 
 from stability.model import Plane, Vec3
-from stability.statics.axes import half_extent
+from stability.statics.contacts.axes import half_extent
+from stability.statics.contacts.solids import Solid
 from stability.statics.facts import UP
-from stability.statics.solids import Solid
 from stability.statics.vectors import dot, minus, moved, times
 
 

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from stability.model import BodyId
 from stability.statics.facts import ZERO, Problem, Wrench
-from stability.statics.placement_patches import PlanPatch
+from stability.statics.margins.placement_patches import PlanPatch
 from stability.statics.polygons import inset
-from stability.statics.programme import Programme, clarabel_solve
-from stability.statics.wrench_matrix import passed_down
+from stability.statics.programmes.programme import Programme, clarabel_solve
+from stability.statics.programmes.wrench_matrix import passed_down
 
 Array: TypeAlias = NDArray[np.float64]
 

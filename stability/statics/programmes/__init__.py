@@ -1,0 +1,1 @@
+"""Questions for a conic solver, of which only the points are used, and only once they are checked."""
