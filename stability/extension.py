@@ -48,7 +48,8 @@ class StackStability:
 
     def shares(self, bricks: Collection[BodyId] | None = None) -> Mapping[BodyId, Mapping[BodyId, float]]:
         """Which part of its load goes to each support, for every brick of the stack, or those of some."""
-        return {brick: self._shares(brick) for brick in self.stack if bricks is None or brick in bricks}
+        asked = self.stack if bricks is None else bricks
+        return {brick: self._shares(brick) for brick in asked if brick in self.stack}
 
     def _shares(self, brick: BodyId) -> Mapping[BodyId, float]:
         load = self.loads[brick]

@@ -536,6 +536,12 @@ def test_explain_takes_a_selection(stackdsl: Stackdsl, tmp_path: Path) -> None:
     assert stackdsl("explain", path, "-k", "nothing-like-it").code == 4
 
 
+def test_explain_tells_what_the_proofs_would_survive_unless_told_not_to(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    path = str(write(tmp_path, GOOD))
+    assert "it would survive" in stackdsl("explain", path).out
+    assert "it would survive" not in stackdsl("explain", path, "--no-margins").out
+
+
 def test_explain_prints_every_brick_with_its_support(stackdsl: Stackdsl, tmp_path: Path) -> None:
     result = stackdsl("explain", str(write(tmp_path, GOOD)))
     assert result.code == 0
