@@ -55,6 +55,7 @@ def _structure(expected: Object, got: Object) -> Differences:
         yield from _value("snapshot", key, expected.get(key), got.get(key))
     yield from _world(_object(expected, "world"), _object(got, "world"))
     yield from _value("structure", "verdict", expected.get("verdict"), got.get("verdict"))
+    yield from _value("structure", "statics", expected.get("statics"), got.get("statics"))
     was, now = _object(expected, "collapse"), _object(got, "collapse")
     yield from _value("structure", "collapse level", was.get("level"), now.get("level"))
     yield from _value("structure", "collapse time", was.get("time_s"), now.get("time_s"), COLLAPSE_TIME)

@@ -115,6 +115,7 @@ class Snapshot:
     stamp: Mapping[str, str]  # versions of what made it
     world: Scene
     verdict: str
+    statics: str | None  # what was proven when bricks were last set down; None where no system proves
     collapse: FirstCollapse | None
     height_mm: Number | None  # of what stands
     levels_standing: Number | None  # counted from the first, as long as every brick of a level stands

@@ -59,6 +59,7 @@ def take(trace: Trace, world: World, identity: Identity, stamp: Mapping[str, str
         stamp=dict(sorted(stamp.items())),
         world=_scene(world),
         verdict=trace.verdict.value,
+        statics=trace.statics.stability.value if trace.statics is not None else None,
         collapse=_first_collapse(trace.collapse, proven),
         height_mm=_height(trace.tracks, states) if proven else None,
         levels_standing=_levels_standing(trace.tracks, states) if proven else None,
