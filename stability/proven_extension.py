@@ -4,7 +4,7 @@ All frozen bricks are one assembly, and the verdict on it is STABLE. Bricks that
 together. What the verdict says moves, or cannot decide on, is left to the engine, and the rest is asked again, so that
 what still stands stays frozen with a proof of its own. Assumes gravity along -z and no other forces on bricks at rest.
 
-Statics knows boxes on half-spaces and on other boxes. What touches anything else stays with the engine.
+Statics knows boxes, fixed or not, and half-spaces. What touches anything else stays with the engine.
 """
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
@@ -21,6 +21,7 @@ from stability.statics.facts import Placed, Stability, Tolerances, Verdict
 from stability.stillness import Stillness
 from stability.watching import Update
 
+NO_MASS = 0.0  # of what is fixed; nobody weighs it
 AT_REST: Vec3 = (0.0, 0.0, 0.0)
 TOUCHING = Tolerances().gap  # share of the smallest side
 ON_TOP = -0.5  # z of the normal from one body towards another that it lies on
@@ -41,7 +42,7 @@ class ProvenStability:
     """Watches the bricks of one engine. Call `update` after each of its steps."""
 
     engine: Engine
-    # The fixed bodies; None for the half-spaces among those of the engine.
+    # The fixed bodies; None for the half-spaces and boxes among those of the engine.
     planes: Sequence[Plane] | None = None
     # Coulomb coefficient of brick on brick, and on the engine's half-spaces. If bodies differ, give the least: what
     # stands with less friction stands with more.
@@ -152,7 +153,8 @@ class ProvenStability:
         """Those that touch nothing which statics cannot speak of: what still moves, robots, and other shapes."""
         if self.planes is not None and len(resting) == len(self._awake):
             return list(resting.values())
-        known = {*self.assembly.bricks, *(plane.id for plane in self.assembly.planes)}
+        tables = (table.brick.id for table in self.assembly.tables)
+        known = {*self.assembly.bricks, *tables, *(plane.id for plane in self.assembly.planes)}
         strange = {brick: [other for other in self.engine.near(brick) if other not in known] for brick in resting}
         kept = dict(resting)
         while True:
@@ -235,10 +237,10 @@ class ProvenStability:
         for brick, state in disturbed.items():
             if brick not in pushed:
                 verdict = self.assembly.move(brick, state.pose)
-        planes = self._planes()
-        if planes != self.assembly.planes:
+        planes, tables = self._fixed()
+        if (planes, tables) != (self.assembly.planes, self.assembly.tables):
             standing = tuple(self.assembly.bricks.values())
-            self.assembly = Assembly(planes, self.friction, self.gravity)
+            self.assembly = Assembly(planes, self.friction, self.gravity, tables=tables)
             verdict = self.assembly.add_all(standing)
         if verdict is None:
             return Update()
@@ -260,17 +262,19 @@ class ProvenStability:
             self._refusals.forget(brick)
         return lost
 
-    def _planes(self) -> tuple[Plane, ...]:
-        """The fixed bodies, as statics knows them."""
+    def _fixed(self) -> tuple[tuple[Plane, ...], tuple[Placed, ...]]:
+        """The fixed bodies, as statics knows them: half-spaces and boxes."""
         if self.planes is not None:
-            return tuple(self.planes)
+            return tuple(self.planes), ()
         shapes = {body: self.engine.shape(body) for body in sorted(self.engine.fixed())}
-        states = self.engine.states(shapes)
-        return tuple(
-            replace(in_world(shape, states[body].pose), id=body, friction=self.friction)
+        poses = {body: state.pose for body, state in self.engine.states(shapes).items()}
+        planes = [
+            replace(in_world(shape, poses[body]), id=body, friction=self.friction)
             for body, shape in shapes.items()
             if isinstance(shape, HalfSpace)
-        )
+        ]
+        boxes = [(body, shape) for body, shape in shapes.items() if isinstance(shape, Box)]
+        return tuple(planes), tuple(Placed(Brick(body, box.size, NO_MASS), poses[body]) for body, box in boxes)
 
 
 def _moves(state: BodyState) -> bool:

@@ -79,7 +79,12 @@ def play_case(timeline: Timeline, system: str, on_event: Callable[[Event], None]
     """What a worker does. The engine is imported here, where a scene needs it, and nowhere before."""
     from stackdsl.playing.runner import play  # noqa: PLC0415 -- it imports PyBullet
 
-    return play(timeline, SYSTEMS[system], on_event)
+    trace = play(timeline, SYSTEMS[system], on_event)
+    if not timeline.margins or trace.statics is None:
+        return trace
+    from stackdsl.margins import margins_of  # noqa: PLC0415 -- likewise, statics
+
+    return replace(trace, margins=margins_of(trace, timeline.margins))
 
 
 def checked(case: Case, result: TaskResult, terms: Terms) -> VariantResult:

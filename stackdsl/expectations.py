@@ -54,11 +54,6 @@ def compare_with_truth(trace: Trace, scenario: Scenario, variant: Variant, sourc
 def _outcomes(
     asked: Sequence[tuple[Path, Claim]], trace: Trace, variant: Variant, source: Source
 ) -> tuple[Outcome, ...]:
-    margins = {key for _, claim in asked if claim.margin is not None for key in claim.margin.asked}
-    if margins:
-        from stackdsl.margins import margins_of  # noqa: PLC0415 -- statics brings numpy, the rest does not
-
-        trace = replace(trace, margins=margins_of(trace, margins))
     return tuple(_outcome(path, claim, trace, variant, source) for path, claim in asked)
 
 

@@ -35,6 +35,9 @@ class Timeline:
     world: World
     placements: tuple[Placement, ...]  # by time, then in the author's order
     hold: float  # how long the structure is watched after the last placement [s]
+    # Whether anything is asked that only motion shows. If not, a system with proofs does without an engine.
+    watched: bool = True
+    margins: tuple[str, ...] = ()  # those of the proof that are asked for, such as `tilt`
 
     @property
     def built(self) -> float:

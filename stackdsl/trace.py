@@ -50,6 +50,7 @@ class BrickState(StrEnum):
     FALLEN = "fallen"  # left its place
     UNSETTLED = "unsettled"  # dropped, and still not at rest
     UNPLACED = "unplaced"  # the structure fell before its turn
+    UNWATCHED = "unwatched"  # not proven to stand, and nothing was asked that an engine would have to show
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +106,7 @@ class Verdict(StrEnum):
     STANDS = "stands"
     COLLAPSES = "collapses"
     UNSETTLED = "unsettled"  # nothing left its place, but something dropped has not come to rest yet
+    UNWATCHED = "unwatched"  # judged, and not played: nothing was asked that an engine would have to show
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +122,7 @@ class Trace:
     edges_when_placed: Mapping[BodyId, tuple[Edge, ...]]
     world: World | None = None  # what did not move
     statics: StaticsVerdict | None = None  # what was proven when bricks were last set down; None where nothing proves
-    margins: Margins | None = None  # of what stands at the end; None until somebody asks
+    margins: Margins = Margins()  # of what stands at the end, as far as somebody asked
 
     @property
     def built(self) -> float:
@@ -132,8 +134,10 @@ class Trace:
         """What came of the structure as a whole."""
         if self.collapse is not None:
             return Verdict.COLLAPSES
-        unsettled = any(track.state is BrickState.UNSETTLED for track in self.tracks.values())
-        return Verdict.UNSETTLED if unsettled else Verdict.STANDS
+        states = {track.state for track in self.tracks.values()}
+        if BrickState.UNWATCHED in states:
+            return Verdict.UNWATCHED
+        return Verdict.UNSETTLED if BrickState.UNSETTLED in states else Verdict.STANDS
 
     @property
     def drift(self) -> float:

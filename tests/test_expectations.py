@@ -8,6 +8,7 @@ import pytest
 from stability.model import GROUND, Brick, Plane, Pose
 from stability.statics.facts import Stability, Verdict
 from stackdsl.expectations import compare_with_truth, judge
+from stackdsl.margins import ALL, margins_of
 from stackdsl.outcome import Outcome
 from stackdsl.timeline import World
 from stackdsl.trace import BrickState, BrickTrack, Collapse, Cost, Edge, Trace
@@ -142,6 +143,10 @@ ONE_PLANK = replace(
 )
 
 
+def measured_by_margins(trace: Trace) -> Trace:
+    return replace(trace, margins=margins_of(trace, ALL))
+
+
 @pytest.mark.parametrize(
     ("stability", "claim", "passed"),
     [("stable", "stable", True), ("unstable", "stable", False), ("undecided", "undecided", True)],
@@ -168,20 +173,20 @@ def test_without_any_brick_set_down_there_is_no_verdict() -> None:
     ],
 )
 def test_a_margin_is_measured_on_what_stands_at_the_end(claim: str, passed: bool, measured: str) -> None:
-    found = outcome(f"margin: {{{claim}}}", ONE_PLANK)
+    found = outcome(f"margin: {{{claim}}}", measured_by_margins(ONE_PLANK))
     assert found.measured == measured
     assert found.passed is passed
 
 
 def test_several_margins_stand_and_fall_together() -> None:
-    found = outcome('margin: {acceleration: ">= 0.05", tilt: ">= 20 deg"}', ONE_PLANK)
+    found = outcome('margin: {acceleration: ">= 0.05", tilt: ">= 20 deg"}', measured_by_margins(ONE_PLANK))
     assert not found.passed
     assert found.unit == "deg"
     assert found.measured == "acceleration 0.1 g, tilt 5.711 deg"
 
 
 def test_what_does_not_stand_has_no_margin() -> None:
-    found = outcome('margin: {placement: ">= 1 mm"}', replace(ONE_PLANK, tracks={}))
+    found = outcome('margin: {placement: ">= 1 mm"}', measured_by_margins(replace(ONE_PLANK, tracks={})))
     assert not found.passed
     assert found.measured == "no placement is proven"
 

@@ -5,7 +5,7 @@ import pytest
 from stability.statics.facts import Stability
 from stackdsl.playing.runner import BlockedPlacementError, play
 from stackdsl.playing.systems import SYSTEMS
-from stackdsl.trace import BrickState, Event, EventKind, Trace
+from stackdsl.trace import BrickState, Event, EventKind, Trace, Verdict
 from tests.scenes import timeline_of
 
 LENGTH = 0.1176  # of a KAPLA plank [m]
@@ -273,3 +273,16 @@ def test_bricks_set_down_together_are_proven_together_whatever_their_order() -> 
     )
     assert trace.cost.steps == 0
     assert trace.verdict == "stands"
+
+
+def test_where_only_a_proof_is_asked_for_no_engine_shows_what_falls() -> None:
+    overhang = "- column: {levels: 2, step: 60 mm}"
+    judged = played(overhang, "expect: [{verdict: unstable}]", system="exact")
+    assert judged.verdict is Verdict.UNWATCHED
+    assert {name: track.state for name, track in judged.tracks.items()} == {
+        "L1.1": BrickState.FROZEN,
+        "L2.1": BrickState.UNWATCHED,
+    }
+    assert judged.cost.steps == 0
+    watched = played(overhang, "expect: [{verdict: unstable}, {collapses: any}]", system="exact")
+    assert watched.cost.steps > 0

@@ -51,7 +51,10 @@ def compile_timeline(scenario: Scenario, source: Source) -> tuple[Timeline | Non
     tilt = tilt_of(scenario)
     world = World(scenario.world.gravity, scenario.friction, tuple(turned_plane(plane, tilt) for plane in planes))
     placements = tuple(_placement(times[i], written[i], levels[i], names[i], tilt) for i in order)
-    return Timeline(world, placements, _hold(scenario)), ()
+    claims = (*scenario.expect, *scenario.truth)
+    watched = not scenario.expect or not all(claim.needs_statics for claim in claims)
+    margins = {key for claim in claims if claim.margin is not None for key in claim.margin.asked}
+    return Timeline(world, placements, _hold(scenario), watched, tuple(sorted(margins))), ()
 
 
 def _placement(time: float, written: WrittenBrick, level: int, name: BodyId, tilt: Quaternion) -> Placement:

@@ -14,6 +14,7 @@ from time import perf_counter
 from stability.engine import World
 from stability.model import BodyId
 from stability.separation import boxes_apart
+from stability.statics.facts import Stability
 from stability.watching import Extension, Update
 from stackdsl.playing.carrying import ForceMeter
 from stackdsl.playing.opening import extension_for, opened_world
@@ -69,11 +70,18 @@ class _Run:
             if self.collapse:
                 break
             self._place(time, group)
+            if self._only_an_engine_knows_more() and not self.timeline.watched:
+                return
         self._advance(self._end())
         if self.collapse:
             self._advance(self._end())
         self._look()
         self._close_placement()
+
+    def _only_an_engine_knows_more(self) -> bool:
+        """Whether what was set down is not proven to stand."""
+        verdict = self.extension.verdict() if self.extension is not None else None
+        return verdict is not None and verdict.stability is not Stability.STABLE
 
     def _end(self) -> float:
         return self.timeline.end if self.collapse is None else self.collapse.time + AFTERMATH
@@ -198,7 +206,7 @@ class _Run:
         for placement in self.timeline.placements:
             name = placement.brick.id
             if name in self.watch.bricks:
-                yield name, self.watch.bricks[name].track(self.extension is not None and self.extension.is_frozen(name))
+                yield name, self._track(name)
             else:
                 pose = placement.pose
                 yield (
@@ -207,6 +215,12 @@ class _Run:
                         placement.brick, placement.level, BrickState.UNPLACED, pose, pose, pose, shift=0.0, tilt=0.0
                     ),
                 )
+
+    def _track(self, name: BodyId) -> BrickTrack:
+        frozen = self.extension is not None and self.extension.is_frozen(name)
+        track = self.watch.bricks[name].track(frozen)
+        unwatched = not frozen and not self.timeline.watched and self._only_an_engine_knows_more()
+        return replace(track, state=BrickState.UNWATCHED) if unwatched else track
 
 
 def _by_time(placements: Sequence[Placement]) -> Iterator[tuple[float, list[Placement]]]:
