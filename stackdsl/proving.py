@@ -3,12 +3,13 @@
 What falls, and where something dropped comes to lie, only an engine can tell. From there on nothing is judged.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import groupby
 
 from stability.model import BodyId
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Placed, Stability, Verdict
+from stability.statics.facts import Placed, Stability, Stage, Verdict
 from stackdsl.timeline import Timeline
 
 
@@ -18,6 +19,7 @@ class Judged:
 
     bricks: tuple[BodyId, ...]
     verdict: Verdict  # of all that stands, with them
+    stages: Mapping[BodyId, Stage | None]  # what proved each of them then; later bricks may bring in another proof
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +39,8 @@ def proofs_of(timeline: Timeline) -> Proofs:
         set_down = [placement for placement in placements if not placement.drop]
         if set_down:
             verdict = assembly.add_all(Placed(placement.brick, placement.pose) for placement in set_down)
-            judged.append(Judged(tuple(placement.brick.id for placement in set_down), verdict))
+            names = tuple(placement.brick.id for placement in set_down)
+            judged.append(Judged(names, verdict, {name: assembly.stage(name) for name in names}))
         if len(set_down) < len(placements) or assembly.verdict().stability is not Stability.STABLE:
             break
     return Proofs(tuple(judged), assembly)

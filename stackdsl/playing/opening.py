@@ -20,6 +20,14 @@ def rest_limits(timeline: Timeline) -> RestLimits:
     return RestLimits().scaled(lengths=size, times=sqrt(size * USUAL_GRAVITY / timeline.world.gravity))
 
 
+def load(system: System) -> None:
+    """Import what a system needs from the start, so that no run is charged for what the first in a process loads."""
+    if system.method is Method.PROVEN:
+        import stability.proven_extension  # noqa: PLC0415 -- other systems need no statics
+    else:
+        import stability.pybullet_engine  # noqa: F401, PLC0415 -- not where no engine may be needed
+
+
 def opened_world(timeline: Timeline, system: System) -> World:
     """An empty world with the planes of the timeline; close it after use."""
     heaviest = max(placement.brick.mass for placement in timeline.placements)

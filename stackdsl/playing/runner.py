@@ -17,7 +17,7 @@ from stability.separation import boxes_apart
 from stability.statics.facts import Stability
 from stability.watching import Extension, Update
 from stackdsl.playing.carrying import ForceMeter
-from stackdsl.playing.opening import extension_for, opened_world
+from stackdsl.playing.opening import extension_for, load, opened_world
 from stackdsl.playing.systems import System
 from stackdsl.playing.watch import Watch
 from stackdsl.timeline import Placement, Timeline
@@ -38,6 +38,7 @@ class BlockedPlacementError(RuntimeError):
 
 def play(timeline: Timeline, system: System, on_event: OnEvent = lambda event: None) -> Trace:
     """Play a timeline on a system, in a world of its own."""
+    load(system)
     started = perf_counter()
     world = opened_world(timeline, system)
     try:

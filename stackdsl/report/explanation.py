@@ -72,14 +72,15 @@ def _told(proofs: Proofs) -> Mapping[BodyId, str]:
     told = {}
     for judged in proofs.judged:
         for brick in judged.bricks:
-            told[brick] = f"  {_answer(proofs, judged, brick)}" + (_cost(judged) if brick == judged.bricks[-1] else "")
+            told[brick] = f"  {_answer(judged, brick)}" + (_cost(judged) if brick == judged.bricks[-1] else "")
     return told
 
 
-def _answer(proofs: Proofs, judged: Judged, brick: BodyId) -> str:
+def _answer(judged: Judged, brick: BodyId) -> str:
     if brick in judged.verdict.moving:
-        return "falls" if judged.verdict.stability is Stability.UNSTABLE else "in doubt"
-    stage = proofs.assembly.stage(brick)
+        answer = "falls" if judged.verdict.stability is Stability.UNSTABLE else "in doubt"
+        return f"{answer}: {judged.verdict.stage}" if judged.verdict.stage is not None else answer
+    stage = judged.stages[brick]
     return f"{stage}" if stage is not None else "not proven"
 
 
