@@ -34,7 +34,11 @@ def test_a_scenario_meets_its_expectations_and_its_snapshot(case: Case, golden: 
     assert snapshot == golden(snapshot.identity)
 
 
-MODELLED = [case for case in GATHERED.cases if case.system == "thesis" and "long" not in case.scenario.tags]
+MODELLED = [
+    case
+    for case in GATHERED.cases
+    if case.system in ("exact", "thesis") and not {"long", "large"}.intersection(case.scenario.tags)
+]
 
 
 @pytest.mark.parametrize("case", MODELLED, ids=lambda case: case.name)

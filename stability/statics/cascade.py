@@ -23,6 +23,7 @@ from stability.statics.structure import Structure
 from stability.statics.tipping import Fall, tipping
 
 SPREAD = 4  # times more levels, or bricks, each time that a group grows
+SEARCHED = 300  # bricks: of a body that tips and is not larger, the smallest part that tips by itself is looked for
 SMALL = 60  # bricks: a programme of so many is still cheap
 
 
@@ -36,7 +37,7 @@ class Answer:
 
 def judge(structure: Structure, brick: BodyId, partners: "Partners") -> Answer:
     """Prove that a brick stands, or that something falls, or say why neither can be proven."""
-    fallen = _tips(structure, [brick])
+    fallen = _tips(structure, brick)
     if fallen is not None:
         return fallen
     group, levels = partners.of({brick}), 1
@@ -93,22 +94,36 @@ class Partners:
 # --- tipping ----------------------------------------------------------------------------------------------------------
 
 
-def _tips(structure: Structure, roots: Sequence[BodyId]) -> Answer | None:
-    """Whether a brick tips as one body with all that it can carry."""
-    moving = structure.with_all_above(roots)
-    bricks = {name: structure.bricks[name] for name in moving}
-    border = [c for c in structure.contacts_of(sorted(moving)) if (c.lower in moving) != (c.upper in moving)]
-    fall = tipping(bricks, border)
-    return _proven_fall(structure, fall, Stage.TIPPING) if fall is not None else None
-
-
-def _proven_fall(structure: Structure, fall: Fall, stage: Stage) -> Answer | None:
-    """A fall, if plain arithmetic agrees."""
-    problem = structure.problem(fall.bricks, structure.contacts_of(fall.bricks))
-    if not check_motion(problem, fall.motion, structure.tolerances).holds:
+def _tips(structure: Structure, brick: BodyId) -> Answer | None:
+    """Whether a brick, or a smaller part of what it carries, tips as one body with all above it."""
+    fall = _fall_of(structure, brick)
+    if fall is None:
         return None
+    if 1 < len(fall.bricks) <= SEARCHED:
+        fall = next((f for f in _smaller_falls(structure, fall) if f is not None), fall)
+    problem = structure.problem(fall.bricks, structure.contacts_of(fall.bricks))
     reason = described(problem, fall.motion)
-    return Answer(verdict=Verdict(Stability.UNSTABLE, stage, reason, fall.bricks, fall.motion))
+    return Answer(verdict=Verdict(Stability.UNSTABLE, Stage.TIPPING, reason, fall.bricks, fall.motion))
+
+
+def _smaller_falls(structure: Structure, fall: Fall) -> Iterator[Fall | None]:
+    """The falls of parts of what tips, the smallest part first, ties by name."""
+    parts = sorted((len(structure.with_all_above([name])), name) for name in fall.bricks)
+    return (_fall_of(structure, name) for size, name in parts if size < len(fall.bricks))
+
+
+def _fall_of(structure: Structure, brick: BodyId) -> Fall | None:
+    """The fall of a brick and all that it can carry as one body, if plain arithmetic agrees."""
+    moving = structure.with_all_above([brick])
+    bricks = {name: structure.bricks[name] for name in moving}
+    contacts = structure.contacts_of(sorted(moving))
+    fall = tipping(bricks, [c for c in contacts if (c.lower in moving) != (c.upper in moving)])
+    if (
+        fall is None
+        or not check_motion(structure.problem(fall.bricks, contacts), fall.motion, structure.tolerances).holds
+    ):
+        return None
+    return fall
 
 
 # --- weight propagation -----------------------------------------------------------------------------------------------
@@ -122,7 +137,7 @@ def _passed_down(structure: Structure, group: set[BodyId]) -> Answer | Failure |
     passed = propagate(order, weights, structure.carriers, structure.cores)
     if not isinstance(passed, Failure):
         return Answer(Group(tuple(order), Stage.PROPAGATION, presses=passed))
-    return _tips(structure, [passed.brick]) or passed
+    return _tips(structure, passed.brick) or passed
 
 
 # --- programmes -------------------------------------------------------------------------------------------------------

@@ -7,6 +7,7 @@ from math import atan2, degrees, hypot, isfinite
 
 from stability.geometry import box_top
 from stability.model import BodyId, Pose, Vec3
+from stability.statics.facts import Stage
 from stackdsl.snapshots.record import (
     COLLAPSE_TIME,
     FRICTION,
@@ -60,7 +61,7 @@ def take(trace: Trace, world: World, identity: Identity, stamp: Mapping[str, str
         world=_scene(world),
         verdict=trace.verdict.value,
         statics=trace.statics.stability.value if trace.statics is not None else None,
-        collapse=_first_collapse(trace.collapse, proven),
+        collapse=_first_collapse(trace, proven),
         height_mm=_height(trace.tracks, states) if proven else None,
         levels_standing=_levels_standing(trace.tracks, states) if proven else None,
         events=tuple(_placings(trace, proven)),
@@ -106,12 +107,17 @@ def _turn(pose: Pose) -> tuple[Number, ...]:
     return tuple(_rounded(sign * value / sine * angle if sine > 0.0 else 0.0, TURN) for value in (x, y, z))
 
 
-def _first_collapse(collapse: Collapse | None, proven: bool) -> FirstCollapse | None:
+def _first_collapse(trace: Trace, proven: bool) -> FirstCollapse | None:
+    collapse, statics = trace.collapse, trace.statics
     if collapse is None:
         return None
     if not proven:
         return FirstCollapse(collapse.level, time_s=None, gave_way=None)
-    return FirstCollapse(collapse.level, _rounded(collapse.time, COLLAPSE_TIME), collapse.gave_way)
+    # Of several ways to fall, as the two sides of what is symmetric, a programme finds any one.
+    any_way = statics is not None and statics.stage is not Stage.TIPPING
+    return FirstCollapse(
+        collapse.level, _rounded(collapse.time, COLLAPSE_TIME), UNCLEAR if any_way else collapse.gave_way
+    )
 
 
 def _departure(track: BrickTrack) -> float:
