@@ -22,7 +22,7 @@ from stability.statics.programmes.wrench_matrix import Sparse, WrenchMatrix, wre
 from stability.statics.proof import check_forces, check_motion
 
 MOST_CORRECTIONS = 3  # of forces; what they do not mend is no rounding
-HOPELESS = 1e-3  # share of what a brick carries: a residual above is no rounding
+HOPELESS = 1e-6  # share of what a brick carries: a residual above is no rounding
 FAINT = 1e-8  # share of a usual force by which even a contact that does not press may be corrected
 MIXED = (1e-11, 1e-9, 1e-7, 1e-5)  # shares of the speed of the fastest that a lift is mixed in with
 DENSE = 200  # columns up to which dense matrices are faster than the import of sparse ones
@@ -133,7 +133,11 @@ def _solved(matrix: Sparse, weight: Array, residual: Array) -> Array:
     """The x of `matrix.T @ diag(weight) @ matrix @ x = residual`, or near it; nothing if that fails."""
     if len(residual) <= DENSE:
         rows = matrix.toarray()
-        near: Array = np.linalg.lstsq(rows.T @ (weight[:, None] * rows), residual, rcond=FAINT * FAINT)[0]
+        square = rows.T @ (weight[:, None] * rows)
+        try:
+            near: Array = np.linalg.solve(square + FAINT * FAINT * np.identity(len(residual)), residual)
+        except np.linalg.LinAlgError:  # singular, as far as it can tell
+            return np.zeros(len(residual))
         return near
     from scipy.sparse import diags, identity  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
     from scipy.sparse.linalg import splu  # noqa: PLC0415 -- likewise
