@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
 .DEFAULT_GOAL := help
-.PHONY: help check check-all test test-slow lint format bench lock clean
+.PHONY: help check check-all test test-slow lint format bench bench-statics bench-compas lock clean
 
 help:           ## list the targets
 	@grep -hE '^[a-z-]+: .*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 16
@@ -29,7 +29,14 @@ test-slow: $(READY) ## the tests that take minutes
 	$(BIN)/python -m pytest -m slow
 
 bench: $(READY) ## speed against error on the four-stack, every system in one run
-	$(BIN)/python benchmarks/four_stack.py
+	$(BIN)/python -m benchmarks.four_stack
+
+bench-statics: $(READY) ## what exact statics cost, and how far each answer is off
+	$(BIN)/python -m benchmarks.statics
+
+bench-compas: $(READY) ## the same towers and walls with compas_cra, side by side; installs it first
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check '.[peers]'
+	$(BIN)/python -m benchmarks.against_compas
 
 lint: $(READY)  ## format check, lint and types
 	$(BIN)/ruff format --check .

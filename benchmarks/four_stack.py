@@ -17,7 +17,12 @@ from stackdsl.playing.systems import SYSTEMS
 from stackdsl.trace import Trace
 
 SCENARIO = Path(__file__).parent.parent / "scenarios" / "four-stack.yaml"
-RUNS = {"thesis": 5, "tuned": 1, "stock": 3}  # the long one once: its minute of stepping averages by itself
+RUNS = {
+    "exact": 25,
+    "thesis": 5,
+    "tuned": 1,
+    "stock": 3,
+}  # the long one once: its minute of stepping averages by itself
 
 
 def main() -> None:

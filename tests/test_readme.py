@@ -14,10 +14,14 @@ ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
-def block(language: str) -> str:
-    found = re.search(rf"```{language}\n(.*?)```", README, re.DOTALL)
-    assert found
-    return found[1]
+def block(language: str, number: int = 0) -> str:
+    return re.findall(rf"```{language}\n(.*?)```", README, re.DOTALL)[number]
+
+
+def printed(code: str) -> str:
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
 
 
 def test_the_two_commands_stand_at_the_top() -> None:
@@ -33,9 +37,12 @@ def test_the_example_scenario_does_what_it_says() -> None:
         assert all(o.passed for o in judge(trace, case.scenario, case.variant, case.source, case.system))
 
 
+def test_statics_alone_says_what_stands_and_what_falls() -> None:
+    lines = printed(block("python")).splitlines()
+    assert all(line.startswith("stable ") for line in lines[:5])
+    assert lines[5].startswith("('plank3',) Margins(")
+    assert lines[6].startswith("unstable far tips over plank4 ('far',)")
+
+
 def test_the_extension_attaches_to_a_users_own_world() -> None:
-    done = subprocess.run(
-        [sys.executable, "-c", block("python")], cwd=ROOT, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    assert "20 bricks stand" in done.stdout
+    assert "20 bricks are proven to stand, 0 still move" in printed(block("python", 1))

@@ -232,6 +232,14 @@ def test_a_finding_is_one_whole_line_at_any_width(seen: Report, line: str, width
     assert line in report_text(seen, width=width).splitlines()
 
 
+def test_of_ten_thousand_golden_differences_a_hundred_are_shown() -> None:
+    differences = [GoldenDifference(f"L{number}.1", "state", "frozen", "fallen", "exact") for number in range(10_000)]
+    text = report_text(Report((with_golden(GoldenStatus.DIFFERENT, "", *differences),)))
+    assert "L99.1" in text
+    assert "L100.1" not in text
+    assert "and 9900 more differences; --format json lists all" in text
+
+
 def test_golden_differences_are_a_table_under_the_name_of_the_file() -> None:
     lines = report_text(report(with_golden(GoldenStatus.DIFFERENT, "", MOVED))).splitlines()
     title = lines.index("Different from golden/slant[thesis].json")

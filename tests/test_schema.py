@@ -46,6 +46,7 @@ build:
     after: level 3 + 1 s
   - harmonic: {bricks: 5, share: 0.9, origin: [2 m, 0 m, 0 m]}
     after: built
+  - tower: {levels: 3, bricks: 16, overlap: 40 %, origin: [5 m, 0 m, 0 m]}
   - bricks:
       - {name: roof, at: [0 mm, 0 mm, 100 mm], rotate: [0 deg, 0 deg, 90 deg], drop: true, level: 5}
       - {at: [3 m, 0 m, 4 mm], brick: {size: [60 mm, 24 mm, 8 mm], mass: 6 g}}
@@ -103,7 +104,7 @@ def test_the_least_scenario_has_defaults_for_all_the_rest() -> None:
 
 def test_a_scenario_may_use_everything() -> None:
     first, *_, last = (Scenario.model_validate(values) for values in variants(EVERYTHING))
-    tower, column, _, _, single = first.build
+    tower, column, _, _, _, single = first.build
     assert tower.layout == ("four_stack", tower.four_stack)  # type: ignore[attr-defined]
     origin = ["1 m", "0 m", "0 m"]
     assert column.layout == ("column", ColumnParams.model_validate({"levels": 2, "step": "1 cm", "origin": origin}))

@@ -14,6 +14,7 @@ from stackdsl.report.diagnostic_text import diagnostic_text
 from stackdsl.report.outcome_text import outcome_text, significant
 
 NOTHING = "-"
+MOST_DIFFERENCES = 100  # of one golden file that are shown; a tower that fell has ten thousand, and nobody reads them
 UNBOUNDED = 10_000  # [characters] more than any table takes
 STYLES = (
     dict.fromkeys(("stands", "same", "agrees"), "green")
@@ -152,10 +153,12 @@ def _differences(result: VariantResult) -> Block:
             "got": difference.got,
             "tolerance": difference.tolerance,
         }
-        for difference in result.golden.differences
+        for difference in result.golden.differences[:MOST_DIFFERENCES]
     ]
     moved = "Rewritten" if result.golden.status is GoldenStatus.WRITTEN else "Different from"
-    return [_line(f"{moved} {result.golden.file}", "bold"), _table(rows, left=tuple(rows[0]))]
+    left_out = len(result.golden.differences) - len(rows)
+    rest = [_line(f"and {_counted(left_out, 'more difference')}; --format json lists all")] if left_out else []
+    return [_line(f"{moved} {result.golden.file}", "bold"), _table(rows, left=tuple(rows[0])), *rest]
 
 
 def _golden_files(report: Report) -> Iterator[str]:
