@@ -45,6 +45,7 @@ class Assembly:
         `friction` is the Coulomb coefficient of brick on brick and on tables; `gravity` is along -z [m/s2].
         """
         self._structure = Structure(tuple(planes), tuple(tables), friction, gravity, tolerances)
+        self._fixed = {plane.id for plane in self.planes} | {table.brick.id for table in self.tables}
         self._ledger = Ledger()
         self._unproven: set[BodyId] = set()
         self._partners = Partners(self._structure, self._ledger.with_partners)
@@ -75,7 +76,12 @@ class Assembly:
 
     def add(self, brick: Brick, pose: Pose) -> Verdict:
         """Set down one brick, at rest; the verdict is that of all there is."""
-        return self.add_all((Placed(brick, pose),))
+        started = perf_counter()
+        placed = Placed(brick, pose)
+        self._reject_known((placed,))
+        self._structure.put(placed)
+        self._ask_core(brick.id)
+        return self._judged(started, (brick.id,))
 
     def add_all(self, bricks: Iterable[Placed]) -> Verdict:
         """Set down bricks together, at rest."""
@@ -103,11 +109,12 @@ class Assembly:
         return self._judged(started, [*again, brick])
 
     def _reject_known(self, coming: Sequence[Placed]) -> None:
-        known: set[BodyId] = {plane.id for plane in self.planes} | {table.brick.id for table in self.tables}
-        for name in (placed.brick.id for placed in coming):
-            if name in self._structure.bricks or name in known:
+        coming_too: set[BodyId] = set()
+        for placed in coming:
+            name = placed.brick.id
+            if name in self._structure.bricks or name in self._fixed or name in coming_too:
                 raise ValueError(f"there are two bodies called '{name}'; give each a name of its own")
-            known.add(name)
+            coming_too.add(name)
 
     def _take(self, bricks: Sequence[BodyId]) -> list[BodyId]:
         """Take bricks out, and the proofs that counted on them; returns the bricks to be judged again."""

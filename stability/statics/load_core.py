@@ -14,7 +14,7 @@ from math import sqrt
 from stability.geometry import Point2, Polygon
 from stability.model import BodyId
 from stability.statics.facts import Contact
-from stability.statics.polygons import clip, depth, extent, hull
+from stability.statics.polygons import clip, depth, extent, holds, hull
 
 UPRIGHT = 1e-12  # slack of a unit normal's slope against friction: what rounding does to its components
 ON_THE_BORDER = 1e-12  # share of a core's extent: closer to the border, inside and outside are one to rounding
@@ -78,7 +78,7 @@ def piece(points: tuple[Point2, ...], below: LoadCore | None) -> tuple[Point2, .
     if below is None:
         return points
     if len(points) > 2:  # noqa: PLR2004 -- a patch
-        return clip(points, below.polygon)
+        return points if holds(below.polygon, points, below.slack) else clip(points, below.polygon)
     if len(points) == 2:  # noqa: PLR2004 -- a line
         return _clipped_line(points[0], points[1], below)
     return points if points and below.carries(points[0]) else ()

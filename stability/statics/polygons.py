@@ -22,21 +22,24 @@ def hull(points: Iterable[Point2]) -> Polygon:
     if len(ordered) < 3:  # noqa: PLR2004 -- a polygon has three corners
         return ()
     slack = ROUNDING * extent(ordered)
-    lower, upper = _chain(ordered, slack), _chain(ordered[::-1], slack)
+    lower = _chain(ordered, slack)
+    ordered.reverse()
+    upper = _chain(ordered, slack)
     corners = (*lower[:-1], *upper[:-1])
     return corners if len(corners) > 2 else ()  # noqa: PLR2004
 
 
 def _chain(ordered: Sequence[Point2], slack: float) -> list[Point2]:
-    chain: list[Point2] = []
-    for x, y in ordered:
+    chain = [ordered[0], ordered[1]]
+    for point in ordered[2:]:
+        x, y = point
         while len(chain) > 1:
             (ox, oy), (ax, ay) = chain[-2], chain[-1]
             dx, dy = x - ox, y - oy
             if (ax - ox) * dy - (ay - oy) * dx > slack * (abs(dx) + abs(dy)):
                 break
             chain.pop()
-        chain.append((x, y))
+        chain.append(point)
     return chain
 
 
@@ -81,6 +84,21 @@ def depth(point: Point2, polygon: Polygon) -> float:
         least = min(least, distance)
         ax, ay = bx, by
     return least if polygon else -inf
+
+
+def holds(window: Polygon, points: Sequence[Point2], slack: float) -> bool:
+    """Whether no point lies outside a convex polygon by more than `slack` [m]: quicker to say than to clip."""
+    if not window:
+        return False
+    ax, ay = window[-1]
+    for bx, by in window:
+        dx, dy = bx - ax, by - ay
+        least = -slack * (dx if dx > 0.0 else -dx) - slack * (dy if dy > 0.0 else -dy)
+        for x, y in points:
+            if dx * (y - ay) - dy * (x - ax) < least:
+                return False
+        ax, ay = bx, by
+    return True
 
 
 def clip(subject: Polygon, window: Polygon) -> Polygon:
