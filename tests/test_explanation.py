@@ -31,7 +31,7 @@ def test_a_group_tells_its_cost_once() -> None:
 
 def test_what_falls_is_named_with_the_reason() -> None:
     lines = explained("- column: {levels: 3, step: 45 mm}")  # two planks' centre is 67 mm out, beyond 58.8 mm
-    assert [line.split("  ")[-1].split(",")[0] for line in lines if " at (" in line][1:] == ["falls", "falls"]
+    assert [line.split("  ")[-1].split(",")[0] for line in lines if " at (" in line][1:] == ["falls: tipping"] * 2
     assert any("UNSTABLE" in line and "over L1.1" in line for line in lines)
     assert not any("survive" in line for line in lines)
 

@@ -15,6 +15,7 @@ from types import MappingProxyType
 
 from stability.contact_graph import from_the_top
 from stability.model import GROUND, BodyId, Brick, Plane, Pose
+from stability.statics.admission import admit_brick, admit_names, admit_site
 from stability.statics.cascade import Partners, judge
 from stability.statics.certificate import total_forces
 from stability.statics.facts import Contact, Forces, Placed, Problem, Stability, Stage, Tolerances, Verdict
@@ -26,6 +27,7 @@ from stability.statics.structure import Structure
 
 LEVEL_GROUND = Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), friction=0.5)
 EARTH = 9.81  # [m/s2]
+LOST_DIGITS = 1e-15  # of a coordinate: a few times what one rounding takes
 DEAREST_FIRST = tuple(reversed(Stage))
 
 
@@ -45,9 +47,11 @@ class Assembly:
         `friction` is the Coulomb coefficient of brick on brick and on tables; `gravity` is along -z [m/s2].
         """
         self._structure = Structure(tuple(planes), tuple(tables), friction, gravity, tolerances)
+        admit_site(self.planes, self.tables, friction, gravity)
         self._fixed = {plane.id for plane in self.planes} | {table.brick.id for table in self.tables}
         self._ledger = Ledger()
         self._unproven: set[BodyId] = set()
+        self._in_doubt: dict[BodyId, Verdict] = {}  # what was found of unproven bricks
         self._partners = Partners(self._structure, self._ledger.with_partners)
         self._verdict = Verdict(Stability.STABLE)
         self.bricks: Mapping[BodyId, Placed] = MappingProxyType(self._structure.bricks)
@@ -75,53 +79,64 @@ class Assembly:
     # --- changes ------------------------------------------------------------------------------------------------------
 
     def add(self, brick: Brick, pose: Pose) -> Verdict:
-        """Set down one brick, at rest; the verdict is that of all there is."""
-        started = perf_counter()
-        placed = Placed(brick, pose)
-        self._reject_known((placed,))
-        self._structure.put(placed)
-        self._ask_core(brick.id)
-        return self._judged(started, (brick.id,))
+        """Set down one brick, at rest; the verdict is that of all there is. Raises ValueError for what is no brick."""
+        return self._set_down((Placed(brick, pose),))
 
     def add_all(self, bricks: Iterable[Placed]) -> Verdict:
-        """Set down bricks together, at rest."""
+        """Set down bricks together, at rest. Raises ValueError, before anything has changed, for what is no brick."""
+        return self._set_down(tuple(bricks))
+
+    def _set_down(self, bricks: Sequence[Placed]) -> Verdict:
         started = perf_counter()
-        coming = sorted(bricks, key=lambda placed: (placed.pose.position_W[2], placed.brick.id))
-        self._reject_known(coming)
+        for placed in bricks:
+            admit_brick(placed)
+        admit_names([placed.brick.id for placed in bricks], self._structure.bricks)
+        admit_names([placed.brick.id for placed in bricks], self._fixed)
+        coming = sorted(bricks, key=_by_height) if len(bricks) > 1 else bricks
         for placed in coming:
             self._structure.put(placed)
             self._ask_core(placed.brick.id)
-        return self._judged(started, [placed.brick.id for placed in coming])
+        names = [placed.brick.id for placed in coming]
+        self._touched(names)
+        return self._judged(started, names)
 
     def remove(self, bricks: Collection[BodyId]) -> Verdict:
         """Take bricks away. What they carried, or held by their weight, is judged again."""
         started = perf_counter()
-        again = self._take(sorted(bricks))
-        return self._judged(started, again)
+        if isinstance(bricks, str):
+            raise TypeError(f"give a collection of names, such as ['{bricks}']")
+        names = sorted(set(bricks))
+        self._reject_unknown(names)
+        return self._judged(started, self._take(names))
 
     def move(self, brick: BodyId, pose: Pose) -> Verdict:
         """Put a brick somewhere else, at rest."""
         started = perf_counter()
+        self._reject_unknown([brick])
         placed = replace(self._structure.bricks[brick], pose=pose)
+        admit_brick(placed)
         again = self._take([brick])
         self._structure.put(placed)
         self._ask_core(brick)
+        self._touched([brick])
         return self._judged(started, [*again, brick])
 
-    def _reject_known(self, coming: Sequence[Placed]) -> None:
-        coming_too: set[BodyId] = set()
-        for placed in coming:
-            name = placed.brick.id
-            if name in self._structure.bricks or name in self._fixed or name in coming_too:
-                raise ValueError(f"there are two bodies called '{name}'; give each a name of its own")
-            coming_too.add(name)
+    def _reject_unknown(self, names: Sequence[BodyId]) -> None:
+        for name in names:
+            if name not in self._structure.bricks:
+                raise LookupError(f"there is no brick '{name}'")
+
+    def _touched(self, names: Iterable[BodyId]) -> None:
+        """What was found of everything connected with these bricks has to be found anew."""
+        if self._in_doubt:
+            for name in names:
+                for other in self._structure.component(name):
+                    self._in_doubt.pop(other, None)
 
     def _take(self, bricks: Sequence[BodyId]) -> list[BodyId]:
         """Take bricks out, and the proofs that counted on them; returns the bricks to be judged again."""
         structure = self._structure
-        unknown = [name for name in bricks if name not in structure.bricks]
-        if unknown:
-            raise KeyError(f"there is no brick '{unknown[0]}'")
+        self._touched(bricks)
         affected = structure.with_all_above(bricks)
         while True:
             larger = structure.with_all_above(affected | self._ledger.strike(affected))
@@ -165,15 +180,22 @@ class Assembly:
         for name in self._structure.upwards(self._unproven):
             if name not in self._unproven:
                 continue
-            answer = judge(self._structure, name, self._partners)
-            if answer.group is not None:
-                self._ledger.enter(answer.group)
-                self._unproven.difference_update(answer.group.members)
-            elif answer.verdict is not None:
-                found = answer.verdict
-                if found.stability is Stability.UNSTABLE:
-                    break  # what moves must go before more can be said
+            verdict = self._in_doubt.get(name) or self._asked(name)
+            found = verdict or found
+            if found is not None and found.stability is Stability.UNSTABLE:
+                break  # what moves must go before more can be said
         return found
+
+    def _asked(self, name: BodyId) -> Verdict | None:
+        """What the cascade says of a brick if it cannot prove it; remembered until something near it changes."""
+        answer = judge(self._structure, name, self._partners)
+        if answer.group is not None:
+            self._ledger.enter(answer.group)
+            self._unproven.difference_update(answer.group.members)
+            return None
+        if answer.verdict is not None:
+            self._in_doubt |= dict.fromkeys(self._unproven.intersection({*answer.verdict.moving, name}), answer.verdict)
+        return answer.verdict
 
     def _dearest(self, bricks: Sequence[BodyId]) -> Stage | None:
         if len(bricks) == 1:
@@ -217,10 +239,17 @@ class Assembly:
             return None
         problem = self.problem()
         forces = total_forces(self._structure, self._ledger, list(problem.contacts))
-        check = check_forces(problem, forces, self._structure.tolerances)
+        check = check_forces(problem, forces, self._rounded(problem))
         if not check.holds:
             raise ArithmeticError(f"the proof of the assembly does not hold: {check}")
         return forces
+
+    def _rounded(self, problem: Problem) -> Tolerances:
+        """The tolerances, with what is lost of a residual because coordinates far from the origin are rounded."""
+        tolerances = self._structure.tolerances
+        furthest = max((abs(part) for p in problem.bricks.values() for part in p.pose.position_W), default=0.0)
+        smallest = min((max(p.brick.size) for p in problem.bricks.values()), default=1.0)
+        return replace(tolerances, residual=tolerances.residual + LOST_DIGITS * furthest / smallest)
 
     def shares(self, brick: BodyId) -> Mapping[BodyId, float]:
         """Which part of its load goes to each support, if weights are passed down with forces of least norm.
@@ -246,3 +275,7 @@ class Assembly:
                 if press.contact.lower in loads:
                     loads[press.contact.lower] = loads[press.contact.lower].plus(press.burden)
         return found
+
+
+def _by_height(placed: Placed) -> tuple[float, BodyId]:
+    return placed.pose.position_W[2], placed.brick.id

@@ -39,9 +39,16 @@ def carries_upright(contact: Contact) -> bool:
 
 
 def upright_normal(contact: Contact) -> int | None:
-    """The number of a normal whose friction cone holds the upright direction."""
+    """The number of a normal whose friction cone holds the upright direction, and from which a lift comes off.
+
+    Where friction is above 1, a contact may be so steep that lifting the body would not open it: then upright forces
+    may be self-stress, which other stages look for.
+    """
     for index, (_, _, nz) in enumerate(contact.normals_W):
-        if nz > 0.0 and sqrt(max(0.0, 1.0 - nz * nz)) <= contact.friction * nz + UPRIGHT:
+        if nz == 1.0:
+            return index
+        across = sqrt(max(0.0, 1.0 - nz * nz))
+        if nz > 0.0 and across <= contact.friction * nz + UPRIGHT and contact.friction * across < nz:
             return index
     return None
 

@@ -5,11 +5,11 @@ forces can hold against are a convex set around none. Directions that were solve
 outside (see `acceleration_cut`); the margin lies between the largest disc within what the points span and the nearest
 cut. The next direction is the foot of the perpendicular on the nearest cut, else the corner where two cuts meet.
 
-Chords alone are slow where the set is round, as for a block that slides the same way in all directions. There the
-forces between solved directions are interpolated: with t = tan(angle / 2), (1 + t^2) (1, cos, sin) are polynomials in
-t, so polynomials through (1 + t^2) times the solved forces balance every direction between. That they stay within
-their cones, f_n >= 0 and f_n^2 - |f_t|^2 >= 0, is shown by the coefficients of these polynomials in Bernstein's basis,
-none of which is negative.
+Chords alone are slow where the set is round. Where bodies slide alike in all directions, other forces prove whole arcs
+(see `sliding_all_ways`). Elsewhere the forces between solved directions are interpolated: with t = tan(angle / 2),
+(1 + t^2) (1, cos, sin) are polynomials in t, so polynomials through (1 + t^2) times the solved forces balance every
+direction between. That they stay within their cones, f_n >= 0 and f_n^2 - |f_t|^2 >= 0, is shown by the coefficients
+of these polynomials in Bernstein's basis, none of which is negative.
 """
 
 from collections.abc import Sequence
@@ -22,6 +22,7 @@ import numpy as np
 from stability.geometry import Point2
 from stability.statics.facts import Motion, Problem, Tolerances
 from stability.statics.margins.acceleration_cut import (
+    Cut,
     Heading,
     Shaken,
     distance_of,
@@ -32,11 +33,13 @@ from stability.statics.margins.acceleration_cut import (
 )
 from stability.statics.margins.arc_forces import stay_inside
 from stability.statics.margins.face_centre import centred
+from stability.statics.margins.sliding_all_ways import hold_along, slide
 from stability.statics.polygons import hull
 from stability.statics.programmes.wrench_matrix import Array
 
 MOST_HEADINGS = 120  # what is open then stays open between `value` and `upper`
 NOTHING = 1e-7  # [g] a margin below is none
+INEXACT = 1e-4  # share by which the solver may have a cut too near
 NODES = (4, 8)  # headings through which forces are interpolated
 WIDEST = 3.0  # [rad] angle over which they are
 NEAR = 0.02  # share of an arc; a direction this near to one of its ends tells nothing new
@@ -85,38 +88,47 @@ def acceleration(
 ) -> AccelerationMargin | None:
     """The acceleration survived in the worst direction, to a relative `tolerance`; None if it is not proven to stand.
 
-    Ten directions are enough for it where bodies tip; some 40 where they slide alike in all directions.
+    Ten directions are enough for it where bodies tip; four to eight where they slide alike in all directions.
     `gravity` [m/s2] is needed where loads are more than weights; else every brick weighs what its load pulls down with.
     """
     case = shaken(problem, gravity, tolerances)
     if case is None:
         return None
     first = _facing(problem)
+    sliding = slide(case, first)
     solved = [heading(case, first + quarter * pi / 2.0) for quarter in range(4)]
     arcs = [_Arc(a, b) for a, b in pairwise([*solved, solved[0]])]
     middles: dict[float, Array] = {}
     while True:
-        nearest = min(solved, key=lambda one: distance_of(one.cut))
-        upper = distance_of(nearest.cut)
+        nearest = _nearest(case, solved, sliding)
+        upper = distance_of(nearest)
         enough = upper * (1.0 - tolerance)
         weakest = min(range(len(arcs)), key=lambda i: arcs[i].proven)
         arc = arcs[weakest]
         if arc.proven >= enough or upper <= NOTHING or upper == inf or len(solved) >= MOST_HEADINGS:
-            return _margin(case, arc.proven, nearest, len(solved))
-        if _is_smooth(arcs, weakest, case, enough, middles):
+            return _margin(case, arc.proven, nearest, solved)
+        is_smooth = nearest is sliding and hold_along(case, enough, arc.start.angle + 0.5 * arc.width, arc.width)
+        if is_smooth or _is_smooth(arcs, weakest, case, enough, middles):
             arcs[weakest] = replace(arc, smooth=enough)
         else:
             solved.append(heading(case, _next(arc, nearest)))
             arcs[weakest : weakest + 1] = [_Arc(arc.start, solved[-1]), _Arc(solved[-1], arc.end)]
 
 
-def _margin(case: Shaken, proven: float, nearest: Heading, headings: int) -> AccelerationMargin:
-    cut = nearest.cut
-    if cut is None:
-        return AccelerationMargin(inf, inf, nearest.angle, None, headings)
-    upper = proven_distance(case, cut)
+def _nearest(case: Shaken, solved: Sequence[Heading], sliding: Cut | None) -> Cut | None:
+    """The nearest of all cuts. Those of the solver are known to its accuracy only, so that near ones must be proven."""
+    cut = min((one.cut for one in solved), key=distance_of)
+    if sliding is None or distance_of(cut) < sliding.distance * (1.0 - INEXACT):
+        return cut
+    return cut if cut is not None and proven_distance(case, cut) < sliding.distance else sliding
+
+
+def _margin(case: Shaken, proven: float, nearest: Cut | None, solved: Sequence[Heading]) -> AccelerationMargin:
+    if nearest is None:
+        return AccelerationMargin(inf, inf, solved[0].angle, None, len(solved))
+    upper = proven_distance(case, nearest)
     value = proven if upper > NOTHING else 0.0
-    return AccelerationMargin(value, upper, atan2(cut.normal[1], cut.normal[0]), cut.motion, headings)
+    return AccelerationMargin(value, upper, atan2(nearest.normal[1], nearest.normal[0]), nearest.motion, len(solved))
 
 
 def tilt(acceleration: float) -> float:
@@ -149,11 +161,11 @@ def _beyond(a: Point2, b: Point2, centre: Sequence[float]) -> tuple[float, float
     return (dx * (centre[1] - a[1]) - dy * (centre[0] - a[0])) / hypot(dx, dy), atan2(-dx, dy)
 
 
-def _next(arc: _Arc, nearest: Heading) -> float:
+def _next(arc: _Arc, nearest: Cut | None) -> float:
     """The direction within an arc that promises most."""
     choices = []
-    if nearest.cut is not None:
-        choices.append(atan2(nearest.cut.normal[1], nearest.cut.normal[0]))
+    if nearest is not None:
+        choices.append(atan2(nearest.normal[1], nearest.normal[0]))
     corner = _corner(arc)
     if corner is not None:
         choices.append(atan2(corner[1], corner[0]))

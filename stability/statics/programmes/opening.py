@@ -14,7 +14,9 @@ from stability.statics.proof import least_opening
 
 OPEN = 1e-6  # of the speed there: a contact that opens by less may be closed by what is not known of the geometry
 SPREAD = 0.5  # how much of the friction that a lift leaves free its sideways spread may use up
-ROOM = 10.0  # times the height of the stack in bricks: how much faster than the least opening a brick may move
+# Times the number of bricks: how much faster than the least opening a brick may move. In a row of leaning planks each
+# moves faster than the one before, so height is no measure.
+ROOM = 10.0
 ACCURACY = 1e-9  # what the solver is asked for; what is found is checked
 
 
@@ -91,8 +93,8 @@ def stack_ranks(problem: Problem) -> Mapping[BodyId, int]:
 def widest_openings(problem: Problem, solve: Solver = clarabel_solve) -> Openings | None:
     """The motion that opens contacts most, each counted up to a limit: those that it leaves shut, no motion opens."""
     system = wrench_matrix(problem, whole=True, carried=dict.fromkeys(problem.bricks, 1.0))
-    highest = max(stack_ranks(problem).values(), default=1)
-    point = asked(_programme(system, len(problem.contacts), ROOM * (1 + highest)), ACCURACY, solve)
+    room = ROOM * (1 + len(problem.bricks))
+    point = asked(_programme(system, len(problem.contacts), room), ACCURACY, solve)
     if isinstance(point, str) or not np.isfinite(point.x).all():
         return None
     columns = len(system.loads)
