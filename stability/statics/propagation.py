@@ -125,19 +125,19 @@ def least_norm(load: Point2, corners: Sequence[Point2]) -> list[float] | None:
     The minimum has the form f = max(0, u + v x + w y) (its Karush-Kuhn-Tucker conditions); Newton's method on the set
     of corners that press finds it. None if the load lies outside their hull, or if that set is not found.
     """
-    border = hull(corners)
-    if not border:
-        return _on_a_line(load, corners)
-    scale = extent(border)
-    inside = depth(load, border) / scale
-    if inside < -ON_THE_BORDER:
+    lx, ly = load
+    offsets = [(x - lx, y - ly) for x, y in corners]
+    scale = max([max(abs(x), abs(y)) for x, y in offsets], default=0.0)
+    if scale == 0.0:
+        return [1.0 / len(corners)] * len(corners) if corners else None
+    points = [(x / scale, y / scale) for x, y in offsets]
+    if not _is_amid(points):
         return None
-    points = [((x - load[0]) / scale, (y - load[1]) / scale) for x, y in corners]
     pressing = [True] * len(points)
     for _ in range(MOST_TURNS):
         pressure = _plane([point for point, presses in zip(points, pressing, strict=True) if presses])
         if pressure is None:
-            return None
+            return None if hull(corners) else _on_a_line(load, corners)
         u, v, w = pressure
         heights = [u + v * x + w * y for x, y in points]
         now = [height > 0.0 for height in heights]
@@ -146,6 +146,17 @@ def least_norm(load: Point2, corners: Sequence[Point2]) -> list[float] | None:
             return forces if _balances(forces, points) else None
         pressing = now
     return None
+
+
+def _is_amid(points: Sequence[Point2]) -> bool:
+    """Whether the origin is within the upright rectangle about the points: if not, no forces hold a load there."""
+    xs, ys = zip(*points, strict=True)
+    return (
+        min(xs) <= ON_THE_BORDER
+        and max(xs) >= -ON_THE_BORDER
+        and min(ys) <= ON_THE_BORDER
+        and max(ys) >= -ON_THE_BORDER
+    )
 
 
 def _plane(points: Sequence[Point2]) -> tuple[float, float, float] | None:
