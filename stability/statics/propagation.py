@@ -150,13 +150,9 @@ def least_norm(load: Point2, corners: Sequence[Point2]) -> list[float] | None:
 
 def _is_amid(points: Sequence[Point2]) -> bool:
     """Whether the origin is within the upright rectangle about the points: if not, no forces hold a load there."""
-    xs, ys = zip(*points, strict=True)
-    return (
-        min(xs) <= ON_THE_BORDER
-        and max(xs) >= -ON_THE_BORDER
-        and min(ys) <= ON_THE_BORDER
-        and max(ys) >= -ON_THE_BORDER
-    )
+    low, high = -ON_THE_BORDER, ON_THE_BORDER
+    xs, ys = [x for x, _ in points], [y for _, y in points]
+    return min(xs) <= high and max(xs) >= low and min(ys) <= high and max(ys) >= low
 
 
 def _plane(points: Sequence[Point2]) -> tuple[float, float, float] | None:

@@ -9,10 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stability.model import Vec3
-from stability.statics.facts import Contact, Problem, Wrench
+from stability.statics.facts import Contact, Problem, Tolerances, Wrench
 from stability.statics.margins.acceleration import acceleration, tilt
+from stability.statics.margins.acceleration_cut import shaken
 from stability.statics.margins.friction import least_friction
 from stability.statics.margins.placement import placement
+from stability.statics.margins.sliding_all_ways import hold_along
 from stability.statics.margins.summary import margins
 from stability.statics.programmes.equilibrium import balance
 from tests.statics.margin_scenes import (
@@ -49,6 +51,96 @@ def test_a_block_survives_the_lesser_of_its_friction_and_its_slenderness(
     size: Vec3, friction: float, limit: float
 ) -> None:
     assert accelerated(block(*size, friction)) == pytest.approx(limit, rel=2e-6)
+
+
+SLIDING = {
+    "1 cube": (upright_boxes([("cube", 0.0, 0.0, 0.0, (0.1, 0.1, 0.1))], 0.6), 0.6),
+    "1 block that would as soon tip": (block(0.1, 0.1, 0.1 / 0.505, 0.5), 0.5),
+    "5 planks": (column(5), 0.5),
+    "5 planks, stepped": (column(5, 0.02), 0.5),
+    "20 planks": (column(20, friction=0.1), 0.1),
+    "20 planks that would as soon tip": (column(20, friction=0.149), 0.149),
+    "20 planks crosswise": (upright_boxes(four_stack(10)), 0.5),
+    "60 planks crosswise": (upright_boxes(four_stack(30), 0.2), 0.2),
+}
+
+
+@pytest.mark.parametrize("name", SLIDING)
+def test_what_is_low_enough_not_to_tip_slides_at_its_friction_in_all_directions(name: str) -> None:
+    problem, friction = SLIDING[name]
+    margin = acceleration(problem)
+    assert margin is not None
+    assert margin.upper == pytest.approx(friction, rel=1e-8)
+    assert margin.value == pytest.approx(friction, rel=1.001e-6)
+    assert margin.headings == 4  # a disc takes hundreds of chords, or forces that hold all along its arcs
+    assert margin.motion is not None
+    assert set(margin.motion.velocity) == set(problem.bricks)
+
+
+@pytest.mark.parametrize("name", ["1 cube", "5 planks, stepped", "20 planks crosswise"])
+@pytest.mark.parametrize(("size", "weight", "yaw"), [(1e-3, 1e5, 0.3), (1e3, 1e-5, 2.0), (1.0, 1.0, -1.1)])
+def test_sliding_does_not_depend_on_size_weight_yaw_or_order(name: str, size: float, weight: float, yaw: float) -> None:
+    problem, friction = SLIDING[name]
+    margin = acceleration(changed(problem, size, weight, yaw))
+    assert margin is not None
+    assert margin.value == pytest.approx(friction, rel=1.001e-6)
+    assert margin.headings == 4
+
+
+@pytest.mark.parametrize(
+    ("frictions", "moving"),
+    [((0.4, 0.3, 0.2), {"b002"}), ((0.4, 0.2, 0.3), {"b001", "b002"}), ((0.2, 0.3, 0.4), {"b000", "b001", "b002"})],
+)
+def test_a_column_slides_on_its_slickest_joint_with_all_that_is_above(
+    frictions: tuple[float, ...], moving: set[str]
+) -> None:
+    problem = column(3)
+    contacts = [replace(one, friction=own) for one, own in zip(problem.contacts, frictions, strict=True)]
+    margin = acceleration(replace(problem, contacts=contacts))
+    assert margin is not None
+    assert margin.value == pytest.approx(0.2, rel=1.001e-6)
+    assert margin.upper == pytest.approx(0.2, rel=1e-8)
+    assert margin.headings == 4
+    assert margin.motion is not None
+    assert set(margin.motion.velocity) == moving
+
+
+def test_a_slick_post_that_bears_too_little_does_not_let_a_plank_slide_earlier_in_all_directions() -> None:
+    #   The plank rests on its left post, which is rough, and may rest on its right one, which is slick.
+    post, beam = (0.1, 0.1, 0.1), (0.4, 0.1, 0.05)
+    problem = upright_boxes(
+        [("left", -0.03, 0.0, 0.0, post), ("right", 0.15, 0.0, 0.0, post), ("beam", 0.0, 0.0, 0.1, beam)]
+    )
+    contacts = [replace(one, friction=0.1) if one.lower == "right" else one for one in problem.contacts]
+    assert accelerated(replace(problem, contacts=contacts)) > 0.4
+
+
+@pytest.mark.parametrize("beyond", [1.0 + 1e-6, 1.1])
+def test_no_parallel_forces_hold_more_than_a_block_survives(beyond: float) -> None:
+    #   From edge to edge of a square, between a quarter of the directions and the next, they hold all that it survives.
+    for problem in (block(0.1, 0.1, 0.2, 0.9), block(0.1, 0.1, 0.15, 0.5)):  # tips; slides
+        case = shaken(problem, None, Tolerances())
+        assert case is not None
+        assert hold_along(case, 0.5 * (1.0 - 1e-6), pi / 4.0, pi / 2.0)
+        assert not hold_along(case, 0.5 * beyond, pi / 4.0, pi / 2.0)
+
+
+def test_whatever_the_parallel_forces_hold_along_an_arc_is_held_by_forces_in_each_of_its_directions() -> None:
+    problem = changed(column(5, 0.02), 1.0, 1.0, 0.4)
+    case = shaken(problem, None, Tolerances())
+    assert case is not None
+    held = [bearing for bearing in range(12) if hold_along(case, 0.499, bearing * pi / 6.0, 0.1)]
+    assert len(held) == 12
+    for bearing in held:
+        for aside in (-0.05, 0.0, 0.03):
+            assert balance(pulled(problem, 0.499, bearing * pi / 6.0 + aside)).forces is not None
+
+
+def test_a_block_that_is_pushed_aside_survives_only_what_friction_is_left() -> None:
+    problem = block(0.1, 0.1, 0.05, 0.5)
+    weight = -problem.loads["block"].force_W[2]
+    pushed = replace(problem, loads={"block": Wrench((0.2 * weight, 0.0, -weight))})
+    assert accelerated(pushed) == pytest.approx(0.3, rel=2e-6)
 
 
 def test_the_worst_direction_is_across_the_long_edge_over_which_it_tips() -> None:

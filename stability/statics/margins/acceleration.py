@@ -40,6 +40,7 @@ from stability.statics.programmes.wrench_matrix import Array
 MOST_HEADINGS = 120  # what is open then stays open between `value` and `upper`
 NOTHING = 1e-7  # [g] a margin below is none
 INEXACT = 1e-4  # share by which the solver may have a cut too near
+ROUND = 0.9  # share of the friction at which all slides: what survives less is reached by a few chords
 NODES = (4, 8)  # headings through which forces are interpolated
 WIDEST = 3.0  # [rad] angle over which they are
 NEAR = 0.02  # share of an arc; a direction this near to one of its ends tells nothing new
@@ -107,8 +108,10 @@ def acceleration(
         arc = arcs[weakest]
         if arc.proven >= enough or upper <= NOTHING or upper == inf or len(solved) >= MOST_HEADINGS:
             return _margin(case, arc.proven, nearest, solved)
-        is_smooth = nearest is sliding and hold_along(case, enough, arc.start.angle + 0.5 * arc.width, arc.width)
-        if is_smooth or _is_smooth(arcs, weakest, case, enough, middles):
+        is_round = sliding is not None and upper >= ROUND * sliding.distance
+        middle = arc.start.angle + 0.5 * arc.width
+        slides = is_round and hold_along(case, enough, middle, arc.width)
+        if slides or _is_smooth(arcs, weakest, case, enough, middles):
             arcs[weakest] = replace(arc, smooth=enough)
         else:
             solved.append(heading(case, _next(arc, nearest)))

@@ -38,13 +38,15 @@ LEVEL = 1e-9  # level part of a unit normal that counts as none
 WEIGHT = 1e-12  # share by which a load may differ from what its brick weighs: rounding
 GAINS = 100.0  # times what a proof must gain, to begin with
 WIDEST = 0.75 * pi  # [rad] of an arc; its tangents meet too far out beyond
-NARROWEST = pi / 20.0  # [rad] of a part of an arc; its tangents meet further out than the arc by 0.3 %
+# [rad] of an arc; its tangents meet 0.3 % further out than the arc, and a narrower one would only be less exact.
+NARROWEST = pi / 20.0
 EQUATIONS = 11  # of each brick
+HOPELESS = 1e-6  # of what a brick may carry: what the solver's point is off by more is no rounding
 MENDINGS = 2  # the second mends what the first left of rounding
 FAINT = 1e-9  # of usual forces: by so much even those that do not press share in mending
-SINGULAR = 1e-12  # added to equations of which some may follow from others
+SINGULAR = 1e-12  # share of the largest equation that is added to all, since some may follow from others
 ROUNDING = 1e-12  # of what the upper brick may carry: a pull up to that is rounding, as it is for `proof`
-# Of half an arc, from its middle: a polynomial of degree 4 is nowhere more than twice its largest value there.
+# Of half an arc, from its middle: a polynomial of degree 4 is nowhere much more than twice its largest value there.
 PLACES = tuple(cos((2 * k + 1) * pi / 10.0) for k in range(5))
 
 
@@ -96,7 +98,7 @@ def _is_level(contact: Contact) -> bool:
 
 def hold_along(case: Shaken, acceleration: float, middle: float, width: float) -> bool:
     """Whether parallel forces are proven to hold `acceleration` [g] on an arc of `width` about the bearing `middle`."""
-    if width <= WIDEST and _hold_along(case, acceleration, middle, width):
+    if width <= WIDEST and _hold_along(case, acceleration, middle, max(width, NARROWEST)):
         return True
     half = 0.5 * width
     return half >= NARROWEST and all(hold_along(case, acceleration, middle + side * half, half) for side in (-0.5, 0.5))
@@ -183,11 +185,21 @@ def _pushes(matrix: Sparse, loads: Array) -> Array | None:
     point = asked(Programme(np.zeros(count), stacked, least, len(loads), (), count), ACCURACY, clarabel_solve)
     if isinstance(point, str) or not np.isfinite(point.x).all():
         return None
-    pushes = point.x
+    pushes, residual = point.x, matrix @ point.x - loads
+    if (pushes < -HOPELESS).any() or np.abs(residual).max(initial=0.0) > HOPELESS:
+        return None
     weighted = diags(np.maximum(pushes, 0.0) + FAINT) @ matrix.T
-    solve = splu((matrix @ weighted + SINGULAR * identity(len(loads))).tocsc()).solve
+    square = matrix @ weighted
+    try:
+        solve = splu((square + SINGULAR * square.diagonal().max() * identity(len(loads))).tocsc()).solve
+    except RuntimeError:  # singular, as far as it can tell
+        return None
     for _ in range(MENDINGS):
-        pushes = pushes - weighted @ solve(matrix @ pushes - loads)
+        closer = pushes - weighted @ solve(residual)
+        left = matrix @ closer - loads
+        if np.abs(left).max(initial=0.0) >= np.abs(residual).max(initial=0.0):
+            break
+        pushes, residual = closer, left
     return pushes.reshape(-1, 3) if (pushes >= -ROUNDING).all() else None
 
 
