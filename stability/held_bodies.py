@@ -6,6 +6,9 @@ from dataclasses import dataclass, field
 from stability.engine import Engine
 from stability.model import BodyId, BodyState
 
+# [m], and of a quaternion's parts: engines make orientations unit again at every step, and move their last digit so.
+ROUNDING = 1e-9
+
 
 @dataclass
 class HeldBodies:
@@ -41,6 +44,15 @@ class HeldBodies:
         fixed = self.engine.fixed()
         present = [body for body in self._held if body in frozen or body in fixed]
         states = self.engine.states(present)
-        changed = {body: states[body] for body in present if states[body] != self._held[body]}
+        changed = {body: states[body] for body in present if _differs(states[body], self._held[body])}
         self._held |= changed
         return changed
+
+
+def _differs(now: BodyState, before: BodyState) -> bool:
+    """Whether a body has been moved or pushed."""
+    if (now.velocity_W, now.angular_velocity_W) != (before.velocity_W, before.angular_velocity_W):
+        return True
+    parts = (*now.pose.position_W, *now.pose.orientation)
+    others = (*before.pose.position_W, *before.pose.orientation)
+    return any(abs(part - other) > ROUNDING for part, other in zip(parts, others, strict=True))

@@ -99,6 +99,10 @@ class ProvenStability:
 
     def wake(self, bricks: Iterable[BodyId]) -> tuple[BodyId, ...]:
         """Give these bricks back to the engine, and all that cannot stand without them; returns those woken."""
+        bricks = [bricks] if isinstance(bricks, str) else list(bricks)
+        unknown = [brick for brick in bricks if brick not in self.engine.masses()]
+        if unknown:
+            raise LookupError(f"the engine has no brick '{unknown[0]}'")
         asked = {brick: self.assembly.bricks[brick].pose for brick in sorted(bricks) if self.is_frozen(brick)}
         if not asked:
             return ()
@@ -109,10 +113,7 @@ class ProvenStability:
     def shares(self, bricks: Collection[BodyId] | None = None) -> Mapping[BodyId, Mapping[BodyId, float]]:
         """Which part of its load goes to each body that it rests on, for every frozen brick, or those of some."""
         asked = None if bricks is None else [brick for brick in bricks if self.is_frozen(brick)]
-        return {
-            brick: {on: given.get(on, 0.0) for on in self.assembly.rests_on(brick)}
-            for brick, given in self.assembly.all_shares(asked).items()
-        }
+        return self.assembly.all_shares(asked)
 
     def least_margin(self) -> float | None:
         """None: a margin of the whole is a programme of its own, solved where somebody asks for it."""

@@ -6,7 +6,7 @@ was measured; where a claim has several parts, the part closest to failing speak
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from math import degrees, inf
+from math import degrees, inf, isnan
 
 from stability.geometry import box_top
 from stackdsl.language.claims import Claim, Collapses, Displaced, Drift, Height, Margin, RestsOn, Stands
@@ -155,6 +155,9 @@ def _rests_on(claim: RestsOn, trace: Trace) -> Finding:
     if edge is None:
         margin = share if claim.share is None else claim.share.margin(share)
         return Finding("it does not rest there", min(margin, 0.0), "of its load", passed=False)
+    if isnan(share):
+        known = "it rests there, and its share is not known: friction, leaning or a counterweight holds it"
+        return Finding(known, inf if claim.share is None else -inf, "", passed=claim.share is None)
     if claim.share is None:
         return Finding(f"share {share:.3f}", share, "of its load", passed=True)
     return _within(claim.share, share, "of its load", f"share {share:.3f}")

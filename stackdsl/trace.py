@@ -39,7 +39,9 @@ class Edge:
 
     upper: BodyId
     lower: BodyId
-    share: float  # part of what the upper brick carries, itself included, that goes to the lower body
+    # Part of what the upper brick carries, itself included, that goes to the lower body; no number where several bodies
+    # could take it and nothing says which does.
+    share: float
 
 
 class BrickState(StrEnum):

@@ -47,6 +47,7 @@ ORDER = {
         "statics.structure",
         "statics.ledger",
         "statics.certificate",
+        "statics.brick_graph",
         "statics.cascade",
         "statics.admission",
         "statics.assembly",

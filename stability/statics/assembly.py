@@ -13,16 +13,14 @@ from dataclasses import replace
 from time import perf_counter
 from types import MappingProxyType
 
-from stability.contact_graph import from_the_top
 from stability.model import GROUND, BodyId, Brick, Plane, Pose
 from stability.statics.admission import admit_brick, admit_names, admit_site
+from stability.statics.brick_graph import brick_graph, rests_on
 from stability.statics.cascade import Partners, judge
 from stability.statics.certificate import total_forces
 from stability.statics.facts import Contact, Forces, Placed, Problem, Stability, Stage, Tolerances, Verdict
 from stability.statics.ledger import Ledger
-from stability.statics.load_core import plan
 from stability.statics.proof import check_forces
-from stability.statics.propagation import shared
 from stability.statics.structure import Structure
 
 LEVEL_GROUND = Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), friction=0.5)
@@ -211,10 +209,12 @@ class Assembly:
 
     def stage(self, brick: BodyId) -> Stage | None:
         """Which stage proved a brick; None while none has."""
+        self._reject_unknown([brick])
         return self._ledger.stage(brick)
 
     def contacts(self, brick: BodyId) -> Sequence[Contact]:
         """The contacts of a brick, with bricks and planes."""
+        self._reject_unknown([brick])
         return tuple(self._structure.touching[brick].values())
 
     def all_contacts(self) -> Sequence[Contact]:
@@ -222,8 +222,9 @@ class Assembly:
         return self._structure.contacts_of(self._structure.bricks)
 
     def rests_on(self, brick: BodyId) -> tuple[BodyId, ...]:
-        """The bodies that can carry a brick, by name."""
-        return tuple(sorted({contact.lower for contact in self._structure.carriers[brick]}))
+        """The bodies that a brick rests on or leans on, by name."""
+        self._reject_unknown([brick])
+        return tuple(rests_on(self._structure, self._ledger, brick))
 
     def problem(self, bricks: Collection[BodyId] | None = None) -> Problem:
         """The equilibrium of some bricks, all others held fixed, or of all."""
@@ -252,29 +253,13 @@ class Assembly:
         return replace(tolerances, residual=tolerances.residual + LOST_DIGITS * furthest / smallest)
 
     def shares(self, brick: BodyId) -> Mapping[BodyId, float]:
-        """Which part of its load goes to each support, if weights are passed down with forces of least norm.
-
-        Contact forces are not unique; these depend on geometry and weights alone, not on a solver. Without the loads
-        above where these cannot be passed down so; empty if its own weight cannot either.
-        """
-        above = self._structure.with_all_above([brick])
-        return self.all_shares(above).get(brick, {})
+        """What a brick rests on, and which part of its load goes there; see `brick_graph` on what these mean."""
+        self._reject_unknown([brick])
+        return self.all_shares(self._structure.with_all_above([brick]))[brick]
 
     def all_shares(self, bricks: Collection[BodyId] | None = None) -> Mapping[BodyId, Mapping[BodyId, float]]:
-        """The shares of some bricks and nothing else, or of all."""
-        structure = self._structure
-        group = set(structure.bricks if bricks is None else bricks)
-        loads = {name: structure.burdens[name] for name in group}
-        found: dict[BodyId, Mapping[BodyId, float]] = {}
-        for name in from_the_top(structure.rests_on(group)):
-            supports = [(contact, plan(contact)) for contact in structure.carriers[name]]
-            handed = shared(loads[name], supports) or shared(structure.burdens[name], supports) or []
-            weight = sum(press.burden.weight for press in handed)
-            found[name] = {press.contact.lower: press.burden.weight / weight for press in handed}
-            for press in handed:
-                if press.contact.lower in loads:
-                    loads[press.contact.lower] = loads[press.contact.lower].plus(press.burden)
-        return found
+        """The same of all bricks, or of some as if nothing else were there."""
+        return brick_graph(self._structure, self._ledger, self._structure.bricks if bricks is None else bricks)
 
 
 def _by_height(placed: Placed) -> tuple[float, BodyId]:

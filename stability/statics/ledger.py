@@ -85,6 +85,10 @@ class Ledger:
             return Stage.LOAD_CORE
         return self._groups[self._group_of[brick]].stage if brick in self._group_of else None
 
+    def group(self, brick: BodyId) -> Group | None:
+        """The group that covers a brick; None if its own load core does, or nothing."""
+        return self._groups[self._group_of[brick]] if brick in self._group_of else None
+
     def with_partners(self, bricks: Collection[BodyId]) -> set[BodyId]:
         """These bricks, and all that were proven together with one of them."""
         numbers = {self._group_of[brick] for brick in bricks if brick in self._group_of}

@@ -3,7 +3,7 @@
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import takewhile
-from math import atan2, degrees, hypot, isfinite
+from math import atan2, degrees, hypot, isfinite, isnan
 
 from stability.geometry import box_top
 from stability.model import BodyId, Pose, Vec3
@@ -177,7 +177,7 @@ def _supports(edges: Iterable[Edge]) -> defaultdict[BodyId, dict[BodyId, float]]
 
 
 def _shares(carried: Mapping[BodyId, float]) -> dict[BodyId, Number]:
-    return {lower: _rounded(share, SHARE) for lower, share in sorted(carried.items())}
+    return {lower: UNCLEAR if isnan(share) else _rounded(share, SHARE) for lower, share in sorted(carried.items())}
 
 
 def _placings(trace: Trace, proven: bool) -> Iterator[Placing]:

@@ -19,7 +19,7 @@ from stability.statics.proof import check_forces
 SHUT = 1e-3  # of the widest opening: a contact that opens less may take part in self-stress
 IDLE = 1e-5  # of what a brick carries: a contact that presses less is not needed
 STEEP = 0.2  # vertical part of a normal up to which a contact is a wall
-MOST_TRIALS = 24  # of contacts left out one by one
+MOST_TRIALS = 8  # of contacts left out one by one
 
 __all__ = ["Motion", "honest_forces", "opening_motion"]
 
