@@ -45,6 +45,7 @@ ORDER = {
         "statics.propagation",
         "statics.tipping",
         "statics.structure",
+        "statics.overlaps",
         "statics.ledger",
         "statics.certificate",
         "statics.brick_graph",

@@ -14,6 +14,7 @@ from stability.model import BodyId, Vec3
 from stability.statics.facts import UP, ConeForces, Contact, Motion, Problem, Stability, Stage, Verdict
 from stability.statics.ledger import Group
 from stability.statics.load_core import carries_upright, piece, plan
+from stability.statics.overlaps import told_overlap
 from stability.statics.programmes.equilibrium import Balance, balance
 from stability.statics.programmes.mechanism import described, smallest_mechanism
 from stability.statics.programmes.self_stress import honest_forces
@@ -24,6 +25,7 @@ from stability.statics.tipping import Fall, tipping
 
 SPREAD = 4  # times more levels, or bricks, each time that a group grows
 SEARCHED = 300  # bricks: of a body that tips and is not larger, the smallest part that tips by itself is looked for
+TOLD = 20  # bricks that move of which it is looked whether they are deep in another body
 SMALL = 60  # bricks: a programme of so many is still cheap
 
 
@@ -101,9 +103,15 @@ def _tips(structure: Structure, brick: BodyId) -> Answer | None:
         return None
     if 1 < len(fall.bricks) <= SEARCHED:
         fall = next((f for f in _smaller_falls(structure, fall) if f is not None), fall)
-    problem = structure.problem(fall.bricks, structure.contacts_of(fall.bricks))
-    reason = described(problem, fall.motion)
+    reason = _reason(structure, structure.problem(fall.bricks, structure.contacts_of(fall.bricks)), fall.motion)
     return Answer(verdict=Verdict(Stability.UNSTABLE, Stage.TIPPING, reason, fall.bricks, fall.motion))
+
+
+def _reason(structure: Structure, problem: Problem, motion: Motion) -> str:
+    """What moves and how; and if one that nothing carries is too deep in another body to touch it, that."""
+    loose = [name for name in sorted(motion.velocity)[:TOLD] if not structure.carriers[name]]
+    overlaps = [told for name in loose if (told := told_overlap(structure, name))]
+    return "; ".join([described(problem, motion), *overlaps[:1]])
 
 
 def _smaller_falls(structure: Structure, fall: Fall) -> Iterator[Fall | None]:
@@ -213,7 +221,7 @@ def _is_within(contact: Contact, members: Collection[BodyId], structure: Structu
 
 def _falls(structure: Structure, problem: Problem, motion: Motion) -> Answer:
     least = smallest_mechanism(problem, motion, structure.tolerances)
-    reason = described(problem, least)
+    reason = _reason(structure, problem, least)
     return Answer(verdict=Verdict(Stability.UNSTABLE, Stage.CONES, reason, tuple(sorted(least.velocity)), least))
 
 

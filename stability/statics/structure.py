@@ -74,6 +74,11 @@ class Structure:
         below = [c for c in self.carriers[brick] if c.lower not in self.bricks or c.lower in self.cores]
         self.cores[brick] = core_of(below, self.cores)
 
+    def near(self, brick: BodyId) -> list[Placed]:
+        """The other boxes, fixed ones included, that a brick may touch or overlap."""
+        fixed = {placed.brick.id: placed for placed in self.tables}
+        return [self.bricks.get(name) or fixed[name] for name in self._neighbours.near(self._solids[brick])]
+
     def take(self, brick: BodyId) -> None:
         """Take a brick away. The cores of what it carried still count on it: find them anew."""
         for other in self.touching.pop(brick):

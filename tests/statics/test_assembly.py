@@ -248,3 +248,15 @@ def test_far_from_the_origin_a_proof_is_as_good_as_the_coordinates(distance: flo
         placed = plank(f"a{level}", (distance + 0.0108 * level, distance), level=level)
         assert assembly.add(placed.brick, placed.pose).stability is Stability.STABLE
     assert assembly.forces() is not None
+
+
+@pytest.mark.parametrize(("below", "told"), [("a", "4 mm deep in a"), ("ground", "4 mm deep in ground")])
+def test_the_reason_names_a_body_that_a_brick_is_too_deep_in(below: str, told: str) -> None:
+    assembly = Assembly()
+    if below == "a":
+        assembly.add_all([plank("a")])
+    lowered = plank("b", level=2 if below == "a" else 1)
+    x, y, z = lowered.pose.position_W
+    verdict = assembly.add(lowered.brick, replace(lowered.pose, position_W=(x, y, z - THICKNESS / 2)))
+    assert verdict.stability is Stability.UNSTABLE
+    assert told in verdict.reason
