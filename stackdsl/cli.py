@@ -112,6 +112,8 @@ def run_command(context: click.Context, file: Path, systems: tuple[str, ...], ke
         results.append(judged(case, trace))
         for outcome in results[-1].outcomes:
             write(f"{'passed' if outcome.passed else 'failed'}: {outcome.span}: {outcome_text(outcome)}")
+        for truth in results[-1].truths:
+            write(f"truth {'agrees' if truth.passed else 'differs'}: {truth.span}: {outcome_text(truth)}")
         write("\n")
     context.exit(_exit_code(Report(tuple(results), gathered.diagnostics), selected))
 

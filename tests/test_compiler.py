@@ -274,3 +274,16 @@ def test_a_brick_may_be_dropped_from_the_air() -> None:
 def test_compiling_twice_gives_the_same_timeline() -> None:
     text = scene("- wall: {levels: 6, bricks: 4}\n  every: 0.1 s")
     assert compiled(text)[0][0].timeline == compiled(text)[0][0].timeline
+
+
+def test_a_structure_cannot_be_stable_and_unstable_at_once() -> None:
+    found = mistakes_of(
+        "- column: {levels: 1}", "systems: [exact]\nexpect:\n  - verdict: stable\n  - verdict: unstable"
+    )
+    assert [mistake.code for mistake in found] == ["SD104"]
+    assert "cannot both hold on exact" in found[0].message
+
+
+def test_a_support_that_is_misspelt_may_be_meant_for_the_ground() -> None:
+    found = mistakes_of("- column: {levels: 1}", "expect:\n  - rests_on: {brick: L1.1, support: grund}")
+    assert [(mistake.code, mistake.hint) for mistake in found] == [("SD204", "did you mean 'ground'?")]

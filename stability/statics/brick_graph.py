@@ -18,7 +18,7 @@ from stability.statics.propagation import Burden, shared
 from stability.statics.structure import Structure
 
 NOTHING = 1e-6  # share of a brick's weight: what presses less, touches
-SIDEWAYS = 1e-9  # vertical part of a normal up to which a contact without friction carries no weight
+SIDEWAYS = 1e-6  # vertical part of a normal up to which a contact without friction carries no weight
 
 Shares = Mapping[BodyId, float]
 
@@ -73,17 +73,21 @@ def rests_on(structure: Structure, ledger: Ledger, brick: BodyId) -> list[BodyId
 
 
 def _leans_on(structure: Structure, ledger: Ledger, brick: BodyId) -> set[BodyId] | None:
-    """What presses on a brick that friction or leaning holds, less what it carries; None if upright forces hold it."""
+    """What holds a brick that needs friction or leaning: less what it carries. None if upright forces hold it."""
     proven = ledger.group(brick)
     if proven is None or proven.stage is not Stage.CONES:
         return None
     least = NOTHING * structure.burdens[brick].weight
-    pressed = {
+    return {
         contact.lower if contact.upper == brick else contact.upper
         for contact, forces in proven.forces
-        if brick in (contact.lower, contact.upper) and _size(forces) > least
+        if (contact.upper == brick or (contact.lower == brick and _is_upright(contact))) and _size(forces) > least
     }
-    return pressed.difference(structure.carried[brick])
+
+
+def _is_upright(contact: Contact) -> bool:
+    """Whether two bodies lean on each other face to face: then neither lies on the other."""
+    return abs(sum(normal[2] for normal in contact.normals_W)) <= SIDEWAYS
 
 
 def _size(forces: ConeForces) -> float:

@@ -33,6 +33,8 @@ def _is_of(claim: Expectation, system: str) -> bool:
 
 
 def _exclude(one: Expectation, other: Expectation, levels: Mapping[BodyId, int], hold: float) -> bool:
+    if one.verdict is not None and other.verdict is not None:
+        return one.verdict != other.verdict
     stands, collapses = one.stands or other.stands, one.collapses or other.collapses
     if stands is None or collapses is None or (stands.for_ is not None and stands.for_ < hold):
         return False  # what stands for a while may fall after it

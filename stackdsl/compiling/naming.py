@@ -76,13 +76,14 @@ def unknown_bricks(scenario: Scenario, source: Source, names: Sequence[BodyId]) 
     for key, claims in (("expect", scenario.expect), ("truth", scenario.truth)):
         for number, claim in enumerate(claims):
             for path, name in _named(claim.model_dump(by_alias=True, exclude_none=True), (key, number)):
-                if name not in known and not (path[-1] == "support" and _is_plane(name, scenario)):
-                    hint = did_you_mean(name, names) or f"the bricks are called {names[0]} to {names[-1]}"
+                if name not in known and not (path[-1] == "support" and name in _planes(scenario)):
+                    fixed = _planes(scenario) if path[-1] == "support" else ()
+                    hint = did_you_mean(name, (*names, *fixed)) or f"the bricks are called {names[0]} to {names[-1]}"
                     yield Diagnostic("SD204", source.span_of(path), f"there is no brick '{name}'", hint)
 
 
-def _is_plane(name: str, scenario: Scenario) -> bool:
-    return name == GROUND or name in {f"wall{number + 1}" for number in range(len(scenario.world.walls))}
+def _planes(scenario: Scenario) -> tuple[BodyId, ...]:
+    return (GROUND, *(f"wall{number}" for number in range(1, len(scenario.world.walls) + 1)))
 
 
 def _named(written: Mapping[str, object], path: Path) -> Iterator[tuple[Path, str]]:

@@ -68,7 +68,9 @@ class Height(Shorthand):
 class Margin(AuthorModel):
     """How much the proof that the structure stands would survive."""
 
-    acceleration: t.GravityTolerance | None = Field(None, description="sideways in the worst direction, in g")
+    acceleration: t.GravityTolerance | None = Field(
+        None, description="sideways in the worst direction, a plain number: times the gravity"
+    )
     tilt: t.SlopeTolerance | None = Field(None, description="of the whole scene, in the worst direction")
     friction: t.FrictionTolerance | None = Field(None, description="the least coefficient with which it stands")
     placement: t.LengthTolerance | None = Field(None, description="the error in the place of every brick")

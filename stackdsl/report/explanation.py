@@ -17,7 +17,7 @@ from stackdsl.proving import Judged, Proofs, proofs_of
 from stackdsl.timeline import Placement, Timeline
 from stackdsl.trace import Margins
 
-MOST_FOR_MARGINS = 300  # bricks; beyond, the margins take many seconds and come only when asked for
+MOST_FOR_MARGINS = 60  # bricks; beyond, the margins take many seconds and come only when asked for
 MICROSECONDS = 1e6
 
 
@@ -34,7 +34,8 @@ def _lines(cases: Sequence[Case], margins: bool | None) -> Iterator[str]:
         yield f"  {scenario.description}"
     yield from _world(timeline)
     count, levels = len(timeline.placements), timeline.levels
-    yield f"  {count} bricks on {levels} levels, built after {timeline.built:g} s, watched until {timeline.end:g} s"
+    what = f"{count} brick{'s' * (count > 1)} on {levels} level{'s' * (levels > 1)}"
+    yield f"  {what}, built after {timeline.built:g} s, watched until {timeline.end:g} s"
     yield ""
     proofs = proofs_of(timeline) if any(SYSTEMS[case.system].method is Method.PROVEN for case in cases) else None
     yield from _placements(timeline, _told(proofs) if proofs is not None else {})
@@ -49,7 +50,7 @@ def _world(timeline: Timeline) -> Iterator[str]:
     world = timeline.world
     yield f"  gravity {world.gravity:g} m/s2, brick on brick friction {world.friction:g}"
     for plane in world.planes:
-        normal = " ".join(f"{component:.4g}" for component in plane.normal_W)
+        normal = " ".join(f"{round(component, 4) + 0.0:g}" for component in plane.normal_W)
         yield f"  {plane.id}: normal ({normal}), friction {plane.friction:g}"
 
 
@@ -114,14 +115,14 @@ def _margins(proofs: Proofs, wanted: bool | None) -> Iterator[str]:
 
 def _margin_texts(margins: Margins) -> Iterator[str]:
     if margins.acceleration is not None:
-        bearing = f" towards {degrees(margins.bearing):.0f} deg" if margins.bearing is not None else ""
+        bearing = f" towards {round(degrees(margins.bearing)) % 360} deg" if margins.bearing is not None else ""
         yield f"{margins.acceleration:.4g} g sideways, worst{bearing}"
     if margins.tilt is not None:
         yield f"a tilt of {degrees(margins.tilt):.4g} deg"
     if margins.friction is not None:
         yield f"friction down to {margins.friction:.4g}"
     if margins.placement is not None:
-        yield f"every brick {1000.0 * margins.placement:.4g} mm beside its place"
+        yield f"every brick {round(1000.0 * margins.placement, 6):.4g} mm beside its place"
 
 
 def _mm(position: Vec3) -> str:
