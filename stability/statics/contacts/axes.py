@@ -143,7 +143,12 @@ def disturbance(close: Closeness, longest: float, reach: float) -> float:
 
     Scenes that are written down touch and align to rounding. What an engine has settled shows gaps and tilts in every
     direction, so the least of them is taken: one alone may be meant. `longest` is the longest side of both [m].
+    Two that have but one direction in common and lie beside each other across it, as planks that lean on one another,
+    share no faces on which a hair's breadth could be meant: there an edge is always taken to meet an edge.
     """
+    common = [i for i, row in enumerate(close.sines) if min(row) <= NOISY_TILT]
+    if len(common) == 1 and close.faces_a[common[0]].gap < -reach:
+        return reach
     gaps = [abs(axis.gap) for axis in (*close.faces_a, *close.faces_b) if abs(axis.gap) <= reach]
     tilts = [sine for row in close.sines for sine in row if sine <= NOISY_TILT]
     return min(reach, NOISE_RATIO * (min([abs(close.gap), *gaps]) + min(tilts, default=0.0) * longest))
