@@ -13,6 +13,8 @@ LIGHTEST, HEAVIEST = 1e-60, 1e60  # [kg]
 
 def admit_brick(placed: Placed) -> None:
     """Raise ValueError for a brick that is none."""
+    if _is_usual(placed):
+        return
     brick, name = placed.brick, placed.brick.id
     _admit(name, "size", brick.size, 3, "write length, width and thickness in metres")
     if not all(SHORTEST <= side <= LONGEST for side in brick.size):
@@ -20,6 +22,24 @@ def admit_brick(placed: Placed) -> None:
     if not LIGHTEST <= brick.mass <= HEAVIEST:
         raise ValueError(f"brick '{name}' has the mass {brick.mass}; it is from {LIGHTEST:g} to {HEAVIEST:g} kg")
     admit_place(placed)
+
+
+def _is_usual(placed: Placed) -> bool:
+    """Whether there is nothing to be said: as quickly as can be, since every brick is asked."""
+    brick, pose = placed.brick, placed.pose
+    if not (len(brick.size) == len(pose.position_W) == 3 and len(pose.orientation) == 4):  # noqa: PLR2004 -- as they are
+        return False
+    (a, b, c), (x, y, z), (i, j, k, w) = brick.size, pose.position_W, pose.orientation
+    return (
+        SHORTEST <= a <= LONGEST
+        and SHORTEST <= b <= LONGEST
+        and SHORTEST <= c <= LONGEST
+        and LIGHTEST <= brick.mass <= HEAVIEST
+        and -LONGEST <= x <= LONGEST
+        and -LONGEST <= y <= LONGEST
+        and -LONGEST <= z <= LONGEST
+        and -UNIT <= i * i + j * j + k * k + w * w - 1.0 <= UNIT
+    )
 
 
 def admit_place(placed: Placed) -> None:

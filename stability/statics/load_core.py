@@ -17,20 +17,54 @@ from stability.statics.facts import Contact
 from stability.statics.polygons import clip, depth, extent, holds, hull
 
 UPRIGHT = 1e-12  # slack of a unit normal's slope against friction: what rounding does to its components
+USUAL = 2  # supports of a brick
 ON_THE_BORDER = 1e-12  # share of a core's extent: closer to the border, inside and outside are one to rounding
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class LoadCore:
-    """The core of one brick; empty if nothing below carries it."""
+    """The core of one brick; empty if nothing below carries it. Its hull is found when it is asked for."""
 
-    polygon: Polygon  # in plan [m]
-    pieces: tuple[tuple[Contact, tuple[Point2, ...]], ...]  # what each contact adds: a polygon, a line, or a point
-    slack: float  # [m]
+    pieces: Sequence[tuple[Contact, tuple[Point2, ...]]]  # what each contact adds: a polygon, a line, or a point
+    _polygon: Polygon | None = None
+    _slack: float = 0.0  # [m]
+
+    @property
+    def polygon(self) -> Polygon:
+        """The core in plan [m]."""
+        if self._polygon is None:
+            self._polygon = _hull_of(self.pieces)
+            self._slack = ON_THE_BORDER * extent(self._polygon) if self._polygon else 0.0
+        return self._polygon
+
+    @property
+    def slack(self) -> float:
+        """How far outside a point still counts as on the border [m]."""
+        return self._slack if self.polygon else 0.0
 
     def carries(self, point: Point2) -> bool:
         """Whether an upright load at a point in plan is carried to the ground."""
-        return bool(self.polygon) and depth(point, self.polygon) >= -self.slack
+        if self._polygon is None and len(self.pieces) == USUAL:
+            (_, one), (_, other) = self.pieces
+            if _is_amid(point, one, other):
+                return True
+        return bool(self.polygon) and depth(point, self.polygon) >= -self._slack
+
+
+def _is_amid(point: Point2, one: Sequence[Point2], other: Sequence[Point2]) -> bool:
+    """Whether a point lies on the line between the middles of two pieces: then no hull is needed to see it inside."""
+    px, py = point
+    ax, ay = sum([x for x, _ in one]) / len(one) - px, sum([y for _, y in one]) / len(one) - py
+    bx, by = sum([x for x, _ in other]) / len(other) - px, sum([y for _, y in other]) / len(other) - py
+    dx, dy = bx - ax, by - ay
+    return abs(ax * by - ay * bx) <= ON_THE_BORDER * (dx * dx + dy * dy) and ax * bx + ay * by <= 0.0
+
+
+def _hull_of(pieces: Sequence[tuple[Contact, tuple[Point2, ...]]]) -> Polygon:
+    if len(pieces) == 1:  # a polygon already, if it is one
+        points = pieces[0][1]
+        return points if len(points) > 2 else ()  # noqa: PLR2004 -- a polygon has three corners
+    return hull(point for _, points in pieces for point in points)
 
 
 def carries_upright(contact: Contact) -> bool:
@@ -121,15 +155,4 @@ def core_of(carriers: Sequence[Contact], cores: Mapping[BodyId, LoadCore]) -> Lo
         points = piece(plan(contact), cores.get(contact.lower))
         if points:
             pieces.append((contact, points))
-    if not pieces:
-        return NOTHING
-    # The usual case, and a polygon already: what one patch adds.
-    if len(pieces) == 1:
-        points = pieces[0][1]
-        polygon = points if len(points) > 2 else ()  # noqa: PLR2004 -- a polygon has three corners
-    else:
-        polygon = hull(point for _, points in pieces for point in points)
-    return LoadCore(polygon, tuple(pieces), ON_THE_BORDER * extent(polygon) if polygon else 0.0)
-
-
-NOTHING = LoadCore((), (), 0.0)
+    return LoadCore(pieces)
