@@ -98,7 +98,7 @@ class StackStability:
             return Update()
         self._freeze(added)
         failed, woken = self._wake_failing()
-        reason = f"no support under what {', '.join(failed)} carries" if failed else "support removed"
+        reason = f"nothing holds what {', '.join(failed)} carries" if failed else "support removed"
         return Update(tuple(brick.id for brick, _ in added), lost + woken, failed, reason if lost or woken else "")
 
     def wake(self, bricks: Iterable[BodyId]) -> tuple[BodyId, ...]:
