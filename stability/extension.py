@@ -2,21 +2,25 @@
 
 Source: the stack-stability thesis, section 3.3.1: collect contacts, test the bricks that may be at rest one by one,
 add the stable ones, update what is above each brick, test the whole stack, wake what fails and all above it.
+Section 3.5: what the base model does not find stable is tested as a leaning brick, with contact areas of its own.
 """
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from stability.contact import ContactArea, contact_area, main_contact
 from stability.contact_graph import with_all_above
 from stability.engine import Engine
 from stability.freezing import RestLimits
 from stability.held_bodies import HeldBodies
-from stability.model import BodyId, BodyState, Vec3
+from stability.leaning import LeaningBrick, differ_in_height, failing_leaning, holds, leaning_brick
+from stability.model import BodyId, BodyState, Plane, Vec3
+from stability.refusals import Refusals
 from stability.resting import ContactLimits, resting_points
 from stability.statics.facts import Verdict
 from stability.stillness import Stillness
 from stability.support import Load, StackedBrick, failing, lies_above, loads_above, shares, tipping_margin
+from stability.touching import Friction, smallest_side, touching_areas
 from stability.watching import Update
 
 
@@ -29,14 +33,22 @@ class StackStability:
     contact: ContactLimits = field(default_factory=ContactLimits)
     # Look at every frozen brick and its supports each time, and wake what somebody else has moved. Without it, cheaper.
     guard: bool = True
+    # Coulomb coefficient of brick on brick, and on fixed bodies that are not among the planes; for leaning bricks only.
+    friction: float = 0.5
+    planes: Sequence[Plane] = ()
     stack: dict[BodyId, StackedBrick] = field(default_factory=dict, init=False)
+    leaning: dict[BodyId, LeaningBrick] = field(default_factory=dict, init=False)  # those of the stack that lean
     loads: dict[BodyId, Load] = field(default_factory=dict, init=False)
     _stillness: Stillness = field(init=False)
     _held: HeldBodies = field(init=False)
+    _friction: Friction = field(init=False)
+    _refusals: Refusals = field(init=False)  # of the leaning test, which costs too much to be done at every step
 
     def __post_init__(self) -> None:
+        self._friction = Friction(self.friction, {plane.id: plane.friction for plane in self.planes})
         self._stillness = Stillness(self.rest)
         self._held = HeldBodies(self.engine)
+        self._refusals = Refusals(self.rest.hold_off)
 
     def awake(self) -> list[BodyId]:
         """The bricks that the engine moves, by name."""
@@ -54,15 +66,21 @@ class StackStability:
     def _shares(self, brick: BodyId) -> Mapping[BodyId, float]:
         load = self.loads[brick]
         given = {share.on: share.mass / load.mass for share in shares(load, self.stack[brick].areas)}
-        return {on: given.get(on, 0.0) for on in sorted(self.stack[brick].rests_on)}
+        return {on: given.get(on, 0.0) for on in sorted(self._held_by(brick))}
+
+    def _held_by(self, brick: BodyId) -> tuple[BodyId, ...]:
+        """What a brick of the stack rests or leans on."""
+        leaning = self.leaning.get(brick)
+        return leaning.leans_on if leaning else self.stack[brick].rests_on
 
     def verdict(self) -> Verdict | None:
         """None: the method tests bricks one by one, and proves nothing of the whole."""
         return None
 
     def least_margin(self) -> float | None:
-        """The smallest tipping margin in the stack [m]; None if the stack is empty."""
-        return min((tipping_margin(brick, self.loads[name]) for name, brick in self.stack.items()), default=None)
+        """The smallest tipping margin in the stack [m]; None if nothing rests. What leans has none."""
+        resting = ((name, brick) for name, brick in self.stack.items() if name not in self.leaning)
+        return min((tipping_margin(brick, self.loads[name]) for name, brick in resting), default=None)
 
     def set_down(self, bricks: Iterable[BodyId]) -> None:
         """Say that these bricks were set down at rest: they may be tested at once, before any step."""
@@ -80,8 +98,8 @@ class StackStability:
             return Update()
         self._freeze(added)
         failed, woken = self._wake_failing()
-        reason = f"no support under what {', '.join(failed)} carries" if failed else "support removed"
-        return Update(tuple(brick.id for brick in added), lost + woken, failed, reason if lost or woken else "")
+        reason = f"nothing holds what {', '.join(failed)} carries" if failed else "support removed"
+        return Update(tuple(brick.id for brick, _ in added), lost + woken, failed, reason if lost or woken else "")
 
     def wake(self, bricks: Iterable[BodyId]) -> tuple[BodyId, ...]:
         """Give these bricks and all that rests on them back to the engine (section 3.3.7); returns those woken."""
@@ -93,7 +111,7 @@ class StackStability:
         all_woken: tuple[BodyId, ...] = ()
         while True:
             self.loads = loads_above(self.stack)
-            failed = failing(self.stack, self.loads)
+            failed = failing(self.stack, self.loads) + failing_leaning(self.leaning, self.loads)
             if not failed:
                 return all_failed, all_woken
             all_failed += failed
@@ -109,16 +127,14 @@ class StackStability:
     def _drop(self, gone: Collection[BodyId]) -> tuple[BodyId, ...]:
         """Strike bricks from the stack that the engine no longer holds; wake what has lost a support."""
         for brick in gone:
-            del self.stack[brick]
+            self._strike(brick)
             self._held.let_go(brick)
             self._stillness.forget(brick)
-        fixed = self.engine.fixed()
+        fixed, bricks = self.engine.fixed(), self.engine.masses().keys() - gone
+        # A brick may lean on one that is not in the stack, and never was.
+        there = {name: bricks if name in self.leaning else self.stack.keys() for name in self.stack}
         return self._wake(
-            [
-                name
-                for name, brick in self.stack.items()
-                if any(support not in self.stack and support not in fixed for support in brick.rests_on)
-            ]
+            [name for name in there if any(on not in fixed and on not in there[name] for on in self._held_by(name))]
         )
 
     def _wake_disturbed(self) -> tuple[BodyId, ...]:
@@ -128,43 +144,80 @@ class StackStability:
         dropped = self._drop(self._held.released(self.stack))
         disturbed = self._held.disturbed(self.stack).keys()
         return dropped + self._wake(
-            [name for name, brick in self.stack.items() if name in disturbed or disturbed & set(brick.rests_on)]
+            [name for name in self.stack if name in disturbed or disturbed & set(self._held_by(name))]
         )
 
-    def _newly_stable(self, awake: Collection[BodyId], states: Mapping[BodyId, BodyState]) -> list[StackedBrick]:
-        """The slow bricks that rest stably on what was in the stack before this pass."""
+    def _newly_stable(
+        self, awake: Collection[BodyId], states: Mapping[BodyId, BodyState]
+    ) -> list[tuple[StackedBrick, LeaningBrick | None]]:
+        """The slow bricks that rest stably on what was in the stack before this pass, or lean on it."""
         now = self.engine.time()
         potential = [brick for brick in awake if self._stillness.may_be_judged(brick, now)]
         masses = self.engine.masses()
         supports = self.stack.keys() | self.engine.fixed()
-        found = []
+        found: list[tuple[StackedBrick, LeaningBrick | None]] = []
         for brick in potential:
             points = resting_points(self.engine, brick, states[brick], supports, self.contact)
-            if points:
-                tested = stacked_brick(brick, masses[brick], states[brick].pose.position_W, points)
-                if lies_above((tested.com_W[0], tested.com_W[1]), tested.main):
-                    found.append(tested)
+            side = smallest_side(self.engine, brick)
+            tested = stacked_brick(brick, masses[brick], states[brick].pose.position_W, points)
+            if rests_stably(tested, side):
+                found.append((tested, None))
+            elif side is not None and self._refusals.is_news(brick, states[brick].pose, side, now):
+                leaning = self._leaning(tested, side, states)
+                if leaning:
+                    found.append((replace(tested, areas=(), main=()), leaning))
+                else:
+                    self._refusals.refuse([(brick, states[brick].pose)], now)
         return found
 
-    def _freeze(self, added: Sequence[StackedBrick]) -> None:
-        for brick in added:
+    def _leaning(self, tested: StackedBrick, side: float, states: Mapping[BodyId, BodyState]) -> LeaningBrick | None:
+        """What a brick leans on, if that holds it, one of both is in the stack, and neither hits it."""
+        areas = touching_areas(self.engine, tested.id, self._friction)
+        slow = [area for area in areas if area.on not in states or self.rest.slow(states[area.on])]
+        if all(area.on in states for area in slow):
+            return None
+        leaning = leaning_brick(slow, side)
+        return leaning if leaning and holds(leaning, Load(tested.mass, tested.com_W[:2])) else None
+
+    def _freeze(self, added: Iterable[tuple[StackedBrick, LeaningBrick | None]]) -> None:
+        for brick, leaning in added:
+            self._refusals.changed()
+            self._refusals.forget(brick.id)
             self.engine.freeze(brick.id)
             self.stack[brick.id] = brick
+            if leaning:
+                self.leaning[brick.id] = leaning
             self._stillness.froze(brick.id)
             if self.guard:
-                self._held.hold(brick.id, brick.rests_on)
+                self._held.hold(brick.id, self._held_by(brick.id))
+
+    def _strike(self, brick: BodyId) -> None:
+        """Take a brick out of the stack."""
+        self._refusals.changed()
+        del self.stack[brick]
+        self.leaning.pop(brick, None)
 
     def _wake(self, failed: Sequence[BodyId]) -> tuple[BodyId, ...]:
-        woken = sorted(with_all_above({name: brick.rests_on for name, brick in self.stack.items()}, failed))
+        woken = sorted(with_all_above({name: self._held_by(name) for name in self.stack}, failed))
         for brick in woken:
             self.engine.wake(brick)
-            del self.stack[brick]
+            self._strike(brick)
             self._held.let_go(brick)
             self._stillness.woke(brick)
         return tuple(woken)
 
 
+def rests_stably(brick: StackedBrick, smallest_side: float | None) -> bool:
+    """The base test of one brick. Section 3.5: if its two contacts differ in height, it leans, and does not rest."""
+    if not brick.areas or not lies_above(brick.com_W[:2], brick.main):
+        return False
+    if len(brick.areas) != 2 or smallest_side is None:  # noqa: PLR2004
+        return True
+    one, other = brick.areas
+    return not differ_in_height(one.points_W, other.points_W, smallest_side)
+
+
 def stacked_brick(brick: BodyId, mass: float, com_W: Vec3, points: Mapping[BodyId, Sequence[Vec3]]) -> StackedBrick:
-    """A brick with its contact areas, supports by name."""
+    """A brick with its contact areas, supports by name; without any if it rests on nothing."""
     areas: tuple[ContactArea, ...] = tuple(contact_area(on, points[on]) for on in sorted(points))
-    return StackedBrick(brick, mass, com_W, areas, main_contact(areas))
+    return StackedBrick(brick, mass, com_W, areas, main_contact(areas) if areas else ())

@@ -28,7 +28,7 @@ class StackedBrick:
     id: BodyId
     mass: float  # [kg]
     com_W: Vec3  # [m]
-    areas: tuple[ContactArea, ...]  # one a support
+    areas: tuple[ContactArea, ...]  # one a support; none if it leans, for what it leans on is kept elsewhere
     main: Polygon  # hull over all supports
 
     @property
@@ -67,9 +67,12 @@ def lies_above(com: Point2, contact: Polygon) -> bool:
 
 
 def shares(load: Load, areas: tuple[ContactArea, ...]) -> tuple[Share, ...]:
-    """How a load is distributed over the supports: single branch, or one of the three merge cases of section 3.3.6."""
-    if len(areas) == 1:
-        return (Share(areas[0].on, load.mass, load.com),)
+    """How a load is distributed over the supports: single branch, or one of the three merge cases of section 3.3.6.
+
+    A brick that leans has no areas of this kind, and passes nothing on.
+    """
+    if len(areas) <= 1:
+        return tuple(Share(area.on, load.mass, load.com) for area in areas)
     deepest = max(areas, key=lambda area: signed_distance(load.com, area.polygon))
     if lies_above(load.com, deepest.polygon):
         return (Share(deepest.on, load.mass, load.com),)
@@ -107,4 +110,5 @@ def tipping_margin(brick: StackedBrick, load: Load) -> float:
 
 def failing(stack: Mapping[BodyId, StackedBrick], loads: Mapping[BodyId, Load]) -> tuple[BodyId, ...]:
     """The stack test of section 3.3.5: every brick whose com above is not above its main contact, by name."""
-    return tuple(name for name in sorted(stack) if not lies_above(loads[name].com, stack[name].main))
+    resting = (name for name in sorted(stack) if stack[name].areas)
+    return tuple(name for name in resting if not lies_above(loads[name].com, stack[name].main))
