@@ -19,6 +19,8 @@ from stability.stillness import Stillness
 from stability.support import Load, StackedBrick, failing, lies_above, loads_above, shares, tipping_margin
 from stability.watching import Update
 
+SUPPORT_REMOVED = "support removed"
+
 
 @dataclass
 class StackStability:
@@ -68,6 +70,15 @@ class StackStability:
         """Say that these bricks were set down at rest: they may be tested at once, before any step."""
         self._stillness.set_down(bricks)
 
+    def taken_out(self, bricks: Iterable[BodyId]) -> Update:
+        """Say that these bricks were taken out of the engine: what rested on them is woken at once."""
+        gone = set(bricks)
+        for brick in gone - self.stack.keys():
+            self._stillness.forget(brick)
+        lost = self._drop(sorted(gone & self.stack.keys()))
+        failed, woken = self._wake_failing()
+        return Update((), lost + woken, failed, SUPPORT_REMOVED if lost or woken else "")
+
     def update(self) -> Update:
         """One pass of the published method over what the engine has just done."""
         before = len(self.stack)
@@ -80,7 +91,7 @@ class StackStability:
             return Update()
         self._freeze(added)
         failed, woken = self._wake_failing()
-        reason = f"no support under what {', '.join(failed)} carries" if failed else "support removed"
+        reason = f"no support under what {', '.join(failed)} carries" if failed else SUPPORT_REMOVED
         return Update(tuple(brick.id for brick in added), lost + woken, failed, reason if lost or woken else "")
 
     def wake(self, bricks: Iterable[BodyId]) -> tuple[BodyId, ...]:
