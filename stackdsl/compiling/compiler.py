@@ -3,7 +3,8 @@
 The scene is laid out in its own frame, level ground at z = 0; a tilt then turns it as a whole into the world frame W.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import chain
 from math import inf
 
 from stability.model import BodyId, Brick, Plane, Quaternion
@@ -19,7 +20,7 @@ from stackdsl.compiling.naming import (
     unknown_bricks,
 )
 from stackdsl.compiling.removals import missing_bricks, removed_in
-from stackdsl.compiling.scheduling import Moment, scheduled
+from stackdsl.compiling.scheduling import Moment, Schedule, scheduled
 from stackdsl.compiling.site import planes_of, tilt_of, turned_plane, turned_pose
 from stackdsl.compiling.written import WrittenBrick, bricks_of
 from stackdsl.diagnostics import Diagnostic
@@ -28,7 +29,7 @@ from stackdsl.reading.source import Path, Source
 from stackdsl.timeline import Action, Placement, Removal, Timeline, World
 
 MAX_BRICKS = 50_000  # in all steps together; some seconds of compiling
-HOLD = 2.0  # [s] watched after the last placement unless an expectation says for how long
+HOLD = 2.0  # [s] watched after the last action unless an expectation says for how long
 
 
 def compile_timeline(scenario: Scenario, source: Source) -> tuple[Timeline | None, tuple[Diagnostic, ...]]:
@@ -41,8 +42,7 @@ def compile_timeline(scenario: Scenario, source: Source) -> tuple[Timeline | Non
     written, planes = bricks_of(scenario), tuple(planes_of(scenario))
     footings, levels, names, removed = _identified(written, planes, scenario)
     schedule = scheduled(written, levels, names, scenario, source)
-    moments = schedule.bricks
-    order = sorted(range(len(written)), key=moments.__getitem__)
+    order = sorted(range(len(written)), key=schedule.bricks.__getitem__)
     mistakes = [
         *shared_names(written, names, source),
         *lofty_levels(written, footings, levels, names, source),
@@ -52,35 +52,46 @@ def compile_timeline(scenario: Scenario, source: Source) -> tuple[Timeline | Non
         *contradictions(scenario, dict(zip(names, levels, strict=True)), _hold(scenario), source),
     ]
     if not schedule.mistakes:  # without the right times, nothing fits
-        mistakes += missing_bricks(scenario, names, moments, schedule.impacts, source)
-        turns = {moment: float(turn) for turn, moment in enumerate(sorted({*moments, *schedule.impacts}))}
-        until = {i: turns[schedule.impacts[step - len(scenario.build)]] for i, step in removed.items()}
-        sited = [Sited(turns[moments[i]], written[i].size, written[i].pose, until.get(i, inf)) for i in order]
-        mistakes += _misfits(
-            [written[i] for i in order], [names[i] for i in order], fits(sited, planes), planes, source
-        )
+        mistakes += missing_bricks(scenario, names, schedule, source)
+        gone = {i: schedule.impacts[step - len(scenario.build)] for i, step in removed.items()}
+        found = fits(_sited(written, schedule, gone, order), planes)
+        mistakes += _misfits([written[i] for i in order], [names[i] for i in order], found, planes, source)
     if mistakes:
         return None, tuple(mistakes)
     tilt = tilt_of(scenario)
     world = World(scenario.world.gravity, scenario.friction, tuple(turned_plane(plane, tilt) for plane in planes))
-    actions: list[tuple[Moment, Action]] = [
-        (moments[i], _placement(moments[i].time, written[i], levels[i], names[i], tilt)) for i in order
+    placements = [
+        (schedule.bricks[i], _placement(schedule.bricks[i].time, written[i], levels[i], names[i], tilt)) for i in order
     ]
-    actions += [
-        (moment, Removal(moment.time, impact.remove.names))
-        for moment, impact in zip(schedule.impacts, scenario.impacts, strict=True)
-        if impact.remove is not None
-    ]
-    in_order = tuple(action for _, action in sorted(actions, key=lambda action: action[0]))
+    actions = _in_order(placements, _removals(scenario, schedule))
     claims = (*scenario.expect, *scenario.truth)
     watched = not scenario.expect or not all(claim.needs_statics for claim in claims)
     margins = {key for claim in claims if claim.margin is not None for key in claim.margin.asked}
-    return Timeline(world, in_order, _hold(scenario), watched, tuple(sorted(margins))), ()
+    return Timeline(world, actions, _hold(scenario), watched, tuple(sorted(margins))), ()
 
 
 def _placement(time: float, written: WrittenBrick, level: int, name: BodyId, tilt: Quaternion) -> Placement:
     brick = Brick(name, written.size, written.mass)
     return Placement(time, brick, level, turned_pose(written.pose, tilt), written.drop, written.inserted)
+
+
+def _removals(scenario: Scenario, schedule: Schedule) -> Iterator[tuple[Moment, Action]]:
+    for moment, impact in zip(schedule.impacts, scenario.impacts, strict=True):
+        if impact.remove is not None:
+            yield moment, Removal(moment.time, impact.remove.names)
+
+
+def _in_order(*actions: Iterable[tuple[Moment, Action]]) -> tuple[Action, ...]:
+    return tuple(action for _, action in sorted(chain(*actions), key=lambda timed: timed[0]))
+
+
+def _sited(
+    written: Sequence[WrittenBrick], schedule: Schedule, gone: Mapping[int, Moment], order: Sequence[int]
+) -> list[Sited]:
+    """The bricks in an order, each from the moment when it is placed until the one when it is `gone`, by number."""
+    turns = {moment: float(turn) for turn, moment in enumerate(sorted({*schedule.bricks, *schedule.impacts}))}
+    until = {i: turns[moment] for i, moment in gone.items()}
+    return [Sited(turns[schedule.bricks[i]], written[i].size, written[i].pose, until.get(i, inf)) for i in order]
 
 
 def _identified(

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 
 from stability.model import BodyId
-from stackdsl.compiling.scheduling import Moment
+from stackdsl.compiling.scheduling import Schedule
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.language.schema import Scenario
 from stackdsl.reading.source import Path, Source
@@ -14,17 +14,17 @@ def removed_in(scenario: Scenario, names: Sequence[BodyId]) -> Mapping[int, int]
     numbers = {name: index for index, name in enumerate(names)}
     return {
         numbers[name]: len(scenario.build) + number
-        for number, impact in enumerate(scenario.impacts)
+        for number in range(len(scenario.impacts))
         for _, name in _removed(scenario, number)
-        if impact.remove is not None and name in numbers
+        if name in numbers
     }
 
 
 def missing_bricks(
-    scenario: Scenario, names: Sequence[BodyId], placed: Sequence[Moment], impacts: Sequence[Moment], source: Source
+    scenario: Scenario, names: Sequence[BodyId], schedule: Schedule, source: Source
 ) -> Iterator[Diagnostic]:
     """Bricks that are pulled out before they are placed, or again; those that nobody places are told elsewhere."""
-    when = dict(zip(names, placed, strict=True))
+    when, impacts = dict(zip(names, schedule.bricks, strict=True)), schedule.impacts
     gone: dict[BodyId, Path] = {}
     for number in sorted(range(len(impacts)), key=impacts.__getitem__):
         for path, name in _removed(scenario, number):
