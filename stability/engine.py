@@ -66,5 +66,8 @@ class World(Engine, Protocol):
     def add_brick(self, brick: Brick, pose: Pose) -> None:
         """Set a brick down, at rest."""
 
+    def remove_brick(self, brick: BodyId) -> None:
+        """Take a brick out; its name is free again."""
+
     def close(self) -> None:
         """End the world; nothing of it is left."""

@@ -23,6 +23,8 @@ from stability.support import Load, StackedBrick, failing, lies_above, loads_abo
 from stability.touching import Friction, smallest_side, touching_areas
 from stability.watching import Update
 
+SUPPORT_REMOVED = "support removed"
+
 
 @dataclass
 class StackStability:
@@ -86,6 +88,15 @@ class StackStability:
         """Say that these bricks were set down at rest: they may be tested at once, before any step."""
         self._stillness.set_down(bricks)
 
+    def taken_out(self, bricks: Iterable[BodyId]) -> Update:
+        """Say that these bricks were taken out of the engine: what rested on them is woken at once."""
+        gone = set(bricks)
+        for brick in gone - self.stack.keys():
+            self._stillness.forget(brick)
+        lost = self._drop(sorted(gone & self.stack.keys()))
+        failed, woken = self._wake_failing()
+        return Update((), lost + woken, failed, SUPPORT_REMOVED if lost or woken else "")
+
     def update(self) -> Update:
         """One pass of the published method over what the engine has just done."""
         before = len(self.stack)
@@ -98,7 +109,7 @@ class StackStability:
             return Update()
         self._freeze(added)
         failed, woken = self._wake_failing()
-        reason = f"nothing holds what {', '.join(failed)} carries" if failed else "support removed"
+        reason = f"nothing holds what {', '.join(failed)} carries" if failed else SUPPORT_REMOVED
         return Update(tuple(brick.id for brick, _ in added), lost + woken, failed, reason if lost or woken else "")
 
     def wake(self, bricks: Iterable[BodyId]) -> tuple[BodyId, ...]:

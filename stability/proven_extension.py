@@ -54,7 +54,7 @@ class ProvenStability:
     assembly: Assembly = field(init=False)
     _awake: set[BodyId] = field(default_factory=set, init=False)
     _announced: set[BodyId] = field(default_factory=set, init=False)  # set down since the last pass
-    _when_set_down: Verdict | None = field(default=None, init=False)
+    _when_changed: Verdict | None = field(default=None, init=False)  # when bricks were last set down or taken out
     _stillness: Stillness = field(init=False)
     _refusals: Refusals = field(init=False)
     _held: HeldBodies = field(init=False)
@@ -80,6 +80,23 @@ class ProvenStability:
         self._awake |= self._announced
         self._stillness.set_down(self._announced)
 
+    def taken_out(self, bricks: Iterable[BodyId]) -> Update:
+        """Say that these bricks were taken out of the engine: what cannot stand without them is woken at once."""
+        gone = sorted(bricks)
+        frozen = [brick for brick in gone if self.is_frozen(brick)]
+        for brick in gone:
+            self._awake.discard(brick)
+            self._announced.discard(brick)
+            self._held.let_go(brick)
+            self._stillness.forget(brick)
+            self._refusals.forget(brick)
+        self._refusals.changed()
+        judgement = self._followed(self.assembly.remove(frozen))
+        if frozen or not self._awake:  # else nothing was asked that was not proven before
+            self._when_changed = judgement.first
+        woken = self._give_back(judgement.released)
+        return Update((), woken, judgement.lowest, judgement.first.reason if woken else "")
+
     def update(self) -> Update:
         """Judge what somebody else has changed, and what has come to rest."""
         lost = self._answer_changes() if self.guard else Update()
@@ -93,7 +110,7 @@ class ProvenStability:
             return lost
         judgement = self._followed(self.assembly.add_all(coming))
         if announced:
-            self._when_set_down = judgement.first
+            self._when_changed = judgement.first
         found = self._carry_out(judgement, [placed.brick.id for placed in coming], announced)
         return _joined(lost, found)
 
@@ -120,8 +137,8 @@ class ProvenStability:
         return None
 
     def verdict(self) -> Verdict | None:
-        """What was proven of the structure when bricks were last set down."""
-        return self._when_set_down
+        """What was proven of the structure when bricks were last set down or taken out."""
+        return self._when_changed
 
     # --- what is put to the proof -------------------------------------------------------------------------------------
 

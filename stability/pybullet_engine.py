@@ -42,6 +42,7 @@ TOP_SPEED = 1e4
 # [engine kg] for the heaviest brick: far above the thresholds, and even ten thousand press far below the cap of 1e10.
 HEAVIEST = 1e4
 ORIGIN = (0.0, 0.0, 0.0)
+NOT_LOOKED = (-1, -1)  # in the place of the count and the last number of the bodies
 
 
 @dataclass
@@ -62,7 +63,7 @@ class PyBulletBodies:
     _fixed: frozenset[BodyId] = field(default=frozenset(), init=False)
     _bodies: dict[BodyId, int] = field(default_factory=dict, init=False)
     _shapes: dict[BodyId, Shape] = field(default_factory=dict, init=False)
-    _noticed: tuple[int, int] = field(default=(0, -1), init=False)
+    _noticed: tuple[int, int] = field(default=NOT_LOOKED, init=False)
 
     def time(self) -> float:
         return self._clock
@@ -261,6 +262,16 @@ class PyBulletWorld(PyBulletBodies):
             physicsClientId=self.client,
         )
         self._name(body, brick.id, self._own_friction())
+
+    def remove_brick(self, brick: BodyId) -> None:
+        """Take a brick out; its name is free again."""
+        body = self._bodies.pop(brick)
+        pybullet.removeBody(body, self.client)
+        del self.names[body]
+        self._shapes.pop(brick, None)
+        self._masses = {name: mass for name, mass in self._masses.items() if name != brick}
+        # The engine gives the number to the next body, so that count and last number might be what they were.
+        self._noticed = NOT_LOOKED
 
     def _own_friction(self) -> float:
         return max(sqrt(self.friction), FRICTIONLESS)

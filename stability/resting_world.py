@@ -57,6 +57,13 @@ class RestingWorld:
         if self._world is not None:
             self._world.add_brick(brick, pose)
 
+    def remove_brick(self, brick: BodyId) -> None:
+        del self._bricks[brick], self._masses[brick]
+        self._frozen.discard(brick)
+        self._told = MappingProxyType(self._masses)
+        if self._world is not None:
+            self._world.remove_brick(brick)
+
     def close(self) -> None:
         if self._world is not None:
             self._world.close()

@@ -31,6 +31,9 @@ class Extension(Protocol):
     def set_down(self, bricks: Iterable[BodyId]) -> None:
         """Say that these bricks were set down at rest: they may be judged at once, before any step."""
 
+    def taken_out(self, bricks: Iterable[BodyId]) -> Update:
+        """Say that these bricks were taken out of the engine: what cannot stand without them is woken at once."""
+
     def update(self) -> Update:
         """One pass over what the engine has just done. Call it after each step."""
 
@@ -47,4 +50,4 @@ class Extension(Protocol):
         """The smallest tipping margin of what is frozen [m]; None where no model has one."""
 
     def verdict(self) -> Verdict | None:
-        """What was proven of the structure when bricks were last set down; None where nothing proves."""
+        """What was proven of the structure when bricks were last set down or taken out; None where nothing proves."""

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from math import degrees, inf, isnan
 
 from stability.geometry import box_top
+from stability.model import BodyId
 from stackdsl.language.claims import Claim, Collapses, Displaced, Drift, Height, Margin, RestsOn, Stands
 from stackdsl.language.schema import Scenario
 from stackdsl.language.tolerances import Tolerance
@@ -87,7 +88,7 @@ def _stands(claim: Stands, trace: Trace) -> Finding:
     named = frozenset(trace.tracks if claim.bricks is None else claim.bricks)
     meant = [
         track
-        for name, track in trace.tracks.items()
+        for name, track in _remaining(trace)
         if (claim.levels is None or track.level <= claim.levels) and name in named
     ]
     missing = [track for track in meant if track.state is BrickState.UNPLACED]
@@ -100,8 +101,10 @@ def _stands(claim: Stands, trace: Trace) -> Finding:
     unsettled = [track.brick.id for track in meant if track.state is BrickState.UNSETTLED]
     if unsettled:
         return Finding(f"{unsettled[0]} has not come to rest", -len(unsettled), "bricks", passed=False)
+    if not meant:
+        return Finding("all of it was pulled out", -1, "bricks", passed=False)
     if claim.for_ is not None:  # what falls later is no matter of this claim
-        meant = [track for track in meant if track.left_at is None or track.left_at <= trace.built + claim.for_]
+        meant = [track for track in meant if track.left_at is None or track.left_at <= trace.last_action + claim.for_]
     fallen = sum(track.state is BrickState.FALLEN for track in meant)
     measured = f"{fallen} of {len(meant)} bricks fell" if fallen else f"{len(meant)} bricks stand"
     margin, unit = min((_margin_to_collapse(track) for track in meant), default=(inf, ""))
@@ -119,7 +122,7 @@ def _margin_to_collapse(track: BrickTrack) -> tuple[float, str]:
 def _collapses(claim: Collapses, trace: Trace) -> Finding:
     if trace.collapse is None:
         margin, unit = min(
-            (_margin_to_collapse(t) for t in trace.tracks.values() if t.state is not BrickState.UNPLACED),
+            (_margin_to_collapse(track) for track in _placed(trace)),
             default=(inf, "mm"),
         )
         return Finding("nothing fell", -margin, unit, passed=False)
@@ -208,8 +211,13 @@ JUDGES: dict[str, Callable[..., Finding]] = {
 }
 
 
+def _remaining(trace: Trace) -> Iterable[tuple[BodyId, BrickTrack]]:
+    """All bricks but those that were pulled out, of which nothing is expected any more."""
+    return [(name, track) for name, track in trace.tracks.items() if track.state is not BrickState.REMOVED]
+
+
 def _placed(trace: Trace) -> Iterable[BrickTrack]:
-    return [track for track in trace.tracks.values() if track.state is not BrickState.UNPLACED]
+    return [track for _, track in _remaining(trace) if track.state is not BrickState.UNPLACED]
 
 
 def _within(wanted: Tolerance, value: float, unit: str, measured: str = "") -> Finding:

@@ -5,12 +5,11 @@ What falls, and where something dropped comes to lie, only an engine can tell. F
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import groupby
 
 from stability.model import BodyId
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability, Stage, Verdict
-from stackdsl.timeline import Timeline
+from stackdsl.timeline import Removal, Timeline
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,16 +30,19 @@ class Proofs:
 
 
 def proofs_of(timeline: Timeline) -> Proofs:
-    """Judge every placement as `exact` does, up to the first one that it leaves to the engine."""
+    """Judge every action as `exact` does, up to the first one that leaves anything to the engine."""
     assembly = Assembly(timeline.world.planes, timeline.world.friction, timeline.world.gravity)
     judged: list[Judged] = []
-    for _, group in groupby(timeline.placements, key=lambda placement: placement.time):
-        placements = list(group)
-        set_down = [placement for placement in placements if not placement.drop]
+    for moment in timeline.moments():
+        if isinstance(moment, Removal):
+            if assembly.remove(moment.bricks).stability is not Stability.STABLE:
+                break
+            continue
+        set_down = [placement for placement in moment if not placement.drop]
         if set_down:
             verdict = assembly.add_all(Placed(placement.brick, placement.pose) for placement in set_down)
             names = tuple(placement.brick.id for placement in set_down)
             judged.append(Judged(names, verdict, {name: assembly.stage(name) for name in names}))
-        if len(set_down) < len(placements) or assembly.verdict().stability is not Stability.STABLE:
+        if len(set_down) < len(moment) or assembly.verdict().stability is not Stability.STABLE:
             break
     return Proofs(tuple(judged), assembly)

@@ -3,9 +3,12 @@
 Frame W: z up against gravity. A tilted scene is turned as a whole, so gravity always points down.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import groupby
+from typing import TypeAlias
 
-from stability.model import Brick, Plane, Pose
+from stability.model import BodyId, Brick, Plane, Pose
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +29,18 @@ class Placement:
     level: int  # storey, counted from 1
     pose: Pose
     drop: bool = False
+    inserted: bool = False  # slid into what stands by then, rather than built on
+
+
+@dataclass(frozen=True, slots=True)
+class Removal:
+    """Bricks pulled out together at a time."""
+
+    time: float  # [s]
+    bricks: tuple[BodyId, ...]
+
+
+Action: TypeAlias = Placement | Removal
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,11 +48,24 @@ class Timeline:
     """All that happens to the structure, in order of time."""
 
     world: World
-    placements: tuple[Placement, ...]  # by time, then in the author's order
-    hold: float  # how long the structure is watched after the last placement [s]
+    actions: tuple[Action, ...]  # by time, then in the author's order
+    hold: float  # how long the structure is watched after the last action [s]
     # Whether anything is asked that only motion shows. If not, a system with proofs does without an engine.
     watched: bool = True
     margins: tuple[str, ...] = ()  # those of the proof that are asked for, such as `tilt`
+
+    @property
+    def placements(self) -> tuple[Placement, ...]:
+        """The actions that set down, or let go, a brick."""
+        return tuple(action for action in self.actions if isinstance(action, Placement))
+
+    def moments(self) -> Iterator[tuple[Placement, ...] | Removal]:
+        """What is done together: the bricks set down at one time, or one removal."""
+        for (_, placing), group in groupby(self.actions, key=lambda action: (action.time, type(action) is Placement)):
+            if placing:
+                yield tuple(action for action in group if isinstance(action, Placement))
+            else:
+                yield from (action for action in group if isinstance(action, Removal))
 
     @property
     def built(self) -> float:
@@ -47,7 +75,7 @@ class Timeline:
     @property
     def end(self) -> float:
         """Until when the structure is watched [s]."""
-        return self.built + self.hold
+        return self.actions[-1].time + self.hold
 
     @property
     def levels(self) -> int:

@@ -19,7 +19,11 @@ class EventKind(StrEnum):
     PLACED = "placed"
     FROZEN = "frozen"
     WOKEN = "woken"
+    REMOVED = "removed"
     COLLAPSED = "collapsed"
+
+
+ACTIONS = frozenset({EventKind.PLACED, EventKind.REMOVED})  # what the scenario does; all else comes of it
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +55,7 @@ class BrickState(StrEnum):
     STANDING = "standing"  # stands in the hands of the engine
     FALLEN = "fallen"  # left its place
     UNSETTLED = "unsettled"  # dropped, and still not at rest
+    REMOVED = "removed"  # pulled out
     UNPLACED = "unplaced"  # the structure fell before its turn
     UNWATCHED = "unwatched"  # not proven to stand, and nothing was asked that an engine would have to show
 
@@ -123,13 +128,14 @@ class Trace:
     # Who carried each brick once it had been judged or had settled, at the next placement; for snapshots.
     edges_when_placed: Mapping[BodyId, tuple[Edge, ...]]
     world: World | None = None  # what did not move
-    statics: StaticsVerdict | None = None  # what was proven when bricks were last set down; None where nothing proves
+    # What was proven when bricks were last set down or pulled out; None where nothing proves.
+    statics: StaticsVerdict | None = None
     margins: Margins = Margins()  # of what stands at the end, as far as somebody asked
 
     @property
-    def built(self) -> float:
-        """When the last brick was placed [s]."""
-        return max((event.time for event in self.events if event.kind is EventKind.PLACED), default=0.0)
+    def last_action(self) -> float:
+        """When a brick was last placed or pulled out [s]."""
+        return max((event.time for event in self.events if event.kind in ACTIONS), default=0.0)
 
     @property
     def verdict(self) -> Verdict:
@@ -143,5 +149,6 @@ class Trace:
 
     @property
     def drift(self) -> float:
-        """Largest shift of any placed brick after it came to rest [m]."""
-        return max((track.shift for track in self.tracks.values()), default=0.0)
+        """Largest shift of any placed brick after it came to rest, of those that are not pulled out [m]."""
+        remaining = (track for track in self.tracks.values() if track.state is not BrickState.REMOVED)
+        return max((track.shift for track in remaining), default=0.0)

@@ -38,6 +38,13 @@ FALLEN = replace(
 )
 
 
+PULLED_OUT = replace(
+    STANDING,
+    tracks={**STANDING.tracks, "L3.1": track("L3.1", 3, shift=0.05, state=BrickState.REMOVED)},
+    edges=STANDING.edges[:2],
+)
+
+
 def outcome(claim: str, trace: Trace) -> Outcome:
     cases, mistakes = compiled(scene("- column: {levels: 3}", f"expect:\n  - {claim}"))
     assert mistakes == []
@@ -52,6 +59,11 @@ def outcome(claim: str, trace: Trace) -> Outcome:
         ("stands: {levels: 2}", FALLEN, True, 2.9, "mm"),
         ("stands: {levels: 4}", STANDING, False, -1.0, "levels"),
         ("stands: {bricks: [L1.1]}", FALLEN, True, 3.9, "mm"),
+        ("stands: all", PULLED_OUT, True, 2.9, "mm"),  # of what was pulled out nothing is expected any more
+        ("stands: {bricks: [L3.1]}", PULLED_OUT, False, -1.0, "bricks"),
+        ("collapses: any", PULLED_OUT, False, -2.9, "mm"),
+        ("drift: < 2 mm", PULLED_OUT, True, 1.0, "mm"),
+        ("displaced: {bricks: 0, by: '> 3 mm'}", PULLED_OUT, True, 0.0, "bricks"),
         ("collapses: any", FALLEN, True, inf, ""),
         ("collapses: any", STANDING, False, -1.9, "mm"),
         ("collapses: {at: level 2 ± 1}", FALLEN, True, 0.0, "levels"),

@@ -56,6 +56,19 @@ def test_from_a_dropped_brick_on_nothing_is_judged() -> None:
     assert any("1 of 2 bricks proven to stand" in line for line in lines)
 
 
+def test_a_removal_has_a_line_of_its_own_and_makes_room() -> None:
+    impacts = "impacts: [{remove: {bricks: [L2.1, L3.1]}}, {insert: {name: new, at: [0 mm, 0 mm, 11.7 mm]}}]"
+    lines = explained("- column: {levels: 3}", impacts, margins=False)
+    assert any(line.split() == ["0.000", "s", "L2.1,", "L3.1", "pulled", "out"] for line in lines)
+    assert any("  new " in line and "on L1.1  load core" in line for line in lines)
+    assert any("every placement proven to stand" in line for line in lines)
+
+
+def test_what_falls_without_a_brick_that_is_pulled_out_is_told() -> None:
+    lines = explained("- column: {levels: 3}", "impacts: [{remove: {brick: L2.1}}]")
+    assert any("UNSTABLE" in line and "L3.1" in line for line in lines)
+
+
 def test_other_systems_ask_no_statics() -> None:
     assert not any("statics:" in line for line in explained("- column: {levels: 1}", "systems: [tuned]"))
 

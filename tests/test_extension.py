@@ -173,6 +173,17 @@ def test_taking_a_brick_out_of_the_engine_wakes_what_rested_on_it() -> None:
     assert after_a_step(engine, stability).woken == ("b", "c")
 
 
+def test_a_brick_that_is_said_to_be_taken_out_wakes_what_rested_on_it_at_once() -> None:
+    engine = ScriptedEngine()
+    stability = StackStability(engine, guard=False)
+    column(engine, stability)
+    del engine.bricks["b"]
+    update = stability.taken_out(["b"])
+    assert (update.woken, update.reason) == (("c",), "support removed")
+    assert stability.awake() == ["c"]
+    assert stability.is_frozen("a")
+
+
 def test_taking_the_table_away_wakes_what_stood_on_it() -> None:
     engine = ScriptedEngine()
     stability = StackStability(engine)

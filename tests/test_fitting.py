@@ -1,6 +1,7 @@
 """Bricks inside one another, and bricks in the air."""
 
-from math import cos, pi, sin
+from dataclasses import replace
+from math import cos, inf, pi, sin
 from random import Random
 
 import pytest
@@ -59,6 +60,12 @@ def test_a_brick_does_not_rest_on_what_comes_later_but_may_on_what_comes_with_it
     assert later[0].in_the_air
 
 
+def test_a_brick_makes_room_when_it_is_taken_away_for_what_is_put_then() -> None:
+    first = Sited(0.0, SIZE, Pose((0.0, 0.0, 0.0039)), until=2.0)
+    for time, overlaps in ((1.0, 0), (2.0, None), (3.0, None)):
+        assert fits([first, replace(first, time=time, until=inf)], [FLOOR])[1].overlaps_box == overlaps
+
+
 def test_bricks_of_very_different_sizes_find_each_other() -> None:
     slab = Sited(0.0, (2.0, 2.0, 0.1), Pose((0.0, 0.0, 0.05)))
     found = fits([slab, at(0.9, 0.9, 0.1039, time=1.0), at(0.9, 0.9, 0.1117, time=2.0)], [FLOOR])
@@ -93,7 +100,7 @@ def test_none_that_a_brick_rests_on_or_sticks_in_is_passed_over(seed: int) -> No
     #   The grid only spares comparisons: comparing each with all gives the same.
     boxes = sorted((thrown(Random(1000 * seed + number)) for number in range(80)), key=lambda box: box.time)
     for index, (box, fit) in enumerate(zip(boxes, fits(boxes, [FLOOR]), strict=True)):
-        there = [other for other, at in enumerate(boxes) if at.time <= box.time and other != index]
+        there = [other for other, at in enumerate(boxes) if at.time <= box.time < at.until and other != index]
         apart = {n: boxes_apart(box.size, box.pose, boxes[n].size, boxes[n].pose) for n in there}
         inside = [n for n in there if n < index and apart[n].gap < -1e-4]
         below = [n for n in there if apart[n].gap <= TOUCHING and apart[n].normal_BA_W[2] > 0.05]
@@ -107,4 +114,5 @@ def thrown(random: Random) -> Sited:
     yaw, roll = random.uniform(-pi, pi), random.choice([0.0, 0.0, 0.1])
     turn = (sin(roll) * cos(yaw), sin(roll) * sin(yaw), cos(roll) * sin(yaw), cos(roll) * cos(yaw))
     size = random.choice([SIZE, SIZE, (0.03, 0.02, SIZE[2]), (0.5, 0.02, SIZE[2])])
-    return Sited(float(random.randrange(4)), size, Pose((x, y, 0.1 + 0.0078 * level), turn))
+    pose = Pose((x, y, 0.1 + 0.0078 * level), turn)
+    return Sited(float(random.randrange(4)), size, pose, until=random.choice([inf, inf, 2.0, 3.0]))

@@ -249,6 +249,41 @@ def test_taking_a_counterweight_away_wakes_the_beam_that_it_held(engine: BoxEngi
     assert stability.is_frozen("a")
 
 
+def test_what_cannot_stand_without_a_brick_that_is_taken_out_is_woken_at_once(engine: BoxEngine) -> None:
+    stability = ProvenStability(engine, planes=[GROUND_PLANE], guard=False)
+    counterweighted(engine, stability)
+    del engine.bricks["d"]
+    update = stability.taken_out(["d"])
+    assert (update.frozen, update.woken, update.failed) == ((), ("beam", "c"), ("beam",))
+    assert stability.is_frozen("a")
+    assert stability.awake() == ["beam", "c"]
+    verdict = stability.verdict()
+    assert verdict is not None
+    assert verdict.stability is Stability.UNSTABLE
+
+
+def test_what_stands_without_a_brick_that_is_taken_out_keeps_its_proof(engine: BoxEngine) -> None:
+    stability = ProvenStability(engine, planes=[GROUND_PLANE], guard=False)
+    set_down(engine, stability, a=(1, 0.0), b=(2, 0.01), c=(3, 0.0))
+    del engine.bricks["c"]
+    assert stability.taken_out(["c"]) == Update()
+    assert stability.awake() == []
+    assert stability.shares() == {"a": {"ground": pytest.approx(1.0)}, "b": {"a": pytest.approx(1.0)}}
+
+
+def test_a_brick_that_was_left_to_the_engine_can_be_taken_out_too(engine: BoxEngine) -> None:
+    stability = ProvenStability(engine, planes=[GROUND_PLANE], guard=False)
+    set_down(engine, stability, a=(1, 0.0))
+    set_down(engine, stability, b=(2, 0.07))
+    assert stability.awake() == ["b"]
+    del engine.bricks["b"]
+    assert stability.taken_out(["b"]) == Update()
+    assert stability.awake() == []
+    verdict = stability.verdict()
+    assert verdict is not None
+    assert verdict.stability is Stability.STABLE
+
+
 def test_without_a_guard_an_update_does_not_look_at_what_is_frozen(
     engine: BoxEngine, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from stability.engine_settings import EngineSettings
 from stability.extension import StackStability
-from stability.model import GROUND, Brick, Plane, Pose
+from stability.model import GROUND, Box, Brick, Plane, Pose
 from stability.pybullet_engine import PyBulletBodies, PyBulletWorld
 
 SIZE = (0.1176, 0.0234, 0.0078)
@@ -88,6 +88,30 @@ def test_a_frozen_brick_stays_exactly_where_it_is_and_a_woken_one_falls_with_its
         engine.step()
         assert engine.states(["plank"])["plank"].velocity_W[2] == pytest.approx(-9.81 * SETTINGS.time_step)
         assert pybullet.getDynamicsInfo(engine._bodies["plank"], -1, engine.client)[0] == pytest.approx(0.012)
+
+
+def test_what_stood_on_a_brick_that_is_taken_out_falls_to_the_ground() -> None:
+    with world() as engine:
+        for level, name in enumerate(["lower", "upper"]):
+            engine.add_brick(plank(name), Pose((0.0, 0.0, (level + 0.5) * SIZE[2])))
+        engine.freeze("lower")
+        engine.remove_brick("lower")
+        for _ in range(240):
+            engine.step()
+        assert set(engine.masses()) == {"upper"}
+        assert engine.states(["upper"])["upper"].pose.position_W[2] == pytest.approx(0.5 * SIZE[2], abs=1e-4)
+
+
+def test_a_brick_of_the_same_name_as_one_that_was_taken_out_is_another_one() -> None:
+    with world() as engine:
+        engine.add_brick(plank(), Pose((0.0, 0.0, 0.5 * SIZE[2])))
+        assert dict(engine.masses()) == {"plank": pytest.approx(0.012)}
+        engine.remove_brick("plank")
+        engine.add_brick(Brick("plank", (0.05, 0.05, 0.05), 1.0), Pose((0.0, 0.0, 0.025)))
+        assert dict(engine.masses()) == {"plank": pytest.approx(1.0)}
+        shape = engine.shape("plank")
+        assert isinstance(shape, Box)
+        assert shape.size == pytest.approx((0.05, 0.05, 0.05))
 
 
 def test_no_setting_leaks_from_one_world_to_the_next() -> None:

@@ -58,6 +58,21 @@ def test_another_object_tells_of_masses_when_a_brick_has_come() -> None:
     assert world.masses() is not before
 
 
+def test_a_brick_that_was_taken_out_does_not_come_into_the_engine_that_is_opened() -> None:
+    opened = Opened()
+    world = opened.world()
+    for level, name in enumerate("abc"):
+        world.add_brick(Brick(name, SIZE, 0.012), Pose((0.0, 0.0, 0.004 + 0.008 * level)))
+        world.freeze(name)
+    before = world.masses()
+    world.remove_brick("c")
+    assert world.masses() is not before
+    world.step()
+    world.remove_brick("b")
+    assert set(world.masses()) == set(opened.engines[0].masses()) == {"a"}
+    world.close()
+
+
 def test_the_first_step_opens_an_engine_in_which_what_is_frozen_stays_and_the_rest_falls() -> None:
     opened = Opened()
     world = opened.world()

@@ -9,9 +9,10 @@ import yaml
 from pydantic import TypeAdapter, ValidationError
 
 from stackdsl.language.author_types import SYSTEMS
+from stackdsl.language.bricks import BrickKind
 from stackdsl.language.catalogue import CATALOGUE
 from stackdsl.language.layouts import LAYOUTS, ColumnParams
-from stackdsl.language.schema import BrickKind, BuildStep, Scenario
+from stackdsl.language.schema import BuildStep, Scenario
 from stackdsl.language.tolerances import Tolerance
 from stackdsl.language.validation import json_schema, keys_at, schema_text
 from stackdsl.language.variants import expand
@@ -51,6 +52,13 @@ build:
       - {name: roof, at: [0 mm, 0 mm, 100 mm], rotate: [0 deg, 0 deg, 90 deg], drop: true, level: 5}
       - {at: [3 m, 0 m, 4 mm], brick: {size: [60 mm, 24 mm, 8 mm], mass: 6 g}}
     after: brick L2.1 + 500 ms
+impacts:
+  - remove: {brick: L2.1}
+    at: 4 s
+  - remove: {bricks: [L1.1, L1.2]}
+    after: built + 2 s
+  - insert: {at: [4 m, 0 m, 4 mm], rotate: [0 deg, 0 deg, 90 deg], brick: kapla-ideal, name: wedge, level: 1}
+    after: impact 2 + 1 s
 systems: [thesis, tuned, stock]
 expect:
   - stands: all

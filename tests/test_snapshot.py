@@ -13,7 +13,8 @@ import pytest
 
 from stability.model import Brick, Plane, Pose, Quaternion, Vec3
 from stackdsl.snapshots.canonical import canonical_text, document
-from stackdsl.snapshots.record import UNCLEAR, Identity, Snapshot
+from stackdsl.snapshots.comparison import compare
+from stackdsl.snapshots.record import UNCLEAR, Identity, Removing, Snapshot
 from stackdsl.snapshots.snapshot import take
 from stackdsl.timeline import World
 from stackdsl.trace import BrickState, BrickTrack, Collapse, Cost, Edge, Event, EventKind, Trace
@@ -68,8 +69,8 @@ def test_a_proven_run_locks_everything() -> None:
     snapshot = taken(tower())
     assert (snapshot.verdict, snapshot.collapse) == ("stands", None)
     assert (snapshot.height_mm, snapshot.levels_standing) == (24.0, 3)
-    assert [(event.time_s, event.margin_mm) for event in snapshot.events] == [(0.0, 12.0), (1.0, 12.0), (2.0, 12.0)]
-    second = snapshot.events[1].placed["L2.1"]
+    assert [(event.time_s, event.margin_mm) for event in snapshot.placings] == [(0.0, 12.0), (1.0, 12.0), (2.0, 12.0)]
+    second = snapshot.placings[1].placed["L2.1"]
     assert (second.at_mm, second.rests_on) == ((0.0, 0.0, 12.0), {"L1.1": 1.0})
     last = snapshot.bricks["L3.1"]
     assert (last.level, last.state, last.at_mm, last.rests_on) == (3, "frozen", (0.0, 0.0, 20.0), {"L2.1": 1.0})
@@ -79,8 +80,8 @@ def test_a_bare_engine_locks_only_where_bricks_were_placed_and_that_they_stand()
     standing = [replace(each, state=BrickState.STANDING) for each in tower().tracks.values()]
     snapshot = taken(tower(*standing), proven=False)
     assert (snapshot.height_mm, snapshot.levels_standing) == (None, None)
-    assert {event.margin_mm for event in snapshot.events} == {None}
-    second = snapshot.events[1].placed["L2.1"]
+    assert {event.margin_mm for event in snapshot.placings} == {None}
+    second = snapshot.placings[1].placed["L2.1"]
     assert (second.at_mm, second.rests_on) == ((0.0, 0.0, 12.0), None)
     assert states(snapshot) == dict.fromkeys(("L1.1", "L2.1", "L3.1"), "standing")
     assert {(brick.at_mm, brick.rests_on) for brick in snapshot.bricks.values()} == {(None, None)}
@@ -176,15 +177,49 @@ def test_with_a_bare_engine_it_is_a_matter_of_moments_who_was_still_placed_in_th
 
 def test_with_a_bare_engine_placings_are_locked_up_to_the_level_that_fell() -> None:
     trace = tower(track("L3.1", 3, BrickState.FALLEN, shift=1.0), collapse=FALL)
-    assert [list(event.placed) for event in taken(trace, proven=False).events] == [["L1.1"], ["L2.1"]]
-    assert [list(event.placed) for event in taken(trace).events] == [["L1.1"], ["L2.1"], ["L3.1"]]
+    assert [list(event.placed) for event in taken(trace, proven=False).placings] == [["L1.1"], ["L2.1"]]
+    assert [list(event.placed) for event in taken(trace).placings] == [["L1.1"], ["L2.1"], ["L3.1"]]
 
 
 def test_of_the_placing_that_brought_the_stack_down_no_model_tells() -> None:
-    *before, last = taken(tower(track("L3.1", 3, BrickState.FALLEN, shift=1.0), collapse=FALL)).events
+    *before, last = taken(tower(track("L3.1", 3, BrickState.FALLEN, shift=1.0), collapse=FALL)).placings
     assert (last.time_s, last.margin_mm, last.placed["L3.1"].rests_on) == (2.0, None, None)
     assert [event.margin_mm for event in before] == [12.0, 12.0]
     assert [brick.rests_on for event in before for brick in event.placed.values()] == [{"ground": 1.0}, {"L1.1": 1.0}]
+
+
+def pulled_out() -> Trace:
+    """The tower without its topmost plank, which was pulled out after 5 s."""
+    trace = tower(track("L3.1", 3, BrickState.REMOVED, shift=nan))
+    return replace(trace, events=(*trace.events, Event(5.0, EventKind.REMOVED, ("L3.1",))))
+
+
+@pytest.mark.parametrize("proven", [True, False])
+def test_a_brick_that_was_pulled_out_is_locked_with_its_time_and_without_a_place(proven: bool) -> None:
+    snapshot = taken(pulled_out(), proven)
+    assert snapshot.events[-1] == Removing(5.0, ("L3.1",))
+    last = snapshot.bricks["L3.1"]
+    assert (last.state, last.at_mm, last.rests_on) == ("removed", None, None)
+
+
+def test_what_was_pulled_out_is_no_part_of_what_stands() -> None:
+    snapshot = taken(pulled_out())
+    assert (snapshot.verdict, snapshot.height_mm, snapshot.levels_standing) == ("stands", 16.0, 2)
+
+
+def test_the_text_of_a_removal_is_one_line() -> None:
+    assert '    {"time_s": 5.0, "removed": ["L3.1"]}\n' in canonical_text(taken(pulled_out()))
+
+
+def test_a_brick_pulled_out_at_another_time_or_not_at_all_is_a_difference() -> None:
+    trace = pulled_out()
+    later = replace(trace, events=(*trace.events[:-1], Event(6.0, EventKind.REMOVED, ("L3.1",))))
+    never = replace(trace, events=trace.events[:-1])
+    expected = document(taken(trace))
+    assert compare(expected, taken(trace)) == ()
+    assert [each.quantity for other in (later, never) for each in compare(expected, taken(other))] == [
+        "pulled out at"
+    ] * 2
 
 
 def test_what_a_run_cost_is_not_locked() -> None:
@@ -299,5 +334,5 @@ def test_a_snapshot_says_of_which_scene_it_is() -> None:
 )
 def test_the_same_turn_is_written_the_same_way(orientation: Quaternion, turn: list[float]) -> None:
     turned = replace(track("L1.1", 1), placed=Pose((0.0, 0.0, 0.004), orientation))
-    placing = taken(tower(turned)).events[0].placed["L1.1"]
+    placing = taken(tower(turned)).placings[0].placed["L1.1"]
     assert list(placing.turn_deg) == turn

@@ -3,63 +3,109 @@
 The scene is laid out in its own frame, level ground at z = 0; a tilt then turns it as a whole into the world frame W.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import chain
 from math import inf
 
 from stability.model import BodyId, Brick, Plane, Quaternion
 from stackdsl.compiling.agreement import contradictions
 from stackdsl.compiling.fitting import Fit, Sited, fits
-from stackdsl.compiling.naming import footings_of, levels_of, lofty_levels, names_of, shared_names, unknown_bricks
-from stackdsl.compiling.scheduling import scheduled
+from stackdsl.compiling.naming import (
+    footings_of,
+    levels_of,
+    lofty_levels,
+    missed_bricks,
+    names_of,
+    shared_names,
+    unknown_bricks,
+)
+from stackdsl.compiling.removals import missing_bricks, removed_in
+from stackdsl.compiling.scheduling import Moment, Schedule, scheduled
 from stackdsl.compiling.site import planes_of, tilt_of, turned_plane, turned_pose
 from stackdsl.compiling.written import WrittenBrick, bricks_of
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.language.schema import Scenario
 from stackdsl.reading.source import Path, Source
-from stackdsl.timeline import Placement, Timeline, World
+from stackdsl.timeline import Action, Placement, Removal, Timeline, World
 
 MAX_BRICKS = 50_000  # in all steps together; some seconds of compiling
-HOLD = 2.0  # [s] watched after the last placement unless an expectation says for how long
+HOLD = 2.0  # [s] watched after the last action unless an expectation says for how long
 
 
 def compile_timeline(scenario: Scenario, source: Source) -> tuple[Timeline | None, tuple[Diagnostic, ...]]:
     """The timeline of a scenario, or all that keeps it from being built."""
     bricks = sum(step.layout[1].bricks_at_most if step.layout else len(step.bricks or ()) for step in scenario.build)
+    bricks += len(scenario.impacts)
     if bricks > MAX_BRICKS:
         message = f"the scenario has {bricks} bricks, and {MAX_BRICKS} is the most"
         return None, (Diagnostic("SD206", source.key_span_of(("build",)), message, "make it smaller"),)
     written, planes = bricks_of(scenario), tuple(planes_of(scenario))
-    footings = footings_of(written, planes)
-    levels = levels_of(written, footings)
-    names = names_of(written, levels, scenario)
-    times, late = scheduled(written, levels, names, scenario, source)
-    order = sorted(range(len(written)), key=lambda index: times[index])
+    footings, levels, names, removed = _identified(written, planes, scenario)
+    schedule = scheduled(written, levels, names, scenario, source)
+    order = sorted(range(len(written)), key=schedule.bricks.__getitem__)
     mistakes = [
         *shared_names(written, names, source),
         *lofty_levels(written, footings, levels, names, source),
-        *late,
+        *schedule.mistakes,
         *unknown_bricks(scenario, source, names),
+        *missed_bricks(scenario, source),
         *contradictions(scenario, dict(zip(names, levels, strict=True)), _hold(scenario), source),
     ]
-    if not late:  # without the right times, nothing fits
-        sited = [Sited(times[i], written[i].size, written[i].pose) for i in order]
-        mistakes += _misfits(
-            [written[i] for i in order], [names[i] for i in order], fits(sited, planes), planes, source
-        )
+    if not schedule.mistakes:  # without the right times, nothing fits
+        mistakes += missing_bricks(scenario, names, schedule, source)
+        gone = {i: schedule.impacts[step - len(scenario.build)] for i, step in removed.items()}
+        found = fits(_sited(written, schedule, gone, order), planes)
+        mistakes += _misfits([written[i] for i in order], [names[i] for i in order], found, planes, source)
     if mistakes:
         return None, tuple(mistakes)
     tilt = tilt_of(scenario)
     world = World(scenario.world.gravity, scenario.friction, tuple(turned_plane(plane, tilt) for plane in planes))
-    placements = tuple(_placement(times[i], written[i], levels[i], names[i], tilt) for i in order)
+    placements = [
+        (schedule.bricks[i], _placement(schedule.bricks[i].time, written[i], levels[i], names[i], tilt)) for i in order
+    ]
+    actions = _in_order(placements, _removals(scenario, schedule))
     claims = (*scenario.expect, *scenario.truth)
     watched = not scenario.expect or not all(claim.needs_statics for claim in claims)
     margins = {key for claim in claims if claim.margin is not None for key in claim.margin.asked}
-    return Timeline(world, placements, _hold(scenario), watched, tuple(sorted(margins))), ()
+    return Timeline(world, actions, _hold(scenario), watched, tuple(sorted(margins))), ()
 
 
 def _placement(time: float, written: WrittenBrick, level: int, name: BodyId, tilt: Quaternion) -> Placement:
     brick = Brick(name, written.size, written.mass)
-    return Placement(time, brick, level, turned_pose(written.pose, tilt), written.drop)
+    return Placement(time, brick, level, turned_pose(written.pose, tilt), written.drop, written.inserted)
+
+
+def _removals(scenario: Scenario, schedule: Schedule) -> Iterator[tuple[Moment, Action]]:
+    for moment, impact in zip(schedule.impacts, scenario.impacts, strict=True):
+        if impact.remove is not None:
+            yield moment, Removal(moment.time, impact.remove.names)
+
+
+def _in_order(*actions: Iterable[tuple[Moment, Action]]) -> tuple[Action, ...]:
+    return tuple(action for _, action in sorted(chain(*actions), key=lambda timed: timed[0]))
+
+
+def _sited(
+    written: Sequence[WrittenBrick], schedule: Schedule, gone: Mapping[int, Moment], order: Sequence[int]
+) -> list[Sited]:
+    """The bricks in an order, each from the moment when it is placed until the one when it is `gone`, by number."""
+    turns = {moment: float(turn) for turn, moment in enumerate(sorted({*schedule.bricks, *schedule.impacts}))}
+    until = {i: turns[moment] for i, moment in gone.items()}
+    return [Sited(turns[schedule.bricks[i]], written[i].size, written[i].pose, until.get(i, inf)) for i in order]
+
+
+def _identified(
+    written: Sequence[WrittenBrick], planes: Sequence[Plane], scenario: Scenario
+) -> tuple[list[Fit], list[int], list[BodyId], Mapping[int, int]]:
+    """Footing, level and name of every brick, and, by number, the step that pulls a brick out."""
+    removed: Mapping[int, int] = {}
+    # Names say what is pulled out, which makes room for what is slid in, whose level then gives it its name.
+    for _ in range(2 if scenario.impacts else 1):
+        footings = footings_of(written, planes, removed)
+        levels = levels_of(written, footings)
+        names = names_of(written, levels)
+        removed = removed_in(scenario, names)
+    return footings, levels, names, removed
 
 
 def _hold(scenario: Scenario) -> float:

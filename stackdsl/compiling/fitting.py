@@ -20,9 +20,10 @@ LEAST_UPWARD = 0.05  # z of a contact normal that carries something; less is a t
 class Sited:
     """A box, where and when it is put."""
 
-    time: float  # [s]
+    time: float  # [s], or any number that orders what happens
     size: Vec3  # [m]
     pose: Pose
+    until: float = inf  # when it is taken away again
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,15 +50,18 @@ class Fit:
 
 
 def fits(boxes: Sequence[Sited], planes: Sequence[Plane]) -> list[Fit]:
-    """The fit of every box; `boxes` are in order of time.
+    """The fit of every box; `boxes` are in order of time. One that is taken away makes room for those put then.
 
     Those put at the same time may rest on one another. Of two that overlap, the later one in the order is blamed.
     """
     blocks = [block(box.size, box.pose) for box in boxes]
     grid = _Grid.suiting(blocks)
     found: list[Fit] = []
+    going = sorted((index for index, box in enumerate(boxes) if box.until < inf), key=lambda index: -boxes[index].until)
     gathered = 0
     for index, box in enumerate(boxes):
+        while going and boxes[going[-1]].until <= box.time:
+            grid.gone.add(going.pop())
         while gathered < len(boxes) and boxes[gathered].time <= box.time:
             grid.add(gathered)
             gathered += 1
@@ -101,6 +105,7 @@ class _Grid:
     cell: Vec3  # [m]
     cells: dict[tuple[int, ...], list[int]] = field(default_factory=lambda: defaultdict(list))
     large: list[int] = field(default_factory=list)
+    gone: set[int] = field(default_factory=set)  # taken away by now
     count: int = 0
 
     @classmethod
@@ -123,8 +128,9 @@ class _Grid:
     def apart_from(self, index: int, margin: float) -> list[tuple[int, Separation]]:
         """Those whose bounds come as close to a box as a margin [m], by number, and how it is apart from them."""
         own, blocks = self.blocks[index], self.blocks
-        near = [other for other in self._near(index, margin) if own.is_within(margin, blocks[other])]
-        return [(other, blocks_apart(own, blocks[other])) for other in sorted(near) if other != index]
+        others = [other for other in self._near(index, margin) if other != index and other not in self.gone]
+        near = sorted(other for other in others if own.is_within(margin, blocks[other]))
+        return [(other, blocks_apart(own, blocks[other])) for other in near]
 
     def _near(self, index: int, margin: float) -> Iterable[int]:
         ranges = self._reached(index, margin)

@@ -2,6 +2,8 @@
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from math import inf
+from types import MappingProxyType
 
 from stability.model import GROUND, BodyId, Plane
 from stackdsl.compiling.fitting import Fit, Sited, fits
@@ -11,12 +13,21 @@ from stackdsl.language.schema import Scenario
 from stackdsl.reading.source import Path, Source
 
 
-def footings_of(written: Sequence[WrittenBrick], planes: Sequence[Plane]) -> list[Fit]:
-    """What every brick stands on, for judging levels; nothing where layouts, which know theirs, are all there is."""
+def footings_of(
+    written: Sequence[WrittenBrick], planes: Sequence[Plane], removed_in: Mapping[int, int] = MappingProxyType({})
+) -> list[Fit]:
+    """What every brick stands on, for judging levels; nothing where layouts, which know theirs, are all there is.
+
+    `removed_in` says of bricks, by number, in which step they are pulled out.
+    """
     if all(brick.of_layout for brick in written):
         return [Fit() for _ in written]
     # What a brick stands on does not depend on the clock, only on what the author put before it or in the same step.
-    return fits([Sited(float(brick.step), brick.size, brick.pose) for brick in written], planes)
+    sited = [
+        Sited(float(brick.step), brick.size, brick.pose, until=float(removed_in.get(index, inf)))
+        for index, brick in enumerate(written)
+    ]
+    return fits(sited, planes)
 
 
 def levels_of(written: Sequence[WrittenBrick], footings: Sequence[Fit]) -> list[int]:
@@ -47,13 +58,12 @@ def lofty_levels(
             yield Diagnostic("SD104", source.span_of((*brick.path, "level")), message, hint)
 
 
-def names_of(written: Sequence[WrittenBrick], levels: Sequence[int], scenario: Scenario) -> list[BodyId]:
+def names_of(written: Sequence[WrittenBrick], levels: Sequence[int]) -> list[BodyId]:
     """The author's names, and `L3.2` for the second brick of level 3 in the author's order."""
     counts: Counter[tuple[str, int]] = Counter()
     names = []
     for brick, level in zip(written, levels, strict=True):
-        prefix = scenario.build[brick.step].name
-        place = f"{prefix}." if prefix else ""
+        place = f"{brick.within}." if brick.within else ""
         counts[place, level] += 1
         names.append(brick.name or f"{place}L{level}.{counts[place, level]}")
     return names
@@ -71,15 +81,26 @@ def shared_names(written: Sequence[WrittenBrick], names: Sequence[BodyId], sourc
 
 
 def unknown_bricks(scenario: Scenario, source: Source, names: Sequence[BodyId]) -> Iterator[Diagnostic]:
-    """Bricks and levels that expectations speak of and nobody builds."""
+    """Bricks that impacts and expectations speak of and nobody builds."""
     known = set(names)
-    for key, claims in (("expect", scenario.expect), ("truth", scenario.truth)):
+    for key, claims in (("impacts", scenario.impacts), ("expect", scenario.expect), ("truth", scenario.truth)):
         for number, claim in enumerate(claims):
             for path, name in _named(claim.model_dump(by_alias=True, exclude_none=True), (key, number)):
                 if name not in known and not (path[-1] == "support" and name in _planes(scenario)):
                     fixed = _planes(scenario) if path[-1] == "support" else ()
                     hint = did_you_mean(name, (*names, *fixed)) or f"the bricks are called {names[0]} to {names[-1]}"
                     yield Diagnostic("SD204", source.span_of(path), f"there is no brick '{name}'", hint)
+
+
+def missed_bricks(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+    """Bricks that something is expected of at the end, when they are pulled out."""
+    gone = {name for impact in scenario.impacts if impact.remove is not None for name in impact.remove.names}
+    for key, claims in (("expect", scenario.expect), ("truth", scenario.truth)):
+        for number, claim in enumerate(claims):
+            for path, name in _named(claim.model_dump(by_alias=True, exclude_none=True), (key, number)):
+                if name in gone and claim.collapses is None:
+                    message = f"brick '{name}' is pulled out, so nothing can be expected of it"
+                    yield Diagnostic("SD204", source.span_of(path), message, "leave it out")
 
 
 def _planes(scenario: Scenario) -> tuple[BodyId, ...]:

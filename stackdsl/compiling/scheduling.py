@@ -1,50 +1,79 @@
-"""When each brick is placed: steps in order, `every`, `at`, and anchors such as `after: level 9 + 1 s`."""
+"""When each step begins and each brick is placed: in order, `every`, `at`, and anchors: `after: level 9 + 1 s`."""
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from stability.model import BodyId
 from stackdsl.compiling.written import WrittenBrick
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.language.anchors import Anchor
 from stackdsl.language.schema import Scenario
-from stackdsl.reading.source import Source
+from stackdsl.reading.source import Path, Source
+
+BUILD = 0  # among what happens at one time, the build comes first, and then impact by impact
+
+
+class Moment(NamedTuple):
+    """A time, and a place among what happens at that time."""
+
+    time: float  # [s]
+    turn: int = BUILD  # 1 for the first impact, and so on
+
+
+@dataclass
+class Schedule:
+    """The moments of all that was gone through so far."""
+
+    bricks: list[Moment] = field(default_factory=list)  # in the author's order
+    impacts: list[Moment] = field(default_factory=list)
+    mistakes: list[Diagnostic] = field(default_factory=list)
 
 
 def scheduled(
     written: Sequence[WrittenBrick], levels: Sequence[int], names: Sequence[BodyId], scenario: Scenario, source: Source
-) -> tuple[list[float], list[Diagnostic]]:
-    """The time of every brick [s]: a step begins at its time, after its event, or after the step before it."""
-    times: list[float] = []
-    mistakes: list[Diagnostic] = []
+) -> Schedule:
+    """When everything happens: a step begins at its time, after its event, or after the step before it."""
+    found = Schedule()
+    known = list(zip(written, levels, names, strict=True))
     last = next_start = 0.0
     counts = Counter(brick.step for brick in written)
-    for number, step in enumerate(scenario.build):
+    for number, step in enumerate((*scenario.build, *scenario.impacts)):
+        turn = max(BUILD, number - len(scenario.build) + 1)
+        path: Path = ("impacts", turn - 1) if turn else ("build", number)
         start = next_start if step.at is None else step.at
         if step.after is not None:
-            event = _event_time(step.after, times, levels, names)
+            event = _event_time(step.after, found, known)
             if isinstance(event, str):
-                mistakes.append(Diagnostic("SD205", source.span_of(("build", number, "after")), event, _ANCHOR_HINT))
+                found.mistakes.append(Diagnostic("SD205", source.span_of((*path, "after")), event, _ANCHOR_HINT))
             else:
                 start = event + step.after.offset
-        every = step.every or 0.0
-        times += [start + index * every for index in range(counts[number])]
-        last = max(last, times[-1])
+        every = (scenario.build[number].every or 0.0) if turn == BUILD else 0.0
+        found.bricks += [Moment(start + index * every, turn) for index in range(counts[number])]
+        if turn:
+            found.impacts.append(Moment(start, turn))
+        last = max(last, start + max(counts[number] - 1, 0) * every)
         next_start = last + every
-    return times, mistakes
+    return found
 
 
-_ANCHOR_HINT = "only what earlier steps of the build place can be waited for"
+_ANCHOR_HINT = "only what earlier steps do can be waited for"
 
 
-def _event_time(anchor: Anchor, times: Sequence[float], levels: Sequence[int], names: Sequence[str]) -> float | str:
-    """When an event of the build so far is over [s], or why it never happens."""
+def _event_time(anchor: Anchor, found: Schedule, known: Sequence[tuple[WrittenBrick, int, BodyId]]) -> float | str:
+    """When an event of the steps so far is over [s], or why it never happens."""
     if anchor.event == "start":
         return 0.0
+    if anchor.event == "impact":
+        number = int(anchor.name)
+        if number <= len(found.impacts):
+            return found.impacts[number - 1].time
+        return f"this step waits for impact {number}, and there are {len(found.impacts)} before it"
     meant = [
-        time
-        for time, level, name in zip(times, levels, names, strict=False)  # of later steps, no times are known yet
-        if anchor.event == "built" or anchor.name == _place(anchor, level, name)
+        moment.time
+        for moment, (brick, level, name) in zip(found.bricks, known, strict=False)  # of later steps, none are known yet
+        if (anchor.event == "built" and not brick.inserted) or anchor.name == _place(anchor, level, name)
     ]
     if meant:
         return max(meant)

@@ -1,11 +1,12 @@
 """Every brick as the author wrote it, layouts taken apart, in the frame of the scene."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import cos, sin
 
 from stability.geometry import composed
 from stability.model import Pose, Quaternion, Vec3
+from stackdsl.language.bricks import BrickKind, SetBrick
 from stackdsl.language.layouts import place
 from stackdsl.language.schema import Scenario, Step
 from stackdsl.reading.source import Path
@@ -22,17 +23,29 @@ class WrittenBrick:
     pose: Pose
     level: int | None  # None if it is to be judged by what it stands on
     name: str | None
-    drop: bool
+    drop: bool = False
+    within: str | None = None  # the name of its step
 
     @property
     def of_layout(self) -> bool:
         """Whether a layout made it, so that its level is none that the author wrote."""
-        return "bricks" not in self.path
+        return "bricks" not in self.path and not self.inserted
+
+    @property
+    def inserted(self) -> bool:
+        """Whether it is slid in by an impact, rather than built."""
+        return self.path[0] == "impacts"
 
 
 def bricks_of(scenario: Scenario) -> list[WrittenBrick]:
-    """All bricks in the author's order, step after step."""
-    return [brick for number, step in enumerate(scenario.build) for brick in _bricks_of_step(number, step, scenario)]
+    """All bricks in the author's order, step after step; impacts are steps after those of the build."""
+    built = [brick for number, step in enumerate(scenario.build) for brick in _bricks_of_step(number, step, scenario)]
+    inserted = [
+        _set_brick(("impacts", number, "insert"), len(scenario.build) + number, impact.insert, scenario.brick)
+        for number, impact in enumerate(scenario.impacts)
+        if impact.insert is not None
+    ]
+    return built + inserted
 
 
 def _bricks_of_step(number: int, step: Step, scenario: Scenario) -> Iterator[WrittenBrick]:
@@ -44,20 +57,17 @@ def _bricks_of_step(number: int, step: Step, scenario: Scenario) -> Iterator[Wri
             pose = Pose(spec.position, about_z(spec.yaw))
             own = _prefixed(step, spec.name)
             yield WrittenBrick(
-                ("build", number, name), number, size, kind.mass_of(size), pose, spec.level, own, drop=False
+                ("build", number, name), number, size, kind.mass_of(size), pose, spec.level, own, within=step.name
             )
     for index, brick in enumerate(step.bricks or ()):
-        made_of = brick.brick or kind
-        yield WrittenBrick(
-            path=("build", number, "bricks", index),
-            step=number,
-            size=made_of.size,
-            mass=made_of.mass_of(made_of.size),
-            pose=Pose(brick.at, about_axes(brick.rotate)),
-            level=brick.level,
-            name=_prefixed(step, brick.name),
-            drop=brick.drop,
-        )
+        set_down = _set_brick(("build", number, "bricks", index), number, brick, kind)
+        yield replace(set_down, name=_prefixed(step, brick.name), drop=brick.drop, within=step.name)
+
+
+def _set_brick(path: Path, step: int, brick: SetBrick, kind: BrickKind) -> WrittenBrick:
+    made_of = brick.brick or kind
+    pose = Pose(brick.at, about_axes(brick.rotate))
+    return WrittenBrick(path, step, made_of.size, made_of.mass_of(made_of.size), pose, brick.level, brick.name)
 
 
 def _prefixed(step: Step, name: str | None) -> str | None:

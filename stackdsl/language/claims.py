@@ -17,7 +17,7 @@ class Stands(Shorthand):
 
     levels: Levels | None = Field(None, description="at least so many levels, from the lowest")
     bricks: BodyNames | None = Field(None, description="these bricks")
-    for_: t.PositiveDuration | None = Field(None, alias="for", description="this long after the last brick is placed")
+    for_: t.PositiveDuration | None = Field(None, alias="for", description="this long after the last action")
 
     scalar_word: ClassVar[str] = "all"
 
@@ -98,7 +98,7 @@ class Claim(Choice):
     height: Height | None = Field(None, description="how high the structure reaches")
 
     verdict: Literal["stable", "unstable", "undecided"] | None = Field(
-        None, description="what statics says of the structure as it was built"
+        None, description="what statics says of the structure after its last change"
     )
     margin: Margin | None = Field(None, description="how much the proof that it stands would survive")
 

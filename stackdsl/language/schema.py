@@ -1,48 +1,18 @@
 """What an author may write: the models of one scenario, and the description of every key."""
 
-from typing import TYPE_CHECKING, Annotated, ClassVar, Self, TypeAlias
+from typing import TYPE_CHECKING, Annotated, ClassVar, TypeAlias
 
-from pydantic import Field, WithJsonSchema, create_model, model_validator
+from pydantic import Field, WithJsonSchema, create_model
 
-from stability.model import Vec3
-from stackdsl.diagnostics import did_you_mean
 from stackdsl.language import author_types as t
-from stackdsl.language.anchors import AnchorText
-from stackdsl.language.author_models import AuthorModel, Choice, Shorthand, default
-from stackdsl.language.catalogue import CATALOGUE
+from stackdsl.language.anchors import Timed
+from stackdsl.language.author_models import AuthorModel, Shorthand, default
+from stackdsl.language.bricks import BrickKind, PlacedBrick
 from stackdsl.language.claims import Expectation, Truth
-from stackdsl.language.layouts import LAYOUTS, MAX_BRICKS, LayoutParams, Levels
-from stackdsl.language.mistakes import MistakeError, shown
+from stackdsl.language.impacts import Impact
+from stackdsl.language.layouts import LAYOUTS, MAX_BRICKS, LayoutParams
 
-# --- given: bricks and world ------------------------------------------------------------------------------------------
-
-
-class BrickKind(Shorthand, Choice):
-    """A brick from the catalogue, or one of its own."""
-
-    size: tuple[t.PositiveLength, t.PositiveLength, t.PositiveLength] = Field(description="length, width, thickness")
-    density: t.Density | None = Field(None, description="density; or else give the mass")
-    mass: t.Mass | None = Field(None, description="mass of a whole brick; or else give the density")
-
-    one_of: ClassVar[tuple[str, ...]] = ("density", "mass")
-
-    @classmethod
-    def spelt_out(cls, scalar: object) -> object:
-        if not isinstance(scalar, str) or scalar not in CATALOGUE:
-            hint = did_you_mean(str(scalar), tuple(CATALOGUE))
-            raise MistakeError("SD104", f"the catalogue has no brick {shown(scalar)}", hint)
-        known = CATALOGUE[scalar]
-        return cls.model_construct(size=known.size, density=known.density)
-
-    @classmethod
-    def scalar_schema(cls, _properties: dict[str, t.JsonSchema]) -> t.JsonSchema:
-        return {"type": "string", "anyOf": [{"enum": list(CATALOGUE)}, {"pattern": t.EXPRESSION_PATTERN}]}
-
-    def mass_of(self, size: Vec3) -> float:
-        """Mass of a piece of this size, of the same material [kg]."""
-        if self.mass is None:
-            return (self.density or 0.0) * size[0] * size[1] * size[2]
-        return self.mass * (size[0] * size[1] * size[2]) / (self.size[0] * self.size[1] * self.size[2])
+# --- given: the world -------------------------------------------------------------------------------------------------
 
 
 class Ground(AuthorModel):
@@ -80,20 +50,7 @@ class World(AuthorModel):
 # --- when: the steps of building --------------------------------------------------------------------------------------
 
 
-class PlacedBrick(AuthorModel):
-    """One brick in any pose."""
-
-    name: t.BrickName | None = Field(None, description="its name; default: by place, such as L3.2")
-    at: tuple[t.Length, t.Length, t.Length] = Field(description="[x, y, z] of its centre")
-    rotate: tuple[t.Angle, t.Angle, t.Angle] = default(
-        ["0 deg", "0 deg", "0 deg"], "turn about x, then y, then z, the axes of the scene"
-    )
-    brick: BrickKind | None = Field(None, description="default: the brick of the step, or else of the scenario")
-    drop: Annotated[bool, Field(strict=True)] = Field(False, description="let go in the air, rather than set down")
-    level: Levels | None = Field(None, description="its level; default: judged by its height")
-
-
-class Step(Choice):
+class Step(Timed):
     """One step of building, less the layouts, which `BuildStep` adds from their registry."""
 
     bricks: Annotated[tuple[PlacedBrick, ...], Field(min_length=1, max_length=MAX_BRICKS)] | None = Field(
@@ -102,16 +59,8 @@ class Step(Choice):
     name: t.BrickName | None = Field(None, description="goes before the names of the bricks of this step")
     brick: BrickKind | None = Field(None, description="what this step is built of; default: the scenario's brick")
     every: t.PositiveDuration | None = Field(None, description="time for each brick; default: all at one time")
-    at: t.Duration | None = Field(None, description="when the step begins; default: after the previous step")
-    after: AnchorText | None = Field(None, description="the event that the step begins after")
 
     one_of: ClassVar[tuple[str, ...]] = (*LAYOUTS, "bricks")
-
-    @model_validator(mode="after")
-    def _begin_once(self) -> Self:
-        if self.at is not None and self.after is not None:
-            raise MistakeError("SD108", "a step begins `at` a time or `after` an event, not both", "remove one of them")
-        return self
 
     @property
     def layout(self) -> tuple[str, LayoutParams] | None:
@@ -156,6 +105,7 @@ class Scenario(AuthorModel):
     build: Annotated[tuple[BuildStep, ...], Field(min_length=1, max_length=1000)] = Field(
         description="what is built, step by step"
     )
+    impacts: Annotated[tuple[Impact, ...], Field(max_length=1000)] = Field((), description="what is done to it")
     systems: t.Systems = Field(("exact",), description="what the scenario is played on")
     expect: Annotated[tuple[Expectation, ...], Field(max_length=1000)] = Field((), description="what must come of it")
     truth: Annotated[tuple[Truth, ...], Field(max_length=1000)] = Field((), description="what is known from outside")

@@ -7,7 +7,6 @@ A collapse ends the build, and is followed for a while to see what falls.
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import groupby
 from math import hypot
 from time import perf_counter
 
@@ -20,7 +19,7 @@ from stackdsl.playing.carrying import ForceMeter
 from stackdsl.playing.opening import extension_for, load, opened_world
 from stackdsl.playing.systems import System
 from stackdsl.playing.watch import Watch
-from stackdsl.timeline import Placement, Timeline
+from stackdsl.timeline import Placement, Removal, Timeline
 from stackdsl.trace import BrickState, BrickTrack, Collapse, Cost, Edge, Event, EventKind, Trace
 
 SAMPLING = 0.01  # [s] between looks at all that moves; a free fall covers half a millimetre in the first
@@ -66,11 +65,17 @@ class _Run:
     proofs: Counter[str] = field(default_factory=Counter)  # bricks by what proved them
 
     def play(self) -> None:
-        for time, group in _by_time(self.timeline.placements):
-            self._advance(time)
+        for moment in self.timeline.moments():
+            self._advance(moment.time if isinstance(moment, Removal) else moment[0].time)
             if self.collapse:
                 break
-            self._place(time, group)
+            self._close_placement()
+            if self._nothing_can_move():
+                self.gave_way = None  # what failed before has come to rest again, and is not what fails now
+            if isinstance(moment, Removal):
+                self._remove(moment)
+            else:
+                self._place(moment)
             if self._only_an_engine_knows_more() and not self.timeline.watched:
                 return
         self._advance(self._end())
@@ -87,24 +92,31 @@ class _Run:
     def _end(self) -> float:
         return self.timeline.end if self.collapse is None else self.collapse.time + AFTERMATH
 
-    def _place(self, time: float, group: Sequence[Placement]) -> None:
-        self._close_placement()
-        if self._nothing_can_move():
-            self.gave_way = None  # what failed before has come to rest again, and is not what fails now
+    def _place(self, group: Sequence[Placement]) -> None:
         for placement in group:
             self._keep_clear(placement)
             self.world.add_brick(placement.brick, placement.pose)
             self.watch.add(placement)
-        self._tell(Event(time, EventKind.PLACED, tuple(placement.brick.id for placement in group)))
+        self._tell(Event(group[0].time, EventKind.PLACED, tuple(placement.brick.id for placement in group)))
         if self.extension is not None:
             # The author sets them down at rest, so they are judged as they stand, level by level, before any step.
             self.extension.set_down(placement.brick.id for placement in group if not placement.drop)
             while self._judge(self.extension):
                 pass
 
+    def _remove(self, removal: Removal) -> None:
+        for brick in removal.bricks:
+            self.world.remove_brick(brick)
+        self.watch.remove(removal.bricks)
+        self.forces = ForceMeter()  # what was measured before is of another structure
+        self._tell(Event(removal.time, EventKind.REMOVED, removal.bricks))
+        if self.extension is not None:
+            self._tell_update(self.extension.taken_out(removal.bricks))
+
     def _keep_clear(self, placement: Placement) -> None:
-        """Where a dropped brick comes to lie is not known before; nothing may be placed into it."""
-        for other in self.watch.dropped:
+        """Where a dropped brick comes to lie is not known before, nor what gave a little before one is slid in."""
+        others = [self.watch.bricks[name] for name in self.watch.present] if placement.inserted else self.watch.dropped
+        for other in others:
             apart = boxes_apart(placement.brick.size, placement.pose, other.placement.brick.size, other.last)
             if apart.gap < -MOST_OVERLAP:
                 message = f"brick '{placement.brick.id}' cannot be placed at {placement.time:g} s:"
@@ -116,6 +128,8 @@ class _Run:
         if self.extension is None or self.extension.awake():
             return  # what still moves has no margin, and who carries whom is about to change
         for index in range(len(self.events) - 1, -1, -1):
+            if self.events[index].kind is EventKind.REMOVED:
+                return  # the bricks placed before it were looked at when they were pulled out
             if self.events[index].kind is EventKind.PLACED:
                 self.events[index] = replace(self.events[index], margin=self.extension.least_margin())
                 placed = self.events[index].bricks
@@ -139,7 +153,7 @@ class _Run:
                 return
 
     def _nothing_can_move(self) -> bool:
-        return not self.watch.bricks or (self.extension is not None and not self.extension.awake())
+        return not self.watch.present or (self.extension is not None and not self.extension.awake())
 
     def _judge(self, extension: Extension) -> bool:
         """One pass of the extension; whether it froze anything."""
@@ -167,7 +181,7 @@ class _Run:
     def _look(self) -> bool:
         """See all that moves; True if a collapse is known."""
         now = self.world.time()
-        moving = self.extension.awake() if self.extension is not None else list(self.watch.bricks)
+        moving = self.extension.awake() if self.extension is not None else list(self.watch.present)
         states = self.world.states(moving)
         self.watch.see(now, states)
         fastest = max((hypot(*state.velocity_W) for state in states.values()), default=0.0)
@@ -176,7 +190,7 @@ class _Run:
             for brick in moving:
                 self.forces.add(brick, self.world.contacts(brick))
         if self.collapse is None and (first := self.watch.first_to_leave()) is not None:
-            level = self.watch.last_placed().level
+            level = self.watch.level_under_construction()
             self.collapse = Collapse(now, level, first, self.gave_way)
             self._tell(Event(now, EventKind.COLLAPSED, (first,), f"level {level} under construction"))
         return self.collapse is not None
@@ -222,11 +236,6 @@ class _Run:
         track = self.watch.bricks[name].track(frozen)
         unwatched = not frozen and not self.timeline.watched and self._only_an_engine_knows_more()
         return replace(track, state=BrickState.UNWATCHED) if unwatched else track
-
-
-def _by_time(placements: Sequence[Placement]) -> Iterator[tuple[float, list[Placement]]]:
-    for time, group in groupby(placements, key=lambda placement: placement.time):
-        yield time, list(group)
 
 
 def _edges(brick: BodyId, shares: Mapping[BodyId, float]) -> tuple[Edge, ...]:

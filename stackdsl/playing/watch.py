@@ -26,6 +26,7 @@ class Watched:
     tilt: float = 0.0  # [rad] largest since rest
     slow_since: float | None = None
     left_at: float | None = None  # [s]
+    removed: bool = False
 
     @property
     def left_its_place(self) -> bool:
@@ -56,6 +57,8 @@ class Watched:
 
     def state(self, frozen: bool) -> BrickState:
         """How it ended."""
+        if self.removed:
+            return BrickState.REMOVED
         if self.left_its_place:
             return BrickState.FALLEN
         if self.rest is None:
@@ -83,6 +86,7 @@ class Watch:
 
     bricks: dict[BodyId, Watched] = field(default_factory=dict)
     dropped: list[Watched] = field(default_factory=list)  # where these lie is not known before
+    present: dict[BodyId, None] = field(default_factory=dict)  # those that are not pulled out
     _left: dict[BodyId, Watched] = field(default_factory=dict)  # their places
 
     def add(self, placement: Placement) -> None:
@@ -90,8 +94,19 @@ class Watch:
         rest = None if placement.drop else placement.pose
         watched = Watched(placement, len(self.bricks), rest, placement.pose)
         self.bricks[placement.brick.id] = watched
+        self.present[placement.brick.id] = None
         if placement.drop:
             self.dropped.append(watched)
+
+    def remove(self, bricks: Iterable[BodyId]) -> None:
+        """These were pulled out: their tracks end."""
+        for name in bricks:
+            watched = self.bricks[name]
+            watched.removed = True
+            del self.present[name]
+            self._left.pop(name, None)
+            if watched.placement.drop:
+                self.dropped.remove(watched)
 
     def see(self, time: float, states: Mapping[BodyId, BodyState]) -> None:
         """Take in the bricks that may have moved."""
@@ -111,9 +126,10 @@ class Watch:
         left = min(self._left.values(), key=lambda watched: (-watched.shift, watched.number), default=None)
         return left.placement.brick.id if left is not None else None
 
-    def last_placed(self) -> Placement:
-        """The youngest brick."""
-        return next(reversed(self.bricks.values())).placement
+    def level_under_construction(self) -> int:
+        """The level of the youngest brick; one slid in below does not count as long as there is another."""
+        placements = [watched.placement for watched in reversed(self.bricks.values())]
+        return next((placement.level for placement in placements if not placement.inserted), placements[0].level)
 
 
 def turn_between(one: Pose, other: Pose) -> float:

@@ -4,7 +4,7 @@ Where `exact` is one of them: which stage proved each placement, at what cost, a
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from math import degrees
+from math import degrees, inf
 
 from stability.geometry import body_axes
 from stability.model import BodyId, Vec3
@@ -14,7 +14,7 @@ from stackdsl.gathering import Case
 from stackdsl.margins import margins_of_assembly
 from stackdsl.playing.systems import SYSTEMS, Method
 from stackdsl.proving import Judged, Proofs, proofs_of
-from stackdsl.timeline import Placement, Timeline
+from stackdsl.timeline import Placement, Removal, Timeline
 from stackdsl.trace import Margins
 
 MOST_FOR_MARGINS = 60  # bricks; beyond, the margins take many seconds and come only when asked for
@@ -38,7 +38,7 @@ def _lines(cases: Sequence[Case], margins: bool | None) -> Iterator[str]:
     yield f"  {what}, built after {timeline.built:g} s, watched until {timeline.end:g} s"
     yield ""
     proofs = proofs_of(timeline) if any(SYSTEMS[case.system].method is Method.PROVEN for case in cases) else None
-    yield from _placements(timeline, _told(proofs) if proofs is not None else {})
+    yield from _actions(timeline, _told(proofs) if proofs is not None else {})
     yield ""
     if proofs is not None:
         yield from _proven(proofs, count, margins)
@@ -54,18 +54,39 @@ def _world(timeline: Timeline) -> Iterator[str]:
         yield f"  {plane.id}: normal ({normal}), friction {plane.friction:g}"
 
 
-def _placements(timeline: Timeline, told: Mapping[BodyId, str]) -> Iterator[str]:
-    """One line a brick, with what `told` says of it."""
+def _actions(timeline: Timeline, told: Mapping[BodyId, str]) -> Iterator[str]:
+    """One line a brick set down, with what `told` says of it, and one a removal."""
     placed = timeline.placements
     width = max(len(placement.brick.id) for placement in placed)
-    sited = [Sited(placement.time, placement.brick.size, placement.pose) for placement in placed]
-    for placement, fit in zip(placed, fits(sited, timeline.world.planes), strict=True):
+    found = iter(zip(placed, fits(_sited(timeline), timeline.world.planes), strict=True))
+    for action in timeline.actions:
+        if isinstance(action, Removal):
+            yield f"  {action.time:8.3f} s  {', '.join(action.bricks):<{width}}  pulled out"
+            continue
+        placement, fit = next(found)
         below = [placed[index].brick.id for index in fit.on_boxes] + (["ground or wall"] if fit.on_plane else [])
         yield (
             f"  {placement.time:8.3f} s  {placement.brick.id:<{width}}  at {_mm(placement.pose.position_W)} mm"
             f"  along {_direction(placement)}  {'dropped' if placement.drop else 'on ' + ', '.join(below)}"
             f"{told.get(placement.brick.id, '')}"
         )
+
+
+def _sited(timeline: Timeline) -> list[Sited]:
+    """All bricks, each from the moment when it is placed until the one when it is pulled out."""
+    moments = list(timeline.moments())
+    until = {
+        name: float(turn)
+        for turn, moment in enumerate(moments)
+        if isinstance(moment, Removal)
+        for name in moment.bricks
+    }
+    return [
+        Sited(float(turn), placement.brick.size, placement.pose, until.get(placement.brick.id, inf))
+        for turn, moment in enumerate(moments)
+        if not isinstance(moment, Removal)
+        for placement in moment
+    ]
 
 
 def _told(proofs: Proofs) -> Mapping[BodyId, str]:

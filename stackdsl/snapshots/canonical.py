@@ -6,7 +6,7 @@ from dataclasses import fields, is_dataclass
 from functools import cache
 from typing import TYPE_CHECKING
 
-from stackdsl.snapshots.record import FORMAT, Placing, Snapshot
+from stackdsl.snapshots.record import FORMAT, Placing, Removing, Snapshot
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -46,16 +46,18 @@ def canonical_text(snapshot: Snapshot) -> str:
     rest = _plain(snapshot, without=("identity", "events", "bricks"))
     head = {"format": FORMAT, **_plain(snapshot.identity), **rest}
     lines = [f"  {_json(key)}: {_json(value)}" for key, value in head.items()]
-    events = [_event_text(placing) for placing in snapshot.events]
+    events = [_event_text(event) for event in snapshot.events]
     bricks = [f"    {_json(brick)}: {_json(_plain(final))}" for brick, final in snapshot.bricks.items()]
     lines.append('  "events": ' + _block("[]", events, "  "))
     lines.append('  "bricks": ' + _block("{}", bricks, "  "))
     return _block("{}", lines, "") + "\n"
 
 
-def _event_text(placing: Placing) -> str:
-    head = _plain(placing, without=("placed",))
-    bricks = [f"      {_json(brick)}: {_json(_plain(placed))}" for brick, placed in placing.placed.items()]
+def _event_text(event: Placing | Removing) -> str:
+    if isinstance(event, Removing):
+        return f"    {_json(_plain(event))}"
+    head = _plain(event, without=("placed",))
+    bricks = [f"      {_json(brick)}: {_json(_plain(placed))}" for brick, placed in event.placed.items()]
     return f'    {_json(head)[:-1]}, "placed": ' + _block("{}", bricks, "    ") + "}"
 
 

@@ -46,6 +46,7 @@ def compare_documents(expected: Object, got: Object) -> tuple[GoldenDifference, 
     return (
         *_structure(expected, got),
         *_placings(_by_brick(expected), _by_brick(got)),
+        *_removals(_removed(expected), _removed(got)),
         *_bricks(_object(expected, "bricks"), _object(got, "bricks")),
     )
 
@@ -108,6 +109,8 @@ def _by_brick(whole: Object) -> dict[str, _Placing]:
         if not isinstance(event, dict):
             raise MalformedSnapshotError(f"event {number} is not an object")
         bricks = sorted(_object(event, "placed"))
+        if not bricks and "removed" in event:
+            continue
         if not bricks:
             raise MalformedSnapshotError(f"event {number} places no brick")
         for brick in bricks:
@@ -132,6 +135,17 @@ def _placings(expected: Mapping[str, _Placing], got: Mapping[str, _Placing]) -> 
             yield from _value(label, "margin", was.event.get("margin_mm"), now.event.get("margin_mm"), MARGIN)
         yield from _make(brick, was.detail(brick), now.detail(brick))
         yield from _place(brick, " when placed", was.detail(brick), now.detail(brick))
+
+
+def _removed(whole: Object) -> dict[str, object]:
+    """When each brick was pulled out."""
+    events = [event for event in _array(whole, "events") if isinstance(event, dict)]
+    return {str(brick): event.get("time_s") for event in events for brick in _array(event, "removed")}
+
+
+def _removals(expected: Mapping[str, object], got: Mapping[str, object]) -> Differences:
+    for brick in [*expected, *(brick for brick in got if brick not in expected)]:
+        yield from _value(brick, "pulled out at", expected.get(brick), got.get(brick), PLACING_TIME)
 
 
 def _bricks(expected: Object, got: Object) -> Differences:

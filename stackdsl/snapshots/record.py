@@ -80,6 +80,14 @@ class Placing:
 
 
 @dataclass(frozen=True, slots=True)
+class Removing:
+    """Bricks pulled out at one time."""
+
+    time_s: Number
+    removed: tuple[BodyId, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class FinalBrick:
     """How a brick ended; what is None is not locked."""
 
@@ -119,5 +127,10 @@ class Snapshot:
     collapse: FirstCollapse | None
     height_mm: Number | None  # of what stands
     levels_standing: Number | None  # counted from the first, as long as every brick of a level stands
-    events: tuple[Placing, ...]
+    events: tuple[Placing | Removing, ...]
     bricks: Mapping[BodyId, FinalBrick]  # by level, then name
+
+    @property
+    def placings(self) -> tuple[Placing, ...]:
+        """The events in which bricks were set down."""
+        return tuple(event for event in self.events if isinstance(event, Placing))

@@ -30,11 +30,13 @@ from stackdsl.snapshots.record import (
     PlacedBrick,
     Placing,
     Quantity,
+    Removing,
     Scene,
     Snapshot,
 )
 from stackdsl.timeline import World
 from stackdsl.trace import (
+    ACTIONS,
     COLLAPSE_SHARE_OF_SMALLEST_SIDE,
     COLLAPSE_TILT,
     BrickState,
@@ -64,7 +66,7 @@ def take(trace: Trace, world: World, identity: Identity, stamp: Mapping[str, str
         collapse=_first_collapse(trace, proven),
         height_mm=_height(trace.tracks, states) if proven else None,
         levels_standing=_levels_standing(trace.tracks, states) if proven else None,
-        events=tuple(_placings(trace, proven)),
+        events=tuple(_events(trace, proven)),
         bricks={
             brick: _final(track, states[brick], carried[brick], _lies_still(states[brick], trace.collapse, proven))
             for brick, track in sorted(trace.tracks.items(), key=lambda item: (item[1].level, item[0]))
@@ -131,6 +133,8 @@ def _state(track: BrickTrack, collapse: Collapse | None, proven: bool) -> str:
     if proven and (collapse is None or track.state is BrickState.UNPLACED):
         return track.state.value
     match track.state:
+        case BrickState.REMOVED:
+            clear = True
         case BrickState.UNPLACED:
             # Within the level itself it is a matter of moments which brick was still set down.
             clear = collapse is not None and track.level > collapse.level
@@ -157,7 +161,8 @@ def _height(tracks: Mapping[BodyId, BrickTrack], states: Mapping[BodyId, str]) -
 def _levels_standing(tracks: Mapping[BodyId, BrickTrack], states: Mapping[BodyId, str]) -> Number:
     levels = defaultdict[int, list[str]](list)
     for brick, track in tracks.items():
-        levels[track.level].append(states[brick])
+        if track.state is not BrickState.REMOVED:
+            levels[track.level].append(states[brick])
     surely = _unbroken(levels, STANDING)
     perhaps = _unbroken(levels, STANDING | {UNCLEAR})
     return surely if surely == perhaps else UNCLEAR
@@ -180,13 +185,15 @@ def _shares(carried: Mapping[BodyId, float]) -> dict[BodyId, Number]:
     return {lower: UNCLEAR if isnan(share) else _rounded(share, SHARE) for lower, share in sorted(carried.items())}
 
 
-def _placings(trace: Trace, proven: bool) -> Iterator[Placing]:
-    """The placings, save those that a bare engine's luck in when it falls may take away."""
-    placings = [event for event in trace.events if event.kind is EventKind.PLACED]
-    for event in placings:
+def _events(trace: Trace, proven: bool) -> Iterator[Placing | Removing]:
+    """Placings, save those that a bare engine's luck in when it falls may take away, and removals."""
+    actions = [event for event in trace.events if event.kind in ACTIONS]
+    for event in actions:
         # What a model says of the placing that brought the stack down, it says of the stump and the debris.
-        told = proven and (trace.collapse is None or event is not placings[-1])
-        if proven or _is_below(event, trace):
+        told = proven and (trace.collapse is None or event is not actions[-1])
+        if event.kind is EventKind.REMOVED:
+            yield Removing(_rounded(event.time, PLACING_TIME), tuple(sorted(event.bricks)))
+        elif proven or _is_below(event, trace):
             yield Placing(
                 time_s=_rounded(event.time, PLACING_TIME),
                 margin_mm=_rounded(1000.0 * event.margin, MARGIN) if told and event.margin is not None else None,
