@@ -1,6 +1,6 @@
 """Who rests on whom: orders and neighbourhoods of the brick graph. Nodes are bricks, edges point down to supports."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from heapq import heapify, heappop, heappush
 
 from stability.model import BodyId
@@ -35,12 +35,16 @@ def from_the_top(rests_on: Mapping[BodyId, Iterable[BodyId]]) -> list[BodyId]:
 
 def with_all_above(rests_on: Mapping[BodyId, Iterable[BodyId]], roots: Iterable[BodyId]) -> set[BodyId]:
     """`roots` and everything that rests on them, directly or through others."""
-    above = carried_by(rests_on)
+    return reached(roots, carried_by(rests_on).__getitem__)
+
+
+def reached(roots: Iterable[BodyId], onwards: Callable[[BodyId], Iterable[BodyId]]) -> set[BodyId]:
+    """`roots`, and all that the steps `onwards` from them come to."""
     found: set[BodyId] = set()
     waiting = list(roots)
     while waiting:
         brick = waiting.pop()
         if brick not in found:
             found.add(brick)
-            waiting.extend(above[brick])
+            waiting.extend(onwards(brick))
     return found

@@ -1,9 +1,10 @@
 """The bricks that stand about, what touches what, and the load core of each: geometry, kept up to date."""
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import count
 
+from stability.contact_graph import reached
 from stability.model import BodyId, Plane
 from stability.statics.contacts.neighbours import Neighbours
 from stability.statics.contacts.touch import Solid, contact_between, contact_with_plane, solid
@@ -101,11 +102,11 @@ class Structure:
 
     def with_all_above(self, roots: Iterable[BodyId]) -> set[BodyId]:
         """These bricks, and all that they can carry, directly or through others."""
-        return _reached(roots, lambda brick: self.carried[brick])
+        return reached(roots, lambda brick: self.carried[brick])
 
     def component(self, brick: BodyId) -> set[BodyId]:
         """All bricks that are connected with this one by contacts among bricks."""
-        return _reached([brick], lambda name: [other for other in self.touching[name] if other in self.bricks])
+        return reached([brick], lambda name: [other for other in self.touching[name] if other in self.bricks])
 
     def spread(self, group: Collection[BodyId], at_least: int) -> set[BodyId]:
         """A group and its neighbours, theirs and so on, until it is so large or nothing more touches it."""
@@ -136,14 +137,3 @@ class Structure:
     def rests_on(self, group: Collection[BodyId]) -> Mapping[BodyId, list[BodyId]]:
         """Within a group, the bricks that carry each."""
         return {brick: [c.lower for c in self.carriers[brick] if c.lower in group] for brick in group}
-
-
-def _reached(roots: Iterable[BodyId], onwards: Callable[[BodyId], Iterable[BodyId]]) -> set[BodyId]:
-    found: set[BodyId] = set()
-    waiting = list(roots)
-    while waiting:
-        brick = waiting.pop()
-        if brick not in found:
-            found.add(brick)
-            waiting.extend(onwards(brick))
-    return found
