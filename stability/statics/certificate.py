@@ -15,6 +15,7 @@ from stability.statics.load_core import LoadCore, doubled_area, upright_normal
 from stability.statics.polygons import barycentric
 from stability.statics.propagation import Burden, least_norm
 from stability.statics.structure import Structure
+from stability.statics.vectors import plus
 
 
 class Tally:
@@ -33,7 +34,7 @@ class Tally:
         """Forces at the points of a contact."""
         sums = self._of(contact)
         for at_point, of_point in zip(sums, forces, strict=True):
-            at_point[:] = [_plus(one, other) for one, other in zip(at_point, of_point, strict=True)]
+            at_point[:] = [plus(one, other) for one, other in zip(at_point, of_point, strict=True)]
 
     def press(self, contact: Contact, burden: Burden) -> None:
         """An upright force somewhere in a contact, as one at its corners."""
@@ -42,7 +43,7 @@ class Tally:
             raise ValueError(f"the contact of {contact.upper} on {contact.lower} carries nothing upright")
         sums = self._of(contact)
         for at_point, share in zip(sums, _at_corners(contact, burden.at), strict=True):
-            at_point[normal] = _plus(at_point[normal], (0.0, 0.0, share * burden.weight))
+            at_point[normal] = plus(at_point[normal], (0.0, 0.0, share * burden.weight))
 
     def of(self, contact: Contact) -> ConeForces:
         """The sums of a contact; nothing if nothing was added."""
@@ -110,7 +111,3 @@ def _of_hull(at: Point2, core: LoadCore, corners: list[tuple[Contact, Point2]]) 
         shares.append(0.0 if point in used else weights.get(point, 0.0))
         used.add(point)
     return shares
-
-
-def _plus(a: Vec3, b: Vec3) -> Vec3:
-    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])

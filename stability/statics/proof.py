@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from stability.model import BodyId, Vec3
 from stability.statics.facts import ZERO, Forces, Motion, Problem, Tolerances, Wrench
+from stability.statics.vectors import dot
 
 Array: TypeAlias = NDArray[np.float64]
 Indices: TypeAlias = NDArray[np.int64]
@@ -122,24 +123,8 @@ def least_opening(problem: Problem, motion: Motion) -> float:
 
 def power(loads: Mapping[BodyId, Wrench], motion: Motion) -> float:
     """What loads gain by a motion [W]."""
-    return sum(dot(loads[name].force_W, v) + dot(loads[name].torque_W, w) for name, v, w in _of_loaded(loads, motion))
-
-
-def effort(loads: Mapping[BodyId, Wrench], motion: Motion) -> float:
-    """The sum of force times speed and torque times spin [W], to which what loads gain is relative."""
-    return sum(
-        hypot(*loads[name].force_W) * hypot(*v) + hypot(*loads[name].torque_W) * hypot(*w)
-        for name, v, w in _of_loaded(loads, motion)
-    )
-
-
-def _of_loaded(loads: Mapping[BodyId, Wrench], motion: Motion) -> list[tuple[BodyId, Vec3, Vec3]]:
-    return [(name, *motion.velocity[name]) for name in sorted(motion.velocity) if name in loads]
-
-
-def dot(a: Vec3, b: Vec3) -> float:
-    """The scalar product."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    loaded = [(name, *motion.velocity[name]) for name in sorted(motion.velocity) if name in loads]
+    return sum(dot(loads[name].force_W, v) + dot(loads[name].torque_W, w) for name, v, w in loaded)
 
 
 def _cones(problem: Problem, names: Sequence[BodyId]) -> _Cones | None:

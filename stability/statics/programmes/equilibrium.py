@@ -16,10 +16,11 @@ from math import hypot
 import numpy as np
 
 from stability.statics.facts import Forces, Motion, Problem, Tolerances
-from stability.statics.programmes.opening import lifting, plus
+from stability.statics.programmes.opening import lifting
 from stability.statics.programmes.programme import Array, Programme, Solver, asked, clarabel_solve
 from stability.statics.programmes.wrench_matrix import Sparse, WrenchMatrix, wrench_matrix
 from stability.statics.proof import check_forces, check_motion
+from stability.statics.vectors import moved
 
 MOST_CORRECTIONS = 3  # of forces; what they do not mend is no rounding
 HOPELESS = 1e-6  # share of what a brick carries: a residual above is no rounding
@@ -174,4 +175,4 @@ def mended(problem: Problem, motion: Motion) -> Iterator[Motion]:
         fastest = max(hypot(*velocity) for velocity, _ in motion.velocity.values())
         for share in MIXED:
             rate = share * fastest
-            yield Motion({name: (plus(v, lift[name], rate), w) for name, (v, w) in motion.velocity.items()})
+            yield Motion({name: (moved(v, rate, lift[name]), w) for name, (v, w) in motion.velocity.items()})

@@ -6,6 +6,7 @@ from math import hypot
 
 from stability.model import BodyId, Vec3
 from stability.statics.facts import ZERO, Contact, Motion, Problem
+from stability.statics.vectors import minus
 
 STUCK = 1e-2  # of the speed of a group: a point that moves less against another body is what the group turns about
 TURNING = 1e-3  # of the speed of a group: what its spin may add to that without being called a turn
@@ -49,7 +50,7 @@ def _as_one(problem: Problem, motion: Motion, contact: Contact) -> bool:
     """Whether two bricks move as one body: alike where they touch, and with the same spin."""
     pair = (contact.lower, contact.upper)
     still = STUCK * max(_speed(problem, motion, name) for name in pair)
-    turn = hypot(*_minus(*(motion.velocity[name][1] for name in pair))) * max(_half(problem, name) for name in pair)
+    turn = hypot(*minus(*(motion.velocity[name][1] for name in pair))) * max(_half(problem, name) for name in pair)
     return turn <= still and all(slip.size() <= still for slip in _slips(problem, motion, contact))
 
 
@@ -93,10 +94,10 @@ def _border(problem: Problem, group: Sequence[BodyId]) -> Iterator[tuple[Contact
 def _slips(problem: Problem, motion: Motion, contact: Contact) -> Iterator[_Slip]:
     for point in contact.points_W:
         above, below = (_velocity_at(problem, motion, name, point) for name in (contact.upper, contact.lower))
-        slip = _minus(above, below)
+        slip = minus(above, below)
         for normal in contact.normals_W:
             opening = sum(a * b for a, b in zip(slip, normal, strict=True))
-            sideways = _minus(slip, (opening * normal[0], opening * normal[1], opening * normal[2]))
+            sideways = minus(slip, (opening * normal[0], opening * normal[1], opening * normal[2]))
             yield _Slip(opening, hypot(*sideways), contact.friction)
 
 
@@ -104,7 +105,7 @@ def _velocity_at(problem: Problem, motion: Motion, name: BodyId, point: Vec3) ->
     if name not in motion.velocity:
         return ZERO
     (vx, vy, vz), (wx, wy, wz) = motion.velocity[name]
-    x, y, z = _minus(point, problem.bricks[name].pose.position_W)
+    x, y, z = minus(point, problem.bricks[name].pose.position_W)
     return (vx + wy * z - wz * y, vy + wz * x - wx * z, vz + wx * y - wy * x)
 
 
@@ -115,10 +116,6 @@ def _speed(problem: Problem, motion: Motion, name: BodyId) -> float:
 
 def _half(problem: Problem, name: BodyId) -> float:
     return 0.5 * hypot(*problem.bricks[name].brick.size)
-
-
-def _minus(a: Vec3, b: Vec3) -> Vec3:
-    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
 
 
 def _named(bodies: Sequence[BodyId] | set[BodyId]) -> str:

@@ -11,6 +11,7 @@ from stability.statics.facts import ZERO, Motion, Problem
 from stability.statics.programmes.programme import Array, Programme, Solver, asked, clarabel_solve
 from stability.statics.programmes.wrench_matrix import WrenchMatrix, wrench_matrix
 from stability.statics.proof import least_opening
+from stability.statics.vectors import times
 
 OPEN = 1e-6  # of the speed there: a contact that opens by less may be closed by what is not known of the geometry
 SPREAD = 0.5  # how much of the friction that a lift leaves free its sideways spread may use up
@@ -47,13 +48,8 @@ def lifting(problem: Problem, moving: Collection[BodyId]) -> Mapping[BodyId, Vec
     for motion in (_lift(part, 0.0), _lift(part, SPREAD)):
         if least_opening(part, motion) >= OPEN:
             fastest = max(hypot(*velocity) for velocity, _ in motion.velocity.values())
-            return {name: plus(ZERO, velocity, 1.0 / fastest) for name, (velocity, _) in motion.velocity.items()}
+            return {name: times(1.0 / fastest, velocity) for name, (velocity, _) in motion.velocity.items()}
     return None
-
-
-def plus(a: Vec3, b: Vec3, share: float) -> Vec3:
-    """`a + share * b`."""
-    return (a[0] + share * b[0], a[1] + share * b[1], a[2] + share * b[2])
 
 
 def _lift(problem: Problem, spread: float) -> Motion:
