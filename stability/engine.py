@@ -4,7 +4,7 @@ from collections.abc import Collection, Mapping, Sequence, Set
 from typing import Protocol
 
 from stability.engine_settings import EngineSettings
-from stability.model import BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Shape
+from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Shape, Vec3
 
 
 class Engine(Protocol):
@@ -43,6 +43,9 @@ class Engine(Protocol):
     def wake(self, brick: BodyId) -> None:
         """Give a frozen brick back to the engine, at rest, with the mass that it had."""
 
+    def put_at(self, brick: BodyId, pose: Pose) -> None:
+        """Put a frozen brick somewhere else."""
+
 
 class World(Engine, Protocol):
     """An engine's world of one's own: bricks and planes come in, and time goes on."""
@@ -63,8 +66,11 @@ class World(Engine, Protocol):
     def add_plane(self, plane: Plane) -> None:
         """Put up the ground or a wall."""
 
-    def add_brick(self, brick: Brick, pose: Pose) -> None:
-        """Set a brick down, at rest."""
+    def add_brick(self, brick: Brick, pose: Pose, velocity_W: Vec3 = AT_REST) -> None:
+        """Set a brick down at rest, or let it go with a velocity of its centre [m/s]."""
+
+    def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:
+        """Give a brick that is not frozen an impulse [N s] at a point [m]."""
 
     def remove_brick(self, brick: BodyId) -> None:
         """Take a brick out; its name is free again."""

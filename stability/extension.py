@@ -112,6 +112,10 @@ class StackStability:
         reason = f"nothing holds what {', '.join(failed)} carries" if failed else SUPPORT_REMOVED
         return Update(tuple(brick.id for brick, _ in added), lost + woken, failed, reason if lost or woken else "")
 
+    def struck(self, brick: BodyId, impulse_W: Vec3) -> Update:
+        """Say that a brick is about to be given an impulse [N s]: what that disturbs is woken before."""
+        return Update((), self.wake([brick]), reason="struck")
+
     def wake(self, bricks: Iterable[BodyId]) -> tuple[BodyId, ...]:
         """Give these bricks and all that rests on them back to the engine (section 3.3.7); returns those woken."""
         return self._wake([brick for brick in bricks if brick in self.stack]) + self._wake_failing()[1]

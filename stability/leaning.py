@@ -23,8 +23,8 @@ from math import dist
 from stability.model import BodyId, Vec3
 from stability.separation import PARALLEL
 from stability.statics.facts import ZERO
-from stability.statics.vectors import cross, dot, minus, moved, norm, times
 from stability.support import Load
+from stability.vectors import cross, dot, minus, moved, norm, times
 
 # Share of a brick's smallest side by which one contact must lie higher than the other to be leaning: in a stack of flat
 # planks supports differ by nothing, or by whole planks.

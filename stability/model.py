@@ -8,6 +8,7 @@ Quaternion: TypeAlias = tuple[float, float, float, float]  # x, y, z, w; unit le
 BodyId: TypeAlias = str  # a brick or a fixed body; compared and sorted as text, so names decide every order
 
 IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
+AT_REST: Vec3 = (0.0, 0.0, 0.0)  # a velocity
 GROUND: BodyId = "ground"
 
 
@@ -74,3 +75,4 @@ class ContactPoint:
     normal_BA_W: Vec3  # unit normal from b towards a
     gap: float  # distance between the surfaces [m], negative where they overlap
     normal_force: float = 0.0  # what the engine's last step pressed with [N]
+    friction_W: Vec3 = (0.0, 0.0, 0.0)  # force of b on a along the surfaces in that step [N]

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from stability.engine import Engine
 from stability.freezing import RestLimits
 from stability.held_bodies import HeldBodies
-from stability.model import BodyId, BodyState, Box, Brick, HalfSpace, Plane, Pose, Vec3
+from stability.model import AT_REST, BodyId, BodyState, Box, Brick, HalfSpace, Plane, Pose, Vec3
 from stability.refusals import Refusals
 from stability.separation import boxes_apart, in_world
 from stability.statics.assembly import EARTH, Assembly
@@ -22,7 +22,6 @@ from stability.stillness import Stillness
 from stability.watching import Update
 
 NO_MASS = 0.0  # of what is fixed; nobody weighs it
-AT_REST: Vec3 = (0.0, 0.0, 0.0)
 TOUCHING = Tolerances().gap  # share of the smallest side
 ON_TOP = -0.5  # z of the normal from one body towards another that it lies on
 
@@ -113,6 +112,10 @@ class ProvenStability:
             self._when_changed = judgement.first
         found = self._carry_out(judgement, [placed.brick.id for placed in coming], announced)
         return _joined(lost, found)
+
+    def struck(self, brick: BodyId, impulse_W: Vec3) -> Update:
+        """Say that a brick is about to be given an impulse [N s]: what that disturbs is woken before."""
+        return Update((), self.wake([brick]), reason="struck")
 
     def wake(self, bricks: Iterable[BodyId]) -> tuple[BodyId, ...]:
         """Give these bricks back to the engine, and all that cannot stand without them; returns those woken."""

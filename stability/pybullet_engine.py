@@ -13,7 +13,22 @@ from typing import Any
 
 from stability.contact import TOUCHING
 from stability.engine_settings import EngineSettings
-from stability.model import IDENTITY, BodyId, BodyState, Box, Brick, ContactPoint, HalfSpace, Plane, Pose, Shape, Vec3
+from stability.impulse import pushed
+from stability.model import (
+    AT_REST,
+    IDENTITY,
+    BodyId,
+    BodyState,
+    Box,
+    Brick,
+    ContactPoint,
+    HalfSpace,
+    Plane,
+    Pose,
+    Shape,
+    Vec3,
+)
+from stability.vectors import moved
 
 
 @contextmanager
@@ -153,9 +168,11 @@ class PyBulletBodies:
 
     def _contact_point(self, point: Sequence[Any]) -> ContactPoint:
         a, b = (self.names.setdefault(body, str(body)) for body in point[1:3])
-        on_b, normal, gap, force = point[6:10]
+        on_b, normal, gap, force, along, way, across, other_way = point[6:14]
+        # PyBullet's friction acts on b; see the test of a sliding brick.
+        friction_W = moved(_scaled(way, -along / self._mass_unit), -across / self._mass_unit, other_way)
         on_b_W = _scaled(on_b, 1.0 / self.scale)
-        return ContactPoint(a, b, on_b_W, normal, gap / self.scale, force / self._mass_unit)
+        return ContactPoint(a, b, on_b_W, normal, gap / self.scale, force / self._mass_unit, friction_W)
 
     def freeze(self, brick: BodyId) -> None:
         self._notice_bodies()  # while the mass of a new brick can still be seen
@@ -176,6 +193,12 @@ class PyBulletBodies:
     def wake(self, brick: BodyId) -> None:
         mass = self._masses[brick] * self._mass_unit
         pybullet.changeDynamics(self._bodies[brick], -1, mass=mass, physicsClientId=self.client)
+
+    def put_at(self, brick: BodyId, pose: Pose) -> None:
+        position = _scaled(pose.position_W, self.scale)
+        pybullet.resetBasePositionAndOrientation(
+            self._bodies[brick], position, pose.orientation, physicsClientId=self.client
+        )
 
 
 def _scaled(vector: Vec3, by: float) -> Vec3:
@@ -251,8 +274,8 @@ class PyBulletWorld(PyBulletBodies):
         )
         self._name(body, plane.id, plane.friction / self._own_friction())
 
-    def add_brick(self, brick: Brick, pose: Pose) -> None:
-        """Set a brick down, at rest."""
+    def add_brick(self, brick: Brick, pose: Pose, velocity_W: Vec3 = AT_REST) -> None:
+        """Set a brick down at rest, or let it go with a velocity of its centre [m/s]."""
         a, b, c = _scaled(brick.size, 0.5 * self.scale)
         body = pybullet.createMultiBody(
             baseMass=brick.mass * self._mass_unit,
@@ -262,6 +285,22 @@ class PyBulletWorld(PyBulletBodies):
             physicsClientId=self.client,
         )
         self._name(body, brick.id, self._own_friction())
+        if velocity_W != AT_REST:
+            self._set_motion(body, velocity_W, AT_REST)
+
+    def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:
+        """Give a brick that is not frozen an impulse [N s] at a point [m]."""
+        shape = self.shape(brick)
+        if not isinstance(shape, Box):
+            raise TypeError(f"'{brick}' is no box")
+        after = pushed(self.states([brick])[brick], shape.size, self.masses()[brick], impulse_W, at_W)
+        self._set_motion(self._bodies[brick], after.velocity_W, after.angular_velocity_W)
+
+    def _set_motion(self, body: int, velocity_W: Vec3, angular_velocity_W: Vec3) -> None:
+        rate = sqrt(self.scale)
+        pybullet.resetBaseVelocity(
+            body, _scaled(velocity_W, rate), _scaled(angular_velocity_W, 1.0 / rate), physicsClientId=self.client
+        )
 
     def remove_brick(self, brick: BodyId) -> None:
         """Take a brick out; its name is free again."""

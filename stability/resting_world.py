@@ -10,7 +10,7 @@ from types import MappingProxyType
 
 from stability.engine import World
 from stability.engine_settings import EngineSettings
-from stability.model import BodyId, BodyState, Box, Brick, ContactPoint, HalfSpace, Plane, Pose, Shape
+from stability.model import AT_REST, BodyId, BodyState, Box, Brick, ContactPoint, HalfSpace, Plane, Pose, Shape, Vec3
 
 
 @dataclass
@@ -25,6 +25,7 @@ class RestingWorld:
     _bricks: dict[BodyId, tuple[Brick, Pose]] = field(default_factory=dict, init=False)
     _masses: dict[BodyId, float] = field(default_factory=dict, init=False)
     _told: Mapping[BodyId, float] = field(default_factory=dict, init=False)  # what `masses` answers with
+    _moving: dict[BodyId, Vec3] = field(default_factory=dict, init=False)  # those let go with a velocity [m/s]
     _frozen: set[BodyId] = field(default_factory=set, init=False)
     _world: World | None = field(default=None, init=False)
 
@@ -50,15 +51,21 @@ class RestingWorld:
         if self._world is not None:
             self._world.add_plane(plane)
 
-    def add_brick(self, brick: Brick, pose: Pose) -> None:
+    def add_brick(self, brick: Brick, pose: Pose, velocity_W: Vec3 = AT_REST) -> None:
         self._bricks[brick.id] = (brick, pose)
+        if velocity_W != AT_REST:
+            self._moving[brick.id] = velocity_W
         self._masses[brick.id] = brick.mass
         self._told = MappingProxyType(self._masses)  # another object says that a brick has come
         if self._world is not None:
-            self._world.add_brick(brick, pose)
+            self._world.add_brick(brick, pose, velocity_W)
+
+    def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:
+        self._engine().push(brick, impulse_W, at_W)
 
     def remove_brick(self, brick: BodyId) -> None:
         del self._bricks[brick], self._masses[brick]
+        self._moving.pop(brick, None)
         self._frozen.discard(brick)
         self._told = MappingProxyType(self._masses)
         if self._world is not None:
@@ -83,7 +90,7 @@ class RestingWorld:
     def states(self, bodies: Collection[BodyId]) -> Mapping[BodyId, BodyState]:
         if self._world is not None:
             return self._world.states(bodies)
-        return {body: BodyState(self._pose(body)) for body in bodies}
+        return {body: BodyState(self._pose(body), self._moving.get(body, AT_REST)) for body in bodies}
 
     def _pose(self, body: BodyId) -> Pose:
         return Pose(self._planes[body].point_W) if body in self._planes else self._bricks[body][1]
@@ -93,6 +100,7 @@ class RestingWorld:
 
     def freeze(self, brick: BodyId) -> None:
         self._frozen.add(brick)
+        self._moving.pop(brick, None)
         if self._world is not None:
             self._world.freeze(brick)
 
@@ -104,6 +112,11 @@ class RestingWorld:
         if self._world is not None:
             self._world.wake(brick)
 
+    def put_at(self, brick: BodyId, pose: Pose) -> None:
+        self._bricks[brick] = (self._bricks[brick][0], pose)
+        if self._world is not None:
+            self._world.put_at(brick, pose)
+
     def _engine(self) -> World:
         """The world that is stepped; it has been going on since the beginning, as far as anybody can tell."""
         if self._world is None:
@@ -111,7 +124,7 @@ class RestingWorld:
             for plane in self._planes.values():
                 self._world.add_plane(plane)
             for brick, pose in self._bricks.values():
-                self._world.add_brick(brick, pose)
+                self._world.add_brick(brick, pose, self._moving.get(brick.id, AT_REST))
             for name in sorted(self._frozen):
                 self._world.freeze(name)
             self._world.skip(self._clock)

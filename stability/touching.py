@@ -14,7 +14,7 @@ from stability.model import BodyId, Box, Brick, HalfSpace, Plane, Pose
 from stability.separation import in_world
 from stability.statics.contacts.touch import Solid, contact_between, contact_with_plane, solid
 from stability.statics.facts import Contact, Placed, Tolerances
-from stability.statics.vectors import times, unit
+from stability.vectors import times, unit
 
 NO_MASS = 0.0  # nobody weighs a contact
 # z of the normal from another body towards the brick: below it that body lies on the brick, as the base model has it.

@@ -4,7 +4,7 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
-from stability.model import BodyId
+from stability.model import BodyId, Vec3
 from stability.statics.facts import Verdict
 
 
@@ -36,6 +36,9 @@ class Extension(Protocol):
 
     def update(self) -> Update:
         """One pass over what the engine has just done. Call it after each step."""
+
+    def struck(self, brick: BodyId, impulse_W: Vec3) -> Update:
+        """Say that a brick is about to be given an impulse [N s]: what that disturbs is woken before."""
 
     def wake(self, bricks: Iterable[BodyId]) -> tuple[BodyId, ...]:
         """Give these bricks back to the engine, and all that cannot stand without them; returns those woken."""

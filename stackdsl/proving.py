@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from stability.model import BodyId
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability, Stage, Verdict
-from stackdsl.timeline import Removal, Timeline
+from stackdsl.timeline import Push, Removal, Timeline
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +38,9 @@ def proofs_of(timeline: Timeline) -> Proofs:
             if assembly.remove(moment.bricks).stability is not Stability.STABLE:
                 break
             continue
-        set_down = [placement for placement in moment if not placement.drop]
+        if isinstance(moment, Push):
+            break
+        set_down = [placement for placement in moment if not (placement.drop or placement.thrown)]
         if set_down:
             verdict = assembly.add_all(Placed(placement.brick, placement.pose) for placement in set_down)
             names = tuple(placement.brick.id for placement in set_down)

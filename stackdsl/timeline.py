@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from itertools import groupby
 from typing import TypeAlias
 
-from stability.model import BodyId, Brick, Plane, Pose
+from stability.model import AT_REST, BodyId, Brick, Plane, Pose, Vec3
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,7 +22,7 @@ class World:
 
 @dataclass(frozen=True, slots=True)
 class Placement:
-    """One brick set down, or let go in the air if `drop`, at rest at a time."""
+    """One brick set down at a time; or let go in the air if `drop`, or thrown."""
 
     time: float  # [s]
     brick: Brick
@@ -30,6 +30,13 @@ class Placement:
     pose: Pose
     drop: bool = False
     inserted: bool = False  # slid into what stands by then, rather than built on
+    # Of one that is thrown, in the air, at what stands by then [m/s]; it belongs to no level, which is 0.
+    velocity_W: Vec3 = AT_REST
+
+    @property
+    def thrown(self) -> bool:
+        """Whether it comes flying, and is no part of the structure."""
+        return self.velocity_W != AT_REST
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +47,17 @@ class Removal:
     bricks: tuple[BodyId, ...]
 
 
-Action: TypeAlias = Placement | Removal
+@dataclass(frozen=True, slots=True)
+class Push:
+    """An impulse on a brick at a time."""
+
+    time: float  # [s]
+    brick: BodyId
+    impulse_W: Vec3  # [N s]
+    offset_W: Vec3 = (0.0, 0.0, 0.0)  # from the centre of the brick to the point that is pushed [m]
+
+
+Action: TypeAlias = Placement | Removal | Push
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,13 +76,13 @@ class Timeline:
         """The actions that set down, or let go, a brick."""
         return tuple(action for action in self.actions if isinstance(action, Placement))
 
-    def moments(self) -> Iterator[tuple[Placement, ...] | Removal]:
-        """What is done together: the bricks set down at one time, or one removal."""
+    def moments(self) -> Iterator[tuple[Placement, ...] | Removal | Push]:
+        """What is done together: the bricks set down at one time, or one removal or push."""
         for (_, placing), group in groupby(self.actions, key=lambda action: (action.time, type(action) is Placement)):
             if placing:
                 yield tuple(action for action in group if isinstance(action, Placement))
             else:
-                yield from (action for action in group if isinstance(action, Removal))
+                yield from (action for action in group if not isinstance(action, Placement))
 
     @property
     def built(self) -> float:

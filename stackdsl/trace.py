@@ -20,10 +20,13 @@ class EventKind(StrEnum):
     FROZEN = "frozen"
     WOKEN = "woken"
     REMOVED = "removed"
+    PUSHED = "pushed"
     COLLAPSED = "collapsed"
 
 
-ACTIONS = frozenset({EventKind.PLACED, EventKind.REMOVED})  # what the scenario does; all else comes of it
+ACTIONS = frozenset(
+    {EventKind.PLACED, EventKind.REMOVED, EventKind.PUSHED}
+)  # what the scenario does; all else comes of it
 
 
 @dataclass(frozen=True, slots=True)

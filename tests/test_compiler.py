@@ -5,7 +5,7 @@ from math import cos, radians, sin
 
 import pytest
 
-from stackdsl.timeline import Removal, Timeline
+from stackdsl.timeline import Placement, Removal, Timeline
 from tests.scenes import compiled, mistakes_of, scene, timeline_of
 
 THICKNESS = 0.0078  # of a KAPLA plank [m]
@@ -300,7 +300,7 @@ def order(timeline: Timeline) -> list[tuple[float, str]]:
     return [
         (action.time, f"out {' '.join(action.bricks)}" if isinstance(action, Removal) else f"in {action.brick.id}")
         for action in timeline.actions
-        if isinstance(action, Removal) or action.inserted
+        if isinstance(action, Removal) or (isinstance(action, Placement) and action.inserted)
     ]
 
 

@@ -55,6 +55,9 @@ class ScriptedEngine:
     def wake(self, brick: BodyId) -> None:
         self.frozen.remove(brick)
 
+    def put_at(self, brick: BodyId, pose: Pose) -> None:
+        self.bricks[brick] = BodyState(pose)
+
     def place(self, name: BodyId, x: float, on: BodyId, overlap: tuple[float, float], **point: object) -> None:
         """A brick centred at x that touches `on` over an interval of x."""
         self.bricks[name] = BodyState(Pose((x, 0.0, 0.0)))

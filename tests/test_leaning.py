@@ -19,8 +19,8 @@ from stability.leaning import (
     leaning_forces,
 )
 from stability.model import Vec3
-from stability.statics.vectors import norm
 from stability.support import Load
+from stability.vectors import norm
 
 LENGTH, WIDTH, THICKNESS, MASS = 0.1176, 0.0234, 0.0078, 0.012  # a KAPLA plank [m, kg]
 Change = Callable[[Vec3], Vec3]

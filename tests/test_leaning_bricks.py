@@ -81,6 +81,9 @@ class StillWorld:
     def wake(self, brick: BodyId) -> None:
         self.frozen.remove(brick)
 
+    def put_at(self, brick: BodyId, pose: Pose) -> None:
+        self.at[brick] = BodyState(pose)
+
 
 def judged(world: StillWorld, friction: float = 0.5) -> StackStability:
     """The extension after all there is has been set down and judged."""

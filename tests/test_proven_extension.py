@@ -60,6 +60,9 @@ class BoxEngine:
     def wake(self, brick: BodyId) -> None:
         self.frozen.remove(brick)
 
+    def put_at(self, brick: BodyId, pose: Pose) -> None:
+        self.bricks[brick] = BodyState(pose)
+
     def put(self, name: BodyId, level: int, x: float = 0.0, velocity: Vec3 = (0.0, 0.0, 0.0)) -> None:
         """A plank along x, or back where it was with another state."""
         self.bricks[name] = BodyState(Pose((x, 0.0, 0.008 * (level - 0.5))), velocity)

@@ -15,7 +15,7 @@ from stability.statics.load_core import LoadCore, doubled_area, upright_normal
 from stability.statics.polygons import barycentric
 from stability.statics.propagation import Burden, least_norm
 from stability.statics.structure import Structure
-from stability.statics.vectors import plus
+from stability.vectors import plus
 
 
 class Tally:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from stability.model import BodyId, Vec3
 from stability.statics.facts import ZERO, Forces, Motion, Problem, Tolerances, Wrench
-from stability.statics.vectors import dot
+from stability.vectors import dot
 
 Array: TypeAlias = NDArray[np.float64]
 Indices: TypeAlias = NDArray[np.int64]

@@ -14,7 +14,7 @@ from stability.geometry import Point2, convex_hull
 from stability.model import BodyId, Vec3
 from stability.statics.facts import ZERO, Contact, Motion, Placed
 from stability.statics.load_core import carries_upright
-from stability.statics.vectors import cross, dot, minus, times
+from stability.vectors import cross, dot, minus, times
 
 OVERHANG = 1e-11  # share of the support's extent: less is rounding
 SLIP = 1e-10  # of the speed at a contact: what rounding leaves of a point on the axis

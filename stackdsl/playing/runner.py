@@ -14,12 +14,13 @@ from stability.engine import World
 from stability.model import BodyId
 from stability.separation import boxes_apart
 from stability.statics.facts import Stability
+from stability.vectors import plus
 from stability.watching import Extension, Update
 from stackdsl.playing.carrying import ForceMeter
 from stackdsl.playing.opening import extension_for, load, opened_world
 from stackdsl.playing.systems import System
 from stackdsl.playing.watch import Watch
-from stackdsl.timeline import Placement, Removal, Timeline
+from stackdsl.timeline import Placement, Push, Removal, Timeline
 from stackdsl.trace import BrickState, BrickTrack, Collapse, Cost, Edge, Event, EventKind, Trace
 
 SAMPLING = 0.01  # [s] between looks at all that moves; a free fall covers half a millimetre in the first
@@ -66,16 +67,19 @@ class _Run:
 
     def play(self) -> None:
         for moment in self.timeline.moments():
-            self._advance(moment.time if isinstance(moment, Removal) else moment[0].time)
+            self._advance(moment[0].time if isinstance(moment, tuple) else moment.time)
             if self.collapse:
                 break
             self._close_placement()
             if self._nothing_can_move():
                 self.gave_way = None  # what failed before has come to rest again, and is not what fails now
-            if isinstance(moment, Removal):
-                self._remove(moment)
-            else:
-                self._place(moment)
+            match moment:
+                case Removal():
+                    self._remove(moment)
+                case Push():
+                    self._push(moment)
+                case _:
+                    self._place(moment)
             if self._only_an_engine_knows_more() and not self.timeline.watched:
                 return
         self._advance(self._end())
@@ -95,12 +99,14 @@ class _Run:
     def _place(self, group: Sequence[Placement]) -> None:
         for placement in group:
             self._keep_clear(placement)
-            self.world.add_brick(placement.brick, placement.pose)
+            self.world.add_brick(placement.brick, placement.pose, placement.velocity_W)
             self.watch.add(placement)
         self._tell(Event(group[0].time, EventKind.PLACED, tuple(placement.brick.id for placement in group)))
         if self.extension is not None:
             # The author sets them down at rest, so they are judged as they stand, level by level, before any step.
-            self.extension.set_down(placement.brick.id for placement in group if not placement.drop)
+            self.extension.set_down(
+                placement.brick.id for placement in group if not (placement.drop or placement.thrown)
+            )
             while self._judge(self.extension):
                 pass
 
@@ -112,6 +118,15 @@ class _Run:
         self._tell(Event(removal.time, EventKind.REMOVED, removal.bricks))
         if self.extension is not None:
             self._tell_update(self.extension.taken_out(removal.bricks))
+
+    def _push(self, push: Push) -> None:
+        self._tell(Event(push.time, EventKind.PUSHED, (push.brick,)))
+        if self.extension is not None:
+            self._tell_update(self.extension.struck(push.brick, push.impulse_W))
+            if self.extension.is_frozen(push.brick):
+                return
+        centre_W = self.world.states([push.brick])[push.brick].pose.position_W
+        self.world.push(push.brick, push.impulse_W, plus(centre_W, push.offset_W))
 
     def _keep_clear(self, placement: Placement) -> None:
         """Where a dropped brick comes to lie is not known before, nor what gave a little before one is slid in."""

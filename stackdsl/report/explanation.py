@@ -84,7 +84,7 @@ def _sited(timeline: Timeline) -> list[Sited]:
     return [
         Sited(float(turn), placement.brick.size, placement.pose, until.get(placement.brick.id, inf))
         for turn, moment in enumerate(moments)
-        if not isinstance(moment, Removal)
+        if isinstance(moment, tuple)
         for placement in moment
     ]
 

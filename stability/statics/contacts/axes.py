@@ -11,7 +11,7 @@ from typing import TypeAlias
 
 from stability.model import Vec3
 from stability.statics.contacts.solids import Solid
-from stability.statics.vectors import cross, dot, minus, times
+from stability.vectors import cross, dot, minus, times
 
 Matrix: TypeAlias = tuple[Vec3, Vec3, Vec3]
 

@@ -11,7 +11,7 @@ from typing import TypeAlias
 
 from stability.model import Vec3
 from stability.statics.contacts.solids import Solid
-from stability.statics.vectors import cross, dot, moved, norm, times, unit
+from stability.vectors import cross, dot, moved, norm, times, unit
 
 Feature: TypeAlias = tuple[float, float, float]  # by body axis: 1, -1 or 0
 

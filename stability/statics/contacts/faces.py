@@ -9,7 +9,7 @@ from typing import Self
 from stability.model import Vec3
 from stability.statics.contacts.axes import NEARLY_PARALLEL, Closeness
 from stability.statics.contacts.solids import Solid, rounding
-from stability.statics.vectors import dot, minus, moved, times
+from stability.vectors import dot, minus, moved, times
 
 LEVEL = 1e-12  # height of a unit normal below which it is horizontal: rounding
 

@@ -9,7 +9,7 @@ from stability.statics.contacts.axes import Axis, gap_along
 from stability.statics.contacts.cones import Feature, common_normals
 from stability.statics.contacts.faces import Face, clipped
 from stability.statics.contacts.solids import Solid
-from stability.statics.vectors import cross, dot, minus, moved, times
+from stability.vectors import cross, dot, minus, moved, times
 
 MERGING = 4.0  # a line of contact shorter than this many times the slack is a point
 

@@ -4,7 +4,7 @@ from stability.model import Plane, Vec3
 from stability.statics.contacts.axes import half_extent
 from stability.statics.contacts.solids import Solid
 from stability.statics.facts import UP
-from stability.statics.vectors import dot, minus, moved, times
+from stability.vectors import dot, minus, moved, times
 
 
 def points_on_plane(body: Solid, plane: Plane, reach: float) -> tuple[Vec3, ...]:

@@ -15,7 +15,7 @@ from stability.statics.contacts.level import level_patch, side_patch
 from stability.statics.contacts.planes import points_on_plane
 from stability.statics.contacts.solids import Solid, rounding, solid
 from stability.statics.facts import Contact, Tolerances
-from stability.statics.vectors import times
+from stability.vectors import times
 
 __all__ = ["Solid", "contact_between", "contact_with_plane", "solid"]
 

@@ -20,7 +20,7 @@ from stability.statics.programmes.opening import lifting
 from stability.statics.programmes.programme import Array, Programme, Solver, asked, clarabel_solve
 from stability.statics.programmes.wrench_matrix import Sparse, WrenchMatrix, wrench_matrix
 from stability.statics.proof import check_forces, check_motion
-from stability.statics.vectors import moved
+from stability.vectors import moved
 
 MOST_CORRECTIONS = 3  # of forces; what they do not mend is no rounding
 HOPELESS = 1e-6  # share of what a brick carries: a residual above is no rounding

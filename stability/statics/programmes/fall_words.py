@@ -6,7 +6,7 @@ from math import hypot
 
 from stability.model import BodyId, Vec3
 from stability.statics.facts import ZERO, Contact, Motion, Problem
-from stability.statics.vectors import minus
+from stability.vectors import minus
 
 STUCK = 1e-2  # of the speed of a group: a point that moves less against another body is what the group turns about
 TURNING = 1e-3  # of the speed of a group: what its spin may add to that without being called a turn

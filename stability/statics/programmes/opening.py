@@ -11,7 +11,7 @@ from stability.statics.facts import ZERO, Motion, Problem
 from stability.statics.programmes.programme import Array, Programme, Solver, asked, clarabel_solve
 from stability.statics.programmes.wrench_matrix import WrenchMatrix, wrench_matrix
 from stability.statics.proof import least_opening
-from stability.statics.vectors import times
+from stability.vectors import times
 
 OPEN = 1e-6  # of the speed there: a contact that opens by less may be closed by what is not known of the geometry
 SPREAD = 0.5  # how much of the friction that a lift leaves free its sideways spread may use up
