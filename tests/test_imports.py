@@ -96,6 +96,8 @@ ORDER = {
         "language.anchors",
         "language.catalogue",
         "language.layouts",
+        "language.card_house",
+        "language.leaning_structure",
         "language.bricks",
         "language.claims",
         "language.impacts",
