@@ -68,6 +68,7 @@ ORDER = {
         "freezing",
         "engine_settings",
         "engine",
+        "approach",
         "pybullet_engine",
         "resting",
         "touching",
