@@ -15,6 +15,7 @@ from stability.model import BodyId, BodyState, Brick, Pose, Quaternion, Vec3
 from stability.vectors import cross, minus, plus, times
 
 Matrix = NDArray[np.float64]
+EQUALLY_NEAR = 1e-7  # [m] far above rounding, far below the gaps of contacts
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,15 +81,32 @@ def member_state(group: BodyState, place_G: Pose) -> BodyState:
     return BodyState(pose, plus(group.velocity_W, cross(group.angular_velocity_W, arm)), group.angular_velocity_W)
 
 
-def member_at(group: RigidGroup, point_G: Vec3) -> BodyId:
-    """The brick of a group whose surface is nearest to a point in its frame."""
-    return min(group.bricks, key=lambda name: _outside(group.bricks[name].size, group.places_G[name], point_G))
+@dataclass(frozen=True, slots=True, eq=False)
+class Surfaces:
+    """Where the bricks of a group end, in arrays: an engine names only the group that it touches, and that often."""
+
+    names: tuple[BodyId, ...]
+    centres_G: Matrix  # (n, 3) [m]
+    axes_G: Matrix  # (n, 3, 3), rows are the axes of a brick
+    halves: Matrix  # (n, 3) half lengths along these axes [m]
+
+    def brick_at(self, point_G: Vec3) -> BodyId:
+        """The brick whose surface is nearest to a point that is not deep inside."""
+        local = np.einsum("nij,nj->ni", self.axes_G, np.array(point_G) - self.centres_G)
+        outside = np.max(np.abs(local) - self.halves, axis=1)
+        # Of bricks that are equally near, rounding must not choose.
+        return self.names[int(np.argmax(outside <= outside.min() + EQUALLY_NEAR))]
 
 
-def _outside(size: Vec3, place_G: Pose, point_G: Vec3) -> float:
-    """How far a point is outside of a box along its axes, at most [m]; negative inside."""
-    local = seen_from(place_G, Pose(point_G)).position_W
-    return max(abs(x) - side / 2.0 for x, side in zip(local, size, strict=True))
+def surfaces(group: RigidGroup) -> Surfaces:
+    """The surfaces of the bricks of a group."""
+    places = group.places_G.values()
+    return Surfaces(
+        tuple(group.places_G),
+        np.array([place.position_W for place in places]),
+        np.array([body_axes(place.orientation) for place in places]),
+        np.array([group.bricks[name].size for name in group.places_G]) / 2.0,
+    )
 
 
 def orientation_of(axes: Matrix) -> Quaternion:

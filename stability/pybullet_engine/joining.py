@@ -12,7 +12,7 @@ from stability.geometry import box_corners
 from stability.model import BodyId, BodyState, ContactPoint, Pose, Vec3
 from stability.pybullet_engine.binding import pybullet
 from stability.pybullet_engine.world import PlainWorld
-from stability.rigid_group import RigidGroup, grouped, member_at, member_state, seen_from
+from stability.rigid_group import RigidGroup, Surfaces, grouped, member_state, seen_from, surfaces
 from stability.vectors import minus, plus, times
 
 MOVING_THINGS, ALL = 1, -1  # PyBullet's own collision group and mask of what is made with mass
@@ -23,7 +23,9 @@ class Joined:
     """A group in the engine."""
 
     group: RigidGroup
+    surfaces: Surfaces
     name: BodyId  # of its body
+    shape: int  # the engine's number of its shape, which nobody else uses
     own_bodies: dict[BodyId, int]  # of its bricks
 
 
@@ -40,20 +42,20 @@ class PyBulletWorld(PlainWorld):
         own = {brick: self._bodies.pop(brick) for brick in group.bricks}
         for body in own.values():
             pybullet.setCollisionFilterGroupMask(body, -1, 0, 0, self.client)
-        joined = Joined(group, f"group of {next(iter(own))}", own)
+        shape = self._solids.rounded_boxes(
+            (times(self.scale, group.bricks[brick].size), _scaled(self.scale, place))
+            for brick, place in group.places_G.items()
+        )
+        joined = Joined(group, surfaces(group), f"group of {next(iter(own))}", shape, own)
         self._add_group(joined)
         self._groups[joined.name] = joined
         self._joined |= dict.fromkeys(own, joined)
 
     def _add_group(self, joined: Joined) -> None:
         group = joined.group
-        boxes = [
-            (times(self.scale, brick.size), _scaled(self.scale, group.places_G[name]))
-            for name, brick in group.bricks.items()
-        ]
         body = pybullet.createMultiBody(
             baseMass=group.mass * self._mass_unit,
-            baseCollisionShapeIndex=self._solids.rounded_boxes(boxes),
+            baseCollisionShapeIndex=joined.shape,
             basePosition=times(self.scale, group.pose.position_W),
             baseOrientation=group.pose.orientation,
             physicsClientId=self.client,
@@ -76,6 +78,7 @@ class PyBulletWorld(PlainWorld):
     def _remove_group(self, joined: Joined) -> None:
         body = self._bodies.pop(joined.name)
         pybullet.removeBody(body, self.client)
+        pybullet.removeCollisionShape(joined.shape, self.client)
         del self.names[body], self._groups[joined.name]
         for name in joined.group.bricks:
             del self._joined[name]
@@ -114,12 +117,12 @@ class PyBulletWorld(PlainWorld):
     def _brick_at(self, body: BodyId, point_W: Vec3, poses: dict[BodyId, Pose]) -> BodyId:
         if body not in self._groups:
             return body
-        return member_at(self._groups[body].group, seen_from(poses[body], Pose(point_W)).position_W)
+        return self._groups[body].surfaces.brick_at(seen_from(poses[body], Pose(point_W)).position_W)
 
     def near(self, brick: BodyId) -> Sequence[BodyId]:
         if not self._groups:
             return super().near(brick)
-        low, high = self._bounds(brick)
+        low, high = self._bounds(brick, self.states([brick])[brick].pose)
         around = pybullet.getOverlappingObjects(
             times(self.scale, low), times(self.scale, high), physicsClientId=self.client
         )
@@ -131,14 +134,14 @@ class PyBulletWorld(PlainWorld):
         return sorted((others | set(self._overlapping(members, low, high))) - {brick})
 
     def _overlapping(self, bricks: Collection[BodyId], low: Vec3, high: Vec3) -> Iterator[BodyId]:
-        for brick in sorted(bricks):
-            lowest, highest = self._bounds(brick)
+        for brick, state in self.states(sorted(bricks)).items():
+            lowest, highest = self._bounds(brick, state.pose)
             if max(minus(lowest, high)) <= 0.0 and max(minus(low, highest)) <= 0.0:
                 yield brick
 
-    def _bounds(self, brick: BodyId) -> tuple[Vec3, Vec3]:
+    def _bounds(self, brick: BodyId, pose: Pose) -> tuple[Vec3, Vec3]:
         """Lowest and highest coordinates of a brick, and a little more [m]."""
-        corners = box_corners(self._bricks[brick].size, self.states([brick])[brick].pose)
+        corners = box_corners(self._bricks[brick].size, pose)
         (a, b, c), (d, e, f) = map(min, zip(*corners, strict=True)), map(max, zip(*corners, strict=True))
         return (a - TOUCHING, b - TOUCHING, c - TOUCHING), (d + TOUCHING, e + TOUCHING, f + TOUCHING)
 

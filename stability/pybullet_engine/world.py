@@ -20,9 +20,9 @@ FRICTIONLESS = 1e-6
 # Half the side of the box that stands for a half-space [m]. A box, because PyBullet gives a box on a plane one contact
 # point a step, and a box on a box all four at once.
 HALF_SPACE = 1e5
-# [m] The same beside bricks with rounded edges: what a larger box does to them loses its precision, and a ladder then
-# stands 1 deg lower than it should.
-HALF_SPACE_BESIDE_HULLS = 1e3
+# [m] The same beside bricks with rounded edges: contacts with a larger box lose their precision. At 1e5 a ladder stands
+# 1 deg lower than it should; at 1e3 bricks that are joined stick to a slope.
+HALF_SPACE_BESIDE_HULLS = 1e2
 # Edges are not rounded by more than this share of a brick's smallest side, however small it is.
 MOST_ROUNDED = 0.02
 # [engine kg] for the heaviest brick: far above the thresholds, and even ten thousand press far below the cap of 1e10.
