@@ -19,7 +19,8 @@ SIZE = (0.1176, 0.0234, 0.0078)  # so that a brick has left its place when it sh
 
 def track(name: str, level: int, shift: float = 0.0, state: BrickState = BrickState.FROZEN) -> BrickTrack:
     pose = Pose((0.0, 0.0, (level - 0.5) * SIZE[2]))
-    return BrickTrack(Brick(name, SIZE, 0.012), level, state, pose, pose, pose, shift, tilt=0.0)
+    frozen = state is BrickState.FROZEN
+    return BrickTrack(Brick(name, SIZE, 0.012), level, state, pose, pose, pose, shift, tilt=0.0, frozen=frozen)
 
 
 STANDING = Trace(
