@@ -127,6 +127,7 @@ ORDER = {
         "judging.finding",
         "judging.standing",
         "judging.moving",
+        "judging.falling",
         "judging.proven",
         "expectations",
         "snapshots.record",
