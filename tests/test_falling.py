@@ -6,6 +6,7 @@ import pytest
 
 from stability.model import Pose, Vec3
 from stability.statics.facts import Motion
+from stability.vectors import times
 from stackdsl.judging.falling import along_screw, lands, pivots
 from stackdsl.language.claims import Lands, Pivots
 from stackdsl.playing.runner import play
@@ -49,8 +50,7 @@ CHORD = 2.0 * sin(radians(2.5))  # of a turn of 5 deg, per radius; it points 2.5
 def test_a_rigid_turn_is_the_proven_motion_though_its_chord_is_not_the_tangent() -> None:
     claim = Pivots.model_validate({"about": "stump", "within": "0.001 deg", "proportions": "0.1 %"})
     tilted = (CHORD * sin(radians(87.5)), 0.0, -CHORD * sin(radians(2.5)))
-    first, second = (tuple(radius * part for part in tilted) for radius in (0.1, 0.2))
-    assert pivots(claim, seen(first, second)).passed
+    assert pivots(claim, seen(times(0.1, tilted), times(0.2, tilted))).passed
 
 
 @pytest.mark.parametrize(
