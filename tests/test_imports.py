@@ -34,6 +34,7 @@ ORDER = {
         "statics.contacts.features",
         "statics.contacts.touch",
         "leaning",
+        "impact",
         "statics.contacts.neighbours",
         "statics.proof",
         "statics.programmes.programme",
