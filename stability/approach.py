@@ -47,7 +47,8 @@ class Approaches:
     def hits(self, moving: Mapping[BodyId, BodyState], still: Container[BodyId]) -> list[Hit]:
         """Who is about to hit one of the bricks `still`, at the latest in the next step of the engine."""
         now = self.engine.time()
-        step = now - self._now if self._now is not None and now > self._now else LONGEST_STEP
+        since = now - self._now if self._now is not None else LONGEST_STEP
+        step = since if 0.0 < since < LONGEST_STEP else LONGEST_STEP  # time may have been skipped
         self._now = now
         found = []
         for brick, state in moving.items():

@@ -65,3 +65,15 @@ def test_bricks_in_touch_press_and_do_not_hit() -> None:
         assert hits_of(world, Approaches(world, horizon=0.005)) == []
     finally:
         world.close()
+
+
+def test_time_that_was_skipped_is_no_step() -> None:
+    #   a second ahead it would hit, but not in the next step
+    world = world_with(0.05, (1.0, 0.0, 0.0))
+    try:
+        approaches = Approaches(world, horizon=0.005)
+        approaches.hits({}, {"target"})
+        world.skip(1.0)
+        assert hits_of(world, approaches) == []
+    finally:
+        world.close()

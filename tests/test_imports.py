@@ -81,6 +81,7 @@ ORDER = {
         "stillness",
         "refusals",
         "held_bodies",
+        "direct_hits",
         "watching",
         "extension",
         "proven_extension",
