@@ -23,7 +23,7 @@ GROUND = Plane("ground", (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5)
 ALONG_Y = (0.0, 0.0, sqrt(0.5), sqrt(0.5))
 OUT = (LENGTH - WIDTH) / 2.0
 LEVELS = 13
-GAP = 0.002  # [m] from the nose of a thrown plank to what it hits
+GAP = 0.01  # [m] from the nose of a thrown plank to what it hits
 
 
 @dataclass
@@ -40,7 +40,8 @@ class Tower:
         """A plank end-on along y, at the middle of the plank of an odd level that it meets first."""
         assert level % 2 == 1
         z = (level - 0.5) * THICKNESS
-        self.put("shot", Pose((0.0, -1.5 * LENGTH - GAP + LENGTH / 2.0, z), ALONG_Y), (0.0, speed, 0.0))
+        upward = 0.5 * 9.81 * GAP / speed  # it arrives at the height that it was thrown from
+        self.put("shot", Pose((0.0, -LENGTH - GAP, z), ALONG_Y), (0.0, speed, upward))
         return self.stability.update()
 
     def watch(self, seconds: float) -> list[Update]:
