@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from itertools import pairwise, product
-from math import dist, hypot, inf
+from math import acos, dist, hypot, inf
 from typing import TypeAlias
 
 from stability.model import Pose, Quaternion, Vec3
@@ -37,6 +37,12 @@ def composed(second: Quaternion, first: Quaternion) -> Quaternion:
         w2 * z1 + x2 * y1 - y2 * x1 + z2 * w1,
         w2 * w1 - x2 * x1 - y2 * y1 - z2 * z1,
     )
+
+
+def turn_between(one: Pose, other: Pose) -> float:
+    """The angle of the turn from one orientation to another [rad]."""
+    x, y, z, w = one.orientation
+    return 2.0 * acos(min(1.0, abs(composed(other.orientation, (-x, -y, -z, w))[3])))
 
 
 def body_axes(orientation: Quaternion) -> tuple[Vec3, Vec3, Vec3]:

@@ -2,10 +2,10 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from math import acos, dist
+from math import dist
 
 from stability.freezing import RestLimits
-from stability.geometry import composed
+from stability.geometry import turn_between
 from stability.model import BodyId, BodyState, Pose
 from stackdsl.timeline import Placement
 from stackdsl.trace import COLLAPSE_SHARE_OF_SMALLEST_SIDE, COLLAPSE_TILT, BrickState, BrickTrack
@@ -130,10 +130,3 @@ class Watch:
         """The level of the youngest brick; one slid in below does not count as long as there is another."""
         placements = [watched.placement for watched in reversed(self.bricks.values())]
         return next((placement.level for placement in placements if not placement.inserted), placements[0].level)
-
-
-def turn_between(one: Pose, other: Pose) -> float:
-    """The angle of the turn from one orientation to another [rad]."""
-    x, y, z, w = one.orientation
-    part = abs(composed(other.orientation, (-x, -y, -z, w))[3])
-    return 2.0 * acos(min(1.0, part))
