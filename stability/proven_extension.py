@@ -228,7 +228,7 @@ class ProvenStability:
         found = Update()
         if hits := self._disturbances.hits(states, {*self.assembly.bricks, *self._riders.bricks}):
             found = self._wake_struck(Disturbed({hit.brick: hit.normal_W for hit in hits}, in_words(hits)))
-        if pressed := self._disturbances.overloaded(self.assembly, self._awake):
+        if pressed := self._disturbances.overloaded(self.assembly, self._awake - self._riders.bricks):
             found = _joined(found, self._wake_struck(pressed))
         return found
 

@@ -61,7 +61,7 @@ def _groups(assembly: Assembly, bricks: Collection[BodyId]) -> list[set[BodyId]]
     left, found = set(bricks), []
     for brick in sorted(bricks):
         if brick in left:
-            group = reached([brick], lambda name: [other for other in _touching(assembly, name) if other in left])
+            group = reached([brick], lambda name: [other for other in _touching(assembly, name) if other in bricks])
             left -= group
             found.append(group)
     return found
