@@ -16,12 +16,12 @@ from stability.engine import Engine, Joining
 from stability.freezing import RestLimits
 from stability.held_bodies import HeldBodies
 from stability.judgement import Judgement, followed
-from stability.model import AT_REST, BodyId, BodyState, Plane, Pose, Vec3
+from stability.model import AT_REST, EARTH, BodyId, BodyState, Plane, Pose, Vec3
 from stability.putting_back import Homes
 from stability.refusals import Refusals
 from stability.region import region
 from stability.riders import Riders
-from stability.statics.assembly import EARTH, Assembly
+from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability, Verdict
 from stability.stillness import Stillness
 from stability.vectors import norm, times

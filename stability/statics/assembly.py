@@ -15,7 +15,7 @@ from types import MappingProxyType
 
 from stability.contact_graph import reached
 from stability.geometry import Point2
-from stability.model import GROUND, BodyId, Brick, Plane, Pose
+from stability.model import EARTH, GROUND, BodyId, Brick, Plane, Pose
 from stability.statics.admission import admit_brick, admit_names, admit_site
 from stability.statics.brick_graph import brick_graph, rests_on
 from stability.statics.cascade import Partners, judge
@@ -27,7 +27,6 @@ from stability.statics.proof import check_forces
 from stability.statics.structure import Structure
 
 LEVEL_GROUND = Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), friction=0.5)
-EARTH = 9.81  # [m/s2]
 LOST_DIGITS = 1e-15  # of a coordinate: a few times what one rounding takes
 DEAREST_FIRST = tuple(reversed(Stage))
 

@@ -54,6 +54,8 @@ def extension_for(timeline: Timeline, system: System, world: World) -> Extension
                 world, scene.planes, scene.friction, scene.gravity, limits, guard=False, joiner=world
             )
         case Method.PUBLISHED:
-            return StackStability(world, limits, guard=False, friction=scene.friction, planes=scene.planes)
+            return StackStability(
+                world, limits, guard=False, friction=scene.friction, planes=scene.planes, gravity=scene.gravity
+            )
         case None:
             return None
