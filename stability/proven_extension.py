@@ -199,7 +199,8 @@ class ProvenStability:
         if not slow.issuperset(woken):
             slow = {brick for brick in slow if brick not in self._riders}
         ridden = [member for brick in sorted(slow) if brick in self._riders for member in self._riders.part(brick)]
-        return dict(boxes(self.engine, {**{b: states[b] for b in slow}, **self.engine.states(ridden)}))
+        single = [brick for brick in slow if brick not in ridden]
+        return dict(boxes(self.engine, self.engine.states(sorted([*single, *ridden]))))
 
     # --- what follows from a verdict ----------------------------------------------------------------------------------
 
