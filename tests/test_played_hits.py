@@ -1,4 +1,4 @@
-"""What a hit does to a structure, played: what counts as fallen, what as displaced, and what goes on after a collapse."""
+"""What a hit does to a structure: what counts as fallen, what as displaced, and what goes on after a collapse."""
 
 from math import radians, sin, sqrt
 
@@ -104,3 +104,14 @@ def test_hits_go_on_after_a_collapse_and_building_does_not() -> None:
     assert [event.time for event in trace.events if event.kind is EventKind.PUSHED] == [3.0]
     assert trace.last_action == 4.0
     assert trace.cost.simulated_time == pytest.approx(4.5, abs=0.01)
+
+
+def test_what_a_hit_brings_down_is_followed_as_long_as_the_hit_itself() -> None:
+    #   An upright plank is knocked over in well under a second; what is expected of the rest may take longer.
+    build = "- column: {levels: 1, origin: [500 mm, 0 mm, 0 mm]}\n"
+    post = "- bricks: [{name: post, at: [0 mm, 0 mm, 58.8 mm], rotate: [0 deg, 90 deg, 0 deg]}]"
+    push = "{after: built + 0.1 s, push: {brick: post, impulse: [0.01 N*s, 0 N*s, 0 N*s]}}"
+    trace = played(build + post, push, rest="expect: [{stands: {bricks: [L1.1], for: 2.5 s}}]")
+    assert trace.collapse is not None
+    assert trace.collapse.time < 0.5
+    assert trace.cost.simulated_time == pytest.approx(2.6, abs=0.01)
