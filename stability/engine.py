@@ -3,6 +3,7 @@
 from collections.abc import Collection, Mapping, Sequence, Set
 from typing import Protocol
 
+from stability.contact import TOUCHING
 from stability.engine_settings import EngineSettings
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Shape, Vec3
 
@@ -25,8 +26,8 @@ class Engine(Protocol):
     def shape(self, body: BodyId) -> Shape:
         """The shape of a body, brick or fixed, centred on its position and along its axes."""
 
-    def near(self, brick: BodyId) -> Sequence[BodyId]:
-        """The bodies that may touch a brick: a superset, by bounding boxes, in a fixed order."""
+    def near(self, brick: BodyId, within: float = TOUCHING) -> Sequence[BodyId]:
+        """The bodies that may be as close to a brick as this [m]: a superset, by bounding boxes, in a fixed order."""
 
     def states(self, bodies: Collection[BodyId]) -> Mapping[BodyId, BodyState]:
         """Pose and motion of these bodies, bricks or fixed."""
@@ -47,7 +48,21 @@ class Engine(Protocol):
         """Put a frozen brick somewhere else."""
 
 
-class World(Engine, Protocol):
+class Joining(Protocol):
+    """Bricks that move together as one rigid body, with their true mass, centre and inertia.
+
+    Asked about a joined brick, an engine answers with its own pose, motion, contacts and neighbours; bricks that are
+    joined to each other are no neighbours. Until it is parted, a joined brick is neither frozen nor moved by itself.
+    """
+
+    def join(self, bricks: Collection[BodyId]) -> None:
+        """Let these frozen bricks move from now on as one; they start at rest."""
+
+    def part(self, brick: BodyId) -> tuple[BodyId, ...]:
+        """Let all that a brick is joined to move one by one, each with the motion that it has; these are they."""
+
+
+class World(Engine, Joining, Protocol):
     """An engine's world of one's own: bricks and planes come in, and time goes on."""
 
     @property

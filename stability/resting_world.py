@@ -8,6 +8,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
+from stability.contact import TOUCHING
 from stability.engine import World
 from stability.engine_settings import EngineSettings
 from stability.model import AT_REST, BodyId, BodyState, Box, Brick, ContactPoint, HalfSpace, Plane, Pose, Shape, Vec3
@@ -86,8 +87,8 @@ class RestingWorld:
     def shape(self, body: BodyId) -> Shape:
         return HalfSpace(self._planes[body].normal_W) if body in self._planes else Box(self._bricks[body][0].size)
 
-    def near(self, brick: BodyId) -> Sequence[BodyId]:
-        return self._engine().near(brick)
+    def near(self, brick: BodyId, within: float = TOUCHING) -> Sequence[BodyId]:
+        return self._engine().near(brick, within)
 
     def states(self, bodies: Collection[BodyId]) -> Mapping[BodyId, BodyState]:
         if self._world is not None:
@@ -118,6 +119,14 @@ class RestingWorld:
         self._bricks[brick] = (self._bricks[brick][0], pose)
         if self._world is not None:
             self._world.put_at(brick, pose)
+
+    def join(self, bricks: Collection[BodyId]) -> None:
+        world = self._engine()  # with these bricks frozen
+        self._frozen.difference_update(bricks)
+        world.join(bricks)
+
+    def part(self, brick: BodyId) -> tuple[BodyId, ...]:
+        return self._engine().part(brick)
 
     def _engine(self) -> World:
         """The world that is stepped; it has been going on since the beginning, as far as anybody can tell."""
