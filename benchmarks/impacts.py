@@ -25,6 +25,7 @@ from stackdsl.playing.systems import MOVING
 LEVELS = 13
 WATCHED = 1.0  # [s] after the throw
 NEARLY = 0.001  # [m] between the nose of the thrown plank and what it will hit
+NOTABLE = 0.005  # [m] a shift that counts
 SHOT = "shot"
 TURNED = (0.0, 0.0, 0.5**0.5, 0.5**0.5)
 FROM_END, FROM_SIDE = 0, 90  # [deg] bearing: onto the end of a plank that lies along x, or onto its long side
@@ -94,7 +95,7 @@ def outcome(settings: EngineSettings, throw: Throw, drift: float) -> Outcome:
     sunk = [placed.pose.position_W[2] - after[placed.brick.id].position_W[2] for placed in tower]
     return Outcome(
         shifts[throw.hit],
-        sum(shift > 0.005 for shift in shifts),
+        sum(shift > NOTABLE for shift in shifts),
         max(shifts),
         sum(abs(sink) < 0.5 * THICKNESS for sink in sunk),
         drift,
@@ -117,7 +118,9 @@ def main() -> None:
     parser.add_argument("--levels", type=int, nargs="+", default=[3, LEVELS], help="that are hit; odd ones")
     parser.add_argument("--anchors", action="store_true", help="also with friction anchors")
     chosen = parser.parse_args()
-    table = Table("level", "from", "m/s", "anchor", "1/dt", "hit mm", "> 5 mm", "largest mm", "standing", "creep mm", "s")
+    table = Table(
+        "level", "from", "m/s", "anchor", "1/dt", "hit mm", "> 5 mm", "largest mm", "standing", "creep mm", "s"
+    )
     console = Console(width=120)
     for anchor, steps in product([False, True] if chosen.anchors else [False], chosen.steps):
         settings = replace(MOVING, time_step=1.0 / steps, friction_anchor=anchor)

@@ -96,7 +96,7 @@ def test_unlike_bricks_balance_about_their_common_centre_of_mass() -> None:
 
 @pytest.mark.parametrize("joined", [True, False])
 def test_a_joined_pair_slides_like_one_brick_of_twice_the_mass(joined: bool) -> None:
-    #   30 deg against an angle of friction of 26.6 deg: g (sin a - mu cos a)
+    #   30 deg against an angle of friction of 26.6 deg: g (sin a - mu cos a), of which 3 % are 0.5 % of the friction
     tilt, seconds = radians(30.0), 0.5
     turn = (0.0, sin(tilt / 2.0), 0.0, cos(tilt / 2.0))
     size = SIZE if joined else (LENGTH, WIDTH, 2.0 * THICKNESS)
@@ -109,7 +109,7 @@ def test_a_joined_pair_slides_like_one_brick_of_twice_the_mass(joined: bool) -> 
             engine.wake("low")
         stepped(engine, round(seconds / MOVING.time_step))
         speeds = [norm(state.velocity_W) for state in engine.states(heights).values()]
-    assert speeds == pytest.approx([9.81 * (sin(tilt) - 0.5 * cos(tilt)) * seconds] * len(heights), rel=0.01)
+    assert speeds == pytest.approx([9.81 * (sin(tilt) - 0.5 * cos(tilt)) * seconds] * len(heights), rel=0.03)
 
 
 @pytest.mark.parametrize(("beyond", "tips"), [(-1.0, False), (1.0, True)])
