@@ -194,6 +194,37 @@ def test_a_joined_tower_presses_on_an_awake_level_with_its_weight(levels: int) -
             assert state.pose.position_W == pytest.approx(carried[name].position_W, abs=1e-4)
 
 
+def test_a_hit_turns_a_joined_tower_as_its_inertia_says() -> None:
+    #   It is hollow, so unlike its bounding box. A plank hits the long side of its top level: what it loses in angular
+    #   momentum about where the centre of the tower was, the tower turns with.
+    carried, speed, height = four_stack(range(1, 14)), 2.0, 12.5 * THICKNESS
+    opened = PyBulletWorld.opened(MOVING, 0.0, 0.5, heaviest=MASS)
+    put(opened, carried)
+    opened.join(list(carried))
+    group, name = opened._joined["L01.1"].group, opened._joined["L01.1"].name
+    opened.add_brick(Brick("shot", SIZE, MASS), Pose((0.0, LENGTH + 0.003, height), CROSSED), (0.0, -speed, 0.0))
+    stepped(opened, 48)
+    shot, tower = opened.states(["shot", name]).values()
+    opened.close()
+    centre = group.pose.position_W
+    turning = plus(_orbital(shot, MASS, centre), plus(spin(shot, SIZE, MASS), _orbital(tower, group.mass, centre)))
+    lost = MASS * speed * (height - centre[2]) - turning[0]
+    about_x = sum(_about_x(brick, carried[member], group.pose) for member, brick in group.bricks.items())
+    assert tower.angular_velocity_W[0] == pytest.approx(lost / about_x, rel=0.01)
+
+
+def _orbital(state: BodyState, mass: float, about: Vec3) -> Vec3:
+    """Angular momentum of a body's centre about a point."""
+    return cross(minus(state.pose.position_W, about), times(mass, state.velocity_W))
+
+
+def _about_x(brick: Brick, pose: Pose, about: Pose) -> float:
+    """The moment of inertia of a level plank about an axis along x, by Steiner."""
+    along_x, along_y, _ = moments(brick.size, brick.mass)
+    _, y, z = minus(pose.position_W, about.position_W)
+    return (along_y if pose.orientation == CROSSED else along_x) + brick.mass * (y * y + z * z)
+
+
 def test_a_plank_that_lands_on_a_group_lies_on_the_brick_under_it() -> None:
     #   Twenty levels are more parts than one call of the engine takes; the uppermost must collide as well.
     carried = four_stack(range(1, 21))
