@@ -9,8 +9,10 @@ from time import perf_counter
 from stackdsl.expectations import compare_with_truth, judge
 from stackdsl.gathering import Case, Gathered
 from stackdsl.outcome import Report, RunStatus, VariantResult
-from stackdsl.playing.systems import SYSTEMS
+from stackdsl.playing.resolution import refined_system
+from stackdsl.playing.systems import SYSTEMS, Method, System
 from stackdsl.pool import Task, TaskResult, TaskStatus, run_supervised
+from stackdsl.refinement import Refinement, held_against_refined
 from stackdsl.snapshots.golden import check_golden, current_stamp, golden_name, obsolete, remove_obsolete
 from stackdsl.snapshots.record import Snapshot
 from stackdsl.snapshots.snapshot import take
@@ -24,6 +26,7 @@ STATUSES = {
     TaskStatus.NOT_RUN: RunStatus.NOT_RUN,
 }
 TIME_LIMIT = 600.0  # [s] of wall time a case; many times what the largest scenario takes
+REFINED_COST = 5.0  # runs' worth of time: the run, and one with twice the steps of twice the iterations
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +38,7 @@ class Terms:
     workers: int = 1
     time_limit: float = TIME_LIMIT  # [s] of wall time a case
     update_command: str = ""  # the same call, with an update of the golden files
+    refine: bool = False  # play each case again at half the step and twice the iterations
 
 
 OnResult = Callable[[VariantResult], None]
@@ -54,7 +58,8 @@ def check(
         results[index] = checked(selected[index], result, terms)
         on_result(results[index])
 
-    tasks = [Task(play_case, (case.timeline, case.system), terms.time_limit) for case in selected]
+    playing, limit = (play_refined, REFINED_COST * terms.time_limit) if terms.refine else (play_case, terms.time_limit)
+    tasks = [Task(playing, (case.timeline, case.system), limit) for case in selected]
     pool = run_supervised(tasks, terms.workers, done)
     for index, left in enumerate(pool.results):
         if index not in results:
@@ -79,7 +84,7 @@ def play_case(timeline: Timeline, system: str, on_event: Callable[[Event], None]
     """What a worker does. The engine is imported here, where a scene needs it, and nowhere before."""
     from stackdsl.playing.runner import play  # noqa: PLC0415 -- it imports PyBullet
 
-    trace = play(timeline, SYSTEMS[system], on_event)
+    trace = with_numerical_collapse(play(timeline, SYSTEMS[system], on_event), timeline, SYSTEMS[system])
     if not timeline.margins or trace.statics is None:
         return trace
     from stackdsl.margins import margins_of  # noqa: PLC0415 -- likewise, statics
@@ -87,11 +92,33 @@ def play_case(timeline: Timeline, system: str, on_event: Callable[[Event], None]
     return replace(trace, margins=margins_of(trace, timeline.margins))
 
 
+def with_numerical_collapse(trace: Trace, timeline: Timeline, system: System) -> Trace:
+    """The trace, its collapse marked where statics disprove it; what `exact` lets fall is proven to."""
+    if trace.collapse is None or system.method is Method.PROVEN:
+        return trace
+    from stackdsl.proving import held_against_statics  # noqa: PLC0415 -- statics brings numpy
+
+    return held_against_statics(trace, timeline)
+
+
+def play_refined(timeline: Timeline, name: str) -> Refinement:
+    """What a worker does to see what of a run is the solver's; where no step was taken, nothing is."""
+    from stackdsl.playing.runner import play  # noqa: PLC0415 -- it imports PyBullet
+
+    trace = play_case(timeline, name)
+    if trace.cost.steps == 0:
+        return Refinement(trace)
+    system = refined_system(SYSTEMS[name])
+    return held_against_refined(trace, with_numerical_collapse(play(timeline, system), timeline, system))
+
+
 def checked(case: Case, result: TaskResult, terms: Terms) -> VariantResult:
     """The result of a case: expectations, truths, and the comparison with its golden file."""
+    if isinstance(result.value, Refinement):
+        whole = _compared(case, result.value.trace, terms)
+        return replace(whole, refinement=result.value.changes)
     if isinstance(result.value, Trace):
-        golden = check_golden(snapshot_of(case, result.value, current_stamp()), terms.golden, terms.update)
-        return replace(judged(case, result.value), golden=golden)
+        return _compared(case, result.value, terms)
     return VariantResult(
         case.identity.scenario,
         case.identity.variant,
@@ -102,6 +129,11 @@ def checked(case: Case, result: TaskResult, terms: Terms) -> VariantResult:
     )
 
 
+def _compared(case: Case, trace: Trace, terms: Terms) -> VariantResult:
+    golden = check_golden(snapshot_of(case, trace, current_stamp()), terms.golden, terms.update)
+    return replace(judged(case, trace), golden=golden)
+
+
 def judged(case: Case, trace: Trace) -> VariantResult:
     """The result of a case that was played, without its golden file."""
     return VariantResult(
@@ -110,7 +142,8 @@ def judged(case: Case, trace: Trace) -> VariantResult:
         system=case.system,
         file=case.source.file,
         status=RunStatus.DONE,
-        verdict=trace.verdict.value,
+        verdict=trace.reported_verdict,
+        numerical=trace.numerical,
         collapse=trace.collapse,
         drift=trace.drift,
         cost=trace.cost,

@@ -52,6 +52,7 @@ def app() -> None:
 @click.option("--list", "list_only", is_flag=True, help="Print the names of the selected cases and stop.")
 @click.option("--format", "form", type=click.Choice(["text", "json"]), default="text", show_default=True)
 @click.option("--update", is_flag=True, help="Accept what comes out as the new snapshots. Refused in CI.")
+@click.option("--refine", is_flag=True, help="Play again at half the step and twice the iterations; tell what moves.")
 @click.option("--golden", type=FilePath, default=GOLDEN, show_default=True, help="Directory of the snapshots.")
 @click.option("--jobs", type=click.IntRange(1, 256), default=os.cpu_count() or 1, help="Processes; default: all cores.")
 @click.option(
@@ -72,15 +73,17 @@ def check_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     list_only: bool,
     form: str,
     update: bool,
+    refine: bool,
     golden: Path,
     jobs: int,
     time_limit: float,
 ) -> None:
     """Play and judge everything under PATHS (default: scenarios), and compare it with its snapshots."""
     if update:
+        _refuse_refined(refine)
         refuse_in_ci(os.environ)
     selection = Selection(systems, keyword, tags)
-    terms = Terms(golden, update, jobs, time_limit, _update_command(paths, selection, golden, time_limit))
+    terms = Terms(golden, update, jobs, time_limit, _update_command(paths, selection, golden, time_limit), refine)
     paths = paths or (Path("scenarios"),)
     gathered = gather(paths)
     selected = [case for case in gathered.cases if selection.takes(case)]
@@ -108,7 +111,7 @@ def run_command(context: click.Context, file: Path, systems: tuple[str, ...], ke
         trace = play_case(case.timeline, case.system, lambda event: write(event_text(event)))
         fell = trace.collapse and f"collapses at level {trace.collapse.level} after {trace.collapse.time:.3f} s"
         cost = f"{trace.cost.simulated_time:g} s played in {trace.cost.wall_time:.3f} s, {trace.cost.steps} steps"
-        write(f"{fell or 'stands'}; {cost}")
+        write(f"{fell or 'stands'}; {cost}" + (f"; a numerical collapse: {trace.numerical}" * bool(trace.numerical)))
         results.append(judged(case, trace))
         for outcome in results[-1].outcomes:
             write(f"{'passed' if outcome.passed else 'failed'}: {outcome.span}: {outcome_text(outcome)}")
@@ -173,6 +176,14 @@ def _number(value: float) -> float:
     if isnan(value):
         raise click.BadParameter("nan is no number.")
     return value
+
+
+def _refuse_refined(refine: bool) -> None:
+    if refine:
+        message = (
+            "--refine writes no snapshots: it asks what of a run would move; leave one of --refine and --update out"
+        )
+        raise click.UsageError(message)
 
 
 def _selected(file: Path, selection: Selection) -> tuple[Gathered, Sequence[Case]]:

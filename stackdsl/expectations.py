@@ -1,6 +1,7 @@
 """Trace -> outcomes: each expectation held against what happened, with the margin to its threshold."""
 
 from collections.abc import Callable, Sequence
+from math import inf
 
 from stackdsl.judging import falling, moving, proven, standing
 from stackdsl.judging.finding import Finding
@@ -40,10 +41,15 @@ def _outcomes(
 
 def _outcome(path: Path, claim: Claim, trace: Trace, variant: Variant, source: Source) -> Outcome:
     kind = claim.kind
-    found = JUDGES[kind](getattr(claim, kind), trace)
+    found = _numerical(trace) if trace.numerical and kind in OF_COLLAPSES else JUDGES[kind](getattr(claim, kind), trace)
     place = (*path, kind)
     expected = as_written(repeated(_at(source.values, place), _at(variant.values, place)))
     return Outcome(kind, expected, found.measured, found.margin, found.unit, found.passed, source.key_span_of(place))
+
+
+def _numerical(trace: Trace) -> Finding:
+    """What a claim about a collapse comes to if there was none but the solver's."""
+    return Finding(f"a numerical collapse: {trace.numerical}", -inf, "", passed=False)
 
 
 def _at(values: Plain, path: Path) -> Plain:
@@ -60,6 +66,8 @@ def as_written(value: Plain) -> str:
         return " ".join(as_written(part) for part in value)
     return str(value)
 
+
+OF_COLLAPSES = frozenset({"collapses", "falls", "leaves", "pivots", "lands"})
 
 JUDGES: dict[str, Callable[..., Finding]] = {
     "stands": standing.stands,

@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
 
 from stackdsl.diagnostics import Diagnostic, Span
-from stackdsl.trace import Collapse, Cost
+from stackdsl.observations import Change
+from stackdsl.trace import NUMERICAL_COLLAPSE, Collapse, Cost
 
 REFERENCE_SYSTEM = "tuned"  # what speed-ups are told against: PyBullet with the settings that stack best
 
@@ -88,7 +89,8 @@ class VariantResult:
     system: str
     file: str
     status: RunStatus
-    verdict: str = ""  # `stands`, `collapses`; empty if it did not run
+    verdict: str = ""  # `stands`, `collapses`, `numerical-collapse`; empty if it did not run
+    numerical: str = ""  # why the collapse is the solver's and none of physics; empty where nothing says so
     collapse: Collapse | None = None
     drift: float = 0.0  # [m]
     cost: Cost | None = None
@@ -96,11 +98,19 @@ class VariantResult:
     truths: tuple[Outcome, ...] = ()  # the same, against the answer known from outside; they inform and never fail
     golden: GoldenResult | None = None
     message: str = ""  # why it crashed or timed out
+    refinement: tuple[Change, ...] | None = None  # beside the refined run; None if that was not asked for
 
     @property
     def passed(self) -> bool:
-        """Whether every expectation holds."""
+        """Whether every expectation holds, and a run whose convergence is asked for did not fall for the solver."""
+        if self.refinement is not None and self.numerical:
+            return False
         return self.status is RunStatus.DONE and all(outcome.passed for outcome in self.outcomes)
+
+    @property
+    def moved(self) -> tuple[Change, ...]:
+        """The observations that refinement moves."""
+        return tuple(change for change in self.refinement or () if change.moved)
 
     @property
     def name(self) -> str:
@@ -141,7 +151,7 @@ class VariantResult:
         if self.status is not RunStatus.DONE:
             return self.status.value
         if not self.passed:
-            return "failed"
+            return NUMERICAL_COLLAPSE if self.numerical else "failed"
         return f"golden {self.golden.status.value}" if self.golden is not None and self.golden_failed else "passed"
 
 

@@ -4,12 +4,15 @@ What falls, and where something dropped comes to lie, only an engine can tell. F
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from stability.model import BodyId
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability, Stage, Verdict
-from stackdsl.timeline import Push, Removal, Timeline
+from stackdsl.timeline import Action, Placement, Push, Removal, Timeline
+from stackdsl.trace import Trace
+
+DISPROVED = "statics prove that it stands"
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,3 +51,25 @@ def proofs_of(timeline: Timeline) -> Proofs:
         if len(set_down) < len(moment) or assembly.verdict().stability is not Stability.STABLE:
             break
     return Proofs(tuple(judged), assembly)
+
+
+def held_against_statics(trace: Trace, timeline: Timeline) -> Trace:
+    """The trace; a collapse before which every structure was proven to stand is marked as numerical."""
+    if trace.collapse is None or not stands_until(timeline, trace.collapse.time):
+        return trace
+    return replace(trace, numerical=DISPROVED)
+
+
+def stands_until(timeline: Timeline, time: float) -> bool:
+    """Whether all that was built is proven to stand, after everything that was done up to a time [s].
+
+    Nothing is proven from the first thing on that only an engine can follow: what is dropped, thrown or pushed.
+    """
+    done = tuple(action for action in timeline.actions if action.time <= time)
+    if not done or any(_moves(action) for action in done):
+        return False
+    return proofs_of(replace(timeline, actions=done)).assembly.verdict().stability is Stability.STABLE
+
+
+def _moves(action: Action) -> bool:
+    return isinstance(action, Push) or (isinstance(action, Placement) and (action.drop or action.thrown))

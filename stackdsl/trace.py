@@ -164,6 +164,9 @@ class Landing:
         return atan2(self.shift[1], self.shift[0])
 
 
+NUMERICAL_COLLAPSE = "numerical-collapse"  # in place of a verdict: it fell, and nothing but the solver made it
+
+
 class Verdict(StrEnum):
     """What came of the structure as a whole."""
 
@@ -191,6 +194,7 @@ class Trace:
     energy: Energy | None = None  # None before anything was done
     onset: Onset | None = None  # None where nothing was proven to fall, or fell so, or nobody asked
     landing: Landing | None = None  # None where nothing fell, or nobody asked
+    numerical: str = ""  # why the collapse is the solver's and none of physics; empty where nothing says so
 
     @property
     def last_action(self) -> float:
@@ -206,6 +210,11 @@ class Trace:
         if BrickState.UNWATCHED in states:
             return Verdict.UNWATCHED
         return Verdict.UNSETTLED if BrickState.UNSETTLED in states else Verdict.STANDS
+
+    @property
+    def reported_verdict(self) -> str:
+        """The verdict as people are told it: a collapse that is none of physics is called one."""
+        return NUMERICAL_COLLAPSE if self.numerical else self.verdict.value
 
     @property
     def drift(self) -> float:

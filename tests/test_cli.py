@@ -344,6 +344,34 @@ def test_a_failed_expectation_is_shown_with_its_line_and_margin(stackdsl: Stackd
     assert "margin -2.4 mm" in result.out or "margin -2.39" in result.out
 
 
+# PyBullet as it comes shakes this down, though it stands: statics prove it, and a finer step shows it.
+TOWER = GOOD.replace("column: {levels: 3}", "four_stack: {levels: 8}").replace("1 s", "0.5 s") + "systems: [stock]\n"
+
+
+def test_refine_calls_a_numerical_collapse_one_and_fails(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    path = write(tmp_path, TOWER.replace("stands: all", "collapses: any"))
+    result = stackdsl("check", str(path), "--refine")
+    assert result.code == 1
+    assert "good[stock]: statics prove that it stands" in result.out
+    assert "good[stock]: verdict: numerical-collapse -> stands" in result.out
+    assert "1 numerical-collapse" in result.out.splitlines()[-1]
+    assert not (tmp_path / "golden").exists()
+
+
+def test_refined_runs_write_no_snapshots(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    result = stackdsl("check", str(write(tmp_path, GOOD)), "--refine", "--update")
+    assert result.code == 4
+    assert "--refine writes no snapshots" in result.err
+
+
+def test_what_is_proven_does_not_depend_on_the_step(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    path = write(tmp_path, GOOD)
+    assert stackdsl("check", str(path), "--update").code == 0
+    report = json.loads(stackdsl("check", str(path), "--refine", "--format", "json").out)
+    assert report["exit_code"] == 0
+    assert report["results"][0]["refinement"] == []
+
+
 def test_json_goes_to_stdout_alone(stackdsl: Stackdsl, tmp_path: Path) -> None:
     result = stackdsl("check", str(write(tmp_path, GOOD)), "--format", "json")
     report = json.loads(result.out)

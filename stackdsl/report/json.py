@@ -8,6 +8,7 @@ import json
 from math import isfinite
 
 from stackdsl.diagnostics import Diagnostic, Span
+from stackdsl.observations import Change, Seen
 from stackdsl.outcome import GoldenResult, Outcome, Report, VariantResult, exit_code
 from stackdsl.trace import Collapse, Cost
 
@@ -59,14 +60,31 @@ def _result(report: Report, result: VariantResult) -> dict[str, object]:
         "conclusion": result.conclusion,
         "message": result.message,
         "verdict": result.verdict or None,
+        "numerical": result.numerical or None,
         "collapse": _collapse(result.collapse) if result.collapse else None,
         "drift_m": _number(result.drift),
         "cost": _cost(result.cost) if result.cost else None,
         "speed_up": _number(report.speed_up(result)),
         "expectations": [_outcome(outcome) for outcome in result.outcomes],
         "truths": [_outcome(outcome) for outcome in result.truths],
+        "refinement": None if result.refinement is None else [_change(change) for change in result.refinement],
         "golden": _golden(result.golden) if result.golden else None,
     }
+
+
+def _change(change: Change) -> dict[str, object]:
+    return {
+        "observation": change.name,
+        "unit": change.unit,
+        "coarse": _seen(change.before),
+        "fine": _seen(change.after),
+        "difference": _number(change.difference),
+        "moved": change.moved,
+    }
+
+
+def _seen(value: Seen) -> object:
+    return list(value) if isinstance(value, tuple) else value
 
 
 def _collapse(collapse: Collapse) -> dict[str, object]:

@@ -10,8 +10,10 @@ from rich.table import Table
 from rich.text import Text
 
 from stackdsl.outcome import GOLDEN_FAILURES, REFERENCE_SYSTEM, GoldenStatus, Outcome, Report, RunStatus, VariantResult
+from stackdsl.report.change_text import change_text
 from stackdsl.report.diagnostic_text import diagnostic_text
 from stackdsl.report.outcome_text import outcome_text, significant
+from stackdsl.trace import NUMERICAL_COLLAPSE
 
 NOTHING = "-"
 MOST_DIFFERENCES = 100  # of one golden file that are shown; a tower that fell has ten thousand, and nobody reads them
@@ -19,10 +21,16 @@ UNBOUNDED = 10_000  # [characters] more than any table takes
 STYLES = (
     dict.fromkeys(("stands", "same", "agrees"), "green")
     | dict.fromkeys(("written", "differs", "not run"), "yellow")
-    | dict.fromkeys(("missing", "different", "unreadable", "crashed", "timed out"), "red")
+    | dict.fromkeys(("missing", "different", "unreadable", "crashed", "timed out", NUMERICAL_COLLAPSE), "red")
 )
 LEFT = ("scenario", "variant", "verdict", "truth", "golden")  # columns of words; numbers stand to the right
-DISPENSABLE = ("level", "truth", "golden", f"vs {REFERENCE_SYSTEM}")  # columns left out where no row fills them
+DISPENSABLE = (
+    "level",
+    "truth",
+    "golden",
+    "moved",
+    f"vs {REFERENCE_SYSTEM}",
+)  # columns left out where no row fills them
 
 Row: TypeAlias = dict[str, str]  # by column
 Block: TypeAlias = Sequence[Text | Table]
@@ -69,7 +77,9 @@ def _blocks(report: Report) -> Iterator[Block]:
     yield _diagnostics(report)
     yield [_summary(report)] if report.results else []
     yield _titled("Did not finish", [f"{r.name}: {r.status}: {r.message}" for r in report.results if _stopped(r)])
+    yield _titled("Numerical collapses", [f"{r.name}: {r.numerical}" for r in report.results if r.numerical])
     yield _titled("Failed expectations", list(_missed(report, lambda result: result.outcomes)))
+    yield _titled("Moved at half the step and twice the iterations", list(_moved(report)))
     yield from (_differences(result) for result in report.results)
     yield _titled("Golden files", list(_golden_files(report)))
     yield _titled("Other than known from outside", list(_missed(report, lambda result: result.truths)))
@@ -108,6 +118,7 @@ def _row(report: Report, result: VariantResult) -> Row:
         "met": f"{result.met}/{len(result.outcomes)}" if result.outcomes else NOTHING,
         "truth": {None: NOTHING, True: "agrees", False: "differs"}[result.truth_agrees],
         "golden": result.golden.status.value if result.golden else NOTHING,
+        "moved": NOTHING if result.refinement is None else f"{len(result.moved)}/{len(result.refinement)}",
         "wall s": f"{cost.wall_time:.2f}" if cost else NOTHING,
         "sim. s": f"{cost.simulated_time:.1f}" if cost else NOTHING,
         "steps": str(cost.steps) if cost else NOTHING,
@@ -129,6 +140,13 @@ def _table(rows: Sequence[Row], left: Sequence[str]) -> Table:
     for row in rows:
         table.add_row(*(_line(cell, STYLES.get(cell, "")) for cell in row.values()))
     return table
+
+
+def _moved(report: Report) -> Iterator[str]:
+    for result in report.results:
+        yield from (f"{result.name}: {change_text(change)}" for change in result.moved)
+    if report.results and all(result.refinement is not None and not result.moved for result in report.results):
+        yield "nothing"
 
 
 def _stopped(result: VariantResult) -> bool:
