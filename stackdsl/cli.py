@@ -14,6 +14,7 @@ from types import FrameType
 
 import click
 
+from stackdsl.bench.command import bench_command
 from stackdsl.check import TIME_LIMIT, Terms, check, is_whole_set, judged, play_case
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.gathering import Case, Gathered, Selection, cases_of, gather
@@ -229,6 +230,9 @@ def _exit_code(report: Report, selected: Sequence[Case]) -> int:
         tell("nothing selected")
         return ExitCode.USAGE
     return exit_code(report)
+
+
+app.add_command(bench_command)
 
 
 def main() -> None:

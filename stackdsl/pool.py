@@ -64,12 +64,15 @@ class PoolResult:
 OnDone = Callable[[int, TaskResult], None]
 
 
-def run_supervised(tasks: Sequence[Task], workers: int, on_done: OnDone = lambda index, result: None) -> PoolResult:
+def run_supervised(
+    tasks: Sequence[Task], workers: int, on_done: OnDone = lambda index, result: None, fresh: bool = False
+) -> PoolResult:
     """Run all tasks in at most `workers` processes at a time; `on_done` hears of each as it ends.
 
-    An interrupt (Ctrl-C) ends all workers at once; what was done is returned.
+    An interrupt (Ctrl-C) ends all workers at once; what was done is returned. With `fresh`, each task has a process
+    that did nothing before.
     """
-    pool = _Pool(tasks, on_done)
+    pool = _Pool(tasks, on_done, fresh)
     try:
         pool.run(workers)
         return PoolResult(pool.in_order(), interrupted=False)
@@ -136,6 +139,7 @@ def _interrupts_held_back() -> Iterator[None]:
 class _Pool:
     tasks: Sequence[Task]
     on_done: OnDone
+    fresh: bool = False
     waiting: list[int] = field(init=False)  # the next one last
     busy: list[_Worker] = field(default_factory=list)
     results: dict[int, TaskResult] = field(default_factory=dict)
@@ -206,7 +210,9 @@ class _Pool:
         # Still busy while the listener hears of it: if that fails, the worker must not be forgotten.
         self._close(worker.index, _received(message))
         self.busy.remove(worker)
-        self._employ(worker)
+        if self.fresh:
+            worker.kill()
+        self._employ(None if self.fresh else worker)
 
     def _replace(self, worker: _Worker, result: TaskResult) -> None:
         worker.kill()

@@ -66,10 +66,11 @@ def stands_until(timeline: Timeline, time: float) -> bool:
     Nothing is proven from the first thing on that only an engine can follow: what is dropped, thrown or pushed.
     """
     done = tuple(action for action in timeline.actions if action.time <= time)
-    if not done or any(_moves(action) for action in done):
+    if not done or any(leaves_to_engine(action) for action in done):
         return False
     return proofs_of(replace(timeline, actions=done)).assembly.verdict().stability is Stability.STABLE
 
 
-def _moves(action: Action) -> bool:
+def leaves_to_engine(action: Action) -> bool:
+    """Whether something is dropped, thrown or pushed."""
     return isinstance(action, Push) or (isinstance(action, Placement) and (action.drop or action.thrown))

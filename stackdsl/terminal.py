@@ -5,16 +5,28 @@ A reader may close either at any time; that ends the reading, and neither the wo
 
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TextIO
+from typing import Protocol, TextIO
 
 import click
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from stackdsl.check import OnResult
-from stackdsl.outcome import VariantResult
+
+class Told(Protocol):
+    """What progress is told of."""
+
+    @property
+    def name(self) -> str:
+        """What people call it."""
+
+    @property
+    def conclusion(self) -> str:
+        """What came of it, in a few words."""
+
+
+OnTold = Callable[[Told], None]
 
 
 def write(text: str) -> None:
@@ -50,7 +62,7 @@ def paper() -> tuple[int, bool]:
 
 
 @contextmanager
-def progress(total: int) -> Iterator[OnResult]:
+def progress(total: int) -> Iterator[OnTold]:
     """A bar on a terminal, a line a case elsewhere; both on the error stream, so that output stays clean."""
     console = Console(stderr=True)
     if not console.is_terminal:
@@ -62,10 +74,10 @@ def progress(total: int) -> Iterator[OnResult]:
         yield lambda result: bar.update(task, advance=1, description=result.name)
 
 
-def _line_by_line(total: int) -> OnResult:
+def _line_by_line(total: int) -> OnTold:
     done = 0
 
-    def one_more(result: VariantResult) -> None:
+    def one_more(result: Told) -> None:
         nonlocal done
         done += 1
         tell(f"[{done}/{total}] {result.name}: {result.conclusion}")

@@ -2,27 +2,17 @@
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from io import StringIO
-from typing import TypeAlias
 
-from rich.console import Console
 from rich.table import Table
-from rich.text import Text
 
 from stackdsl.outcome import GOLDEN_FAILURES, REFERENCE_SYSTEM, GoldenStatus, Outcome, Report, RunStatus, VariantResult
+from stackdsl.report.blocks import Block, Row, blocks_text, line, table, titled
 from stackdsl.report.change_text import change_text
 from stackdsl.report.diagnostic_text import diagnostic_text
 from stackdsl.report.outcome_text import outcome_text, significant
-from stackdsl.trace import NUMERICAL_COLLAPSE
 
 NOTHING = "-"
 MOST_DIFFERENCES = 100  # of one golden file that are shown; a tower that fell has ten thousand, and nobody reads them
-UNBOUNDED = 10_000  # [characters] more than any table takes
-STYLES = (
-    dict.fromkeys(("stands", "same", "agrees"), "green")
-    | dict.fromkeys(("written", "differs", "not run"), "yellow")
-    | dict.fromkeys(("missing", "different", "unreadable", "crashed", "timed out", NUMERICAL_COLLAPSE), "red")
-)
 LEFT = ("scenario", "variant", "verdict", "truth", "golden")  # columns of words; numbers stand to the right
 DISPENSABLE = (
     "level",
@@ -32,27 +22,11 @@ DISPENSABLE = (
     f"vs {REFERENCE_SYSTEM}",
 )  # columns left out where no row fills them
 
-Row: TypeAlias = dict[str, str]  # by column
-Block: TypeAlias = Sequence[Text | Table]
-
 
 def report_text(report: Report, width: int = 120, colour: bool = False) -> str:
     """The whole report; tables keep to `width` [characters] where words let them, other lines stay whole."""
-    console = Console(
-        file=StringIO(),
-        width=UNBOUNDED,
-        force_terminal=colour,
-        color_system="standard" if colour else None,
-        no_color=not colour,
-        legacy_windows=False,
-    )
-    with console.capture() as capture:
-        for block in filter(None, _blocks(report)):
-            for part in block:
-                console.print(part, width=width if isinstance(part, Table) else None, soft_wrap=isinstance(part, Text))
-            console.print()
-        console.print(_line(closing_line(report)), soft_wrap=True)
-    return "\n".join(line.rstrip() for line in capture.get().split("\n"))
+    blocks = [*filter(None, _blocks(report)), [line(closing_line(report))]]
+    return blocks_text(blocks, width, colour)
 
 
 def closing_line(report: Report) -> str:
@@ -76,35 +50,25 @@ def _counted(count: int, noun: str) -> str:
 def _blocks(report: Report) -> Iterator[Block]:
     yield _diagnostics(report)
     yield [_summary(report)] if report.results else []
-    yield _titled("Did not finish", [f"{r.name}: {r.status}: {r.message}" for r in report.results if _stopped(r)])
-    yield _titled("Numerical collapses", [f"{r.name}: {r.numerical}" for r in report.results if r.numerical])
-    yield _titled("Failed expectations", list(_missed(report, lambda result: result.outcomes)))
-    yield _titled("Moved at half the step and twice the iterations", list(_moved(report)))
+    yield titled("Did not finish", [f"{r.name}: {r.status}: {r.message}" for r in report.results if _stopped(r)])
+    yield titled("Numerical collapses", [f"{r.name}: {r.numerical}" for r in report.results if r.numerical])
+    yield titled("Failed expectations", list(_missed(report, lambda result: result.outcomes)))
+    yield titled("Moved at half the step and twice the iterations", list(_moved(report)))
     yield from (_differences(result) for result in report.results)
-    yield _titled("Golden files", list(_golden_files(report)))
-    yield _titled("Other than known from outside", list(_missed(report, lambda result: result.truths)))
-    yield _titled("Golden files made with other versions", list(_stamps(report)))
+    yield titled("Golden files", list(_golden_files(report)))
+    yield titled("Other than known from outside", list(_missed(report, lambda result: result.truths)))
+    yield titled("Golden files made with other versions", list(_stamps(report)))
 
 
 def _diagnostics(report: Report) -> Block:
     texts = [diagnostic_text(found) for found in report.diagnostics]
-    return [_line("\n\n".join(texts))] if texts else []
-
-
-def _titled(title: str, lines: Sequence[str]) -> Block:
-    return [_line(title, "bold"), *(_line(f"  {line}") for line in lines)] if lines else []
-
-
-def _line(text: str, style: str = "") -> Text:
-    """Text of others, such as names out of a file, kept from steering the terminal."""
-    safe = "".join(character if character.isprintable() or character == "\n" else "\ufffd" for character in text)
-    return Text(safe, style=style)
+    return [line("\n\n".join(texts))] if texts else []
 
 
 def _summary(report: Report) -> Table:
     rows = [_row(report, result) for result in report.results]
     idle = {name for name in DISPENSABLE if all(row[name] == NOTHING for row in rows)}
-    return _table([{name: cell for name, cell in row.items() if name not in idle} for row in rows], LEFT)
+    return table([{name: cell for name, cell in row.items() if name not in idle} for row in rows], LEFT)
 
 
 def _row(report: Report, result: VariantResult) -> Row:
@@ -128,18 +92,6 @@ def _row(report: Report, result: VariantResult) -> Row:
 
 def _factor(value: float | None) -> str:
     return f"{significant(value)}x" if value is not None else NOTHING
-
-
-def _table(rows: Sequence[Row], left: Sequence[str]) -> Table:
-    """A table without rules, which can be searched and pasted; words to the left, numbers to the right."""
-    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="bold")
-    for name in rows[0]:
-        # Lines break between words only: a name cut in two can be neither read nor searched.
-        longest = max(len(word) for text in (name, *(row[name] for row in rows)) for word in text.split(" "))
-        table.add_column(name, justify="left" if name in left else "right", min_width=longest, overflow="fold")
-    for row in rows:
-        table.add_row(*(_line(cell, STYLES.get(cell, "")) for cell in row.values()))
-    return table
 
 
 def _moved(report: Report) -> Iterator[str]:
@@ -175,8 +127,8 @@ def _differences(result: VariantResult) -> Block:
     ]
     moved = "Rewritten" if result.golden.status is GoldenStatus.WRITTEN else "Different from"
     left_out = len(result.golden.differences) - len(rows)
-    rest = [_line(f"and {_counted(left_out, 'more difference')}; --format json lists all")] if left_out else []
-    return [_line(f"{moved} {result.golden.file}", "bold"), _table(rows, left=tuple(rows[0])), *rest]
+    rest = [line(f"and {_counted(left_out, 'more difference')}; --format json lists all")] if left_out else []
+    return [line(f"{moved} {result.golden.file}", "bold"), table(rows, left=tuple(rows[0])), *rest]
 
 
 def _golden_files(report: Report) -> Iterator[str]:

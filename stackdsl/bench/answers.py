@@ -1,0 +1,73 @@
+"""What is known of a case before anybody plays it: from the scenario's `truth`, or else from exact statics."""
+
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from math import inf
+
+from stability.statics.facts import Stability
+from stackdsl.language.schema import Scenario
+from stackdsl.timeline import Timeline
+
+
+class Source(StrEnum):
+    """Where an answer comes from."""
+
+    TRUTH = "truth"
+    STATICS = "exact statics"
+    CONVERGED = "converged runs"  # of a bare engine at its finest time steps
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """Whether it stands, and if not, at which level it falls."""
+
+    stands: bool
+    source: Source
+    least: float = -inf  # level under construction when it falls
+    most: float = inf
+    still: bool = False  # whether nothing of it should move at all, as nothing is dropped, thrown or pushed
+
+    def levels_off(self, fell_at: float | None, levels: int) -> float:
+        """How many levels a run is off that fell at this one, or not at all, of a structure of so many."""
+        reached = levels + 1.0 if fell_at is None else fell_at
+        if self.stands:
+            return levels + 1.0 - reached
+        return max(0.0, self.least - reached, reached - self.most if self.most < inf else 0.0)
+
+
+def answer_of(scenario: Scenario, timeline: Timeline) -> Answer | None:
+    """The answer, if anything but a run can give one."""
+    from stackdsl.proving import leaves_to_engine  # noqa: PLC0415 -- statics brings numpy
+
+    answer, moves = _from_truth(scenario), any(leaves_to_engine(action) for action in timeline.actions)
+    if answer is None and not moves:
+        answer = _from_statics(timeline)
+    return replace(answer, still=answer.stands and not moves) if answer is not None else None
+
+
+def _from_truth(scenario: Scenario) -> Answer | None:
+    """A collapse that is known outweighs what is known to stand beside it."""
+    for truth in scenario.truth:
+        if truth.collapses is not None:
+            at = truth.collapses.at
+            return Answer(False, Source.TRUTH, *((at.low, at.high) if at is not None else ()))
+    for truth in scenario.truth:
+        if truth.verdict in ("stable", "unstable"):
+            return Answer(truth.verdict == "stable", Source.TRUTH)
+        if truth.stands is not None and truth.stands.bricks is None:
+            return Answer(True, Source.TRUTH)
+    return None
+
+
+def _from_statics(timeline: Timeline) -> Answer | None:
+    """Of what is only built, and pulled out."""
+    from stackdsl.proving import proofs_of, stands_until  # noqa: PLC0415 -- likewise
+
+    if stands_until(timeline, timeline.end):
+        return Answer(True, Source.STATICS)
+    proofs = proofs_of(timeline)
+    if proofs.assembly.verdict().stability is not Stability.UNSTABLE:
+        return None
+    there = proofs.assembly.bricks
+    level = float(max((p.level for p in timeline.placements if p.brick.id in there), default=1))
+    return Answer(False, Source.STATICS, level, level)

@@ -1,0 +1,164 @@
+"""The pipeline of a bench: cases -> jobs -> records, each written down as it comes -> scores -> points."""
+
+import json
+import platform
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from hashlib import sha256
+from importlib.metadata import PackageNotFoundError, version
+from itertools import groupby
+
+from stackdsl.bench.answers import Answer, answer_of
+from stackdsl.bench.entrants import ENTRANTS
+from stackdsl.bench.journal import Journal
+from stackdsl.bench.measuring import Played, measured
+from stackdsl.bench.points import Point, points_of
+from stackdsl.bench.record import Record, TruthHeld, finite
+from stackdsl.bench.scoring import Score, scores_of
+from stackdsl.check import STATUSES
+from stackdsl.expectations import compare_with_truth
+from stackdsl.gathering import Case
+from stackdsl.language.variants import compact
+from stackdsl.observations import observations
+from stackdsl.outcome import Outcome
+from stackdsl.playing.resolution import at_step
+from stackdsl.pool import Task, TaskResult, run_supervised
+
+PACKAGES = ("stackdsl", "clarabel", "numpy", "pybullet", "scipy", "mujoco", "sapien")  # that may change a figure
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """One case on one system at one time step."""
+
+    case: Case
+    name: str  # of the case, without a system
+    system: str
+    factor: float
+
+    @property
+    def settings(self) -> Mapping[str, float | bool | str | None]:
+        """Of the engine."""
+        return asdict(at_step(ENTRANTS[self.system].engine, self.factor))
+
+    @property
+    def id(self) -> str:
+        """Of what is played, and with which settings: from what is written, so the same on every machine."""
+        parts = [self.case.variant.values, self.case.variant.parameters, self.system, self.settings]
+        return sha256(json.dumps(parts, sort_keys=True, default=str).encode()).hexdigest()[:16]
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """How a bench is carried out."""
+
+    journal: Journal
+    resume: bool
+    workers: int
+    time_limit: float  # [s] of wall time a run
+
+
+@dataclass(frozen=True, slots=True)
+class Bench:
+    """All that came of it."""
+
+    scores: tuple[Score, ...]
+    points: tuple[Point, ...]
+    answers: Mapping[str, Answer | None]  # by case
+    versions: Mapping[str, str]
+    wanted: int  # runs
+    interrupted: bool
+
+
+def jobs_of(cases: Iterable[Case], systems: Sequence[str], factors: Sequence[float]) -> list[Job]:
+    """Every case on every system at every time step, whatever systems its scenario names."""
+    jobs = []
+    for _, same in groupby(cases, key=lambda case: (case.scenario.scenario, case.variant.parameters)):
+        case = next(same)
+        # Played to the end, also where only proofs are asked for: engines have none.
+        case = replace(case, timeline=replace(case.timeline, watched=True, margins=()))
+        jobs += [Job(case, case_name(case), system, factor) for system in systems for factor in factors]
+    return jobs
+
+
+def case_name(case: Case) -> str:
+    """What people call a case on whatever system."""
+    chosen = ",".join(f"{name}={compact(text)}" for name, text in case.variant.parameters)
+    return case.scenario.scenario + (f"[{chosen}]" if chosen else "")
+
+
+def versions() -> dict[str, str]:
+    """The versions of all that may change a figure."""
+    found = {"python": platform.python_version()}
+    for package in PACKAGES:
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            continue
+    return found
+
+
+def bench(jobs: Sequence[Job], plan: Plan, on_record: Callable[[Record], None] = lambda record: None) -> Bench:
+    """Do all jobs that are not done yet; an interrupt ends that, and what is there is scored."""
+    made_with = versions()
+    done = plan.journal.go_on({job.id for job in jobs}) if plan.resume else []
+    done = [record for record in done if record.versions == made_with]
+    if not plan.resume:
+        plan.journal.begin()
+    records = {record.id: record for record in done}
+    for record in done:
+        on_record(record)
+    left = [job for job in jobs if job.id not in records]
+
+    def one_more(index: int, result: TaskResult) -> None:
+        record = recorded(left[index], result, made_with)
+        records[record.id] = record
+        plan.journal.add(record)
+        on_record(record)
+
+    tasks = [Task(measured, (job.case.timeline, job.system, job.factor), plan.time_limit) for job in left]
+    pool = run_supervised(tasks, plan.workers, one_more, fresh=True)
+    answers = {
+        job.name: answer_of(job.case.scenario, job.case.timeline) for job in {job.name: job for job in jobs}.values()
+    }
+    ordered = [records[job.id] for job in jobs if job.id in records]
+    scores = scores_of(ordered, answers)
+    return Bench(tuple(scores), tuple(points_of(scores)), answers, made_with, len(jobs), pool.interrupted)
+
+
+def recorded(job: Job, result: TaskResult, made_with: Mapping[str, str]) -> Record:
+    """What is kept of a run."""
+    record = Record(
+        id=job.id,
+        case=job.name,
+        file=job.case.source.file,
+        system=job.system,
+        factor=job.factor,
+        settings=job.settings,
+        versions=made_with,
+        status=STATUSES[result.status].value,
+        message=result.message,
+    )
+    if not isinstance(result.value, Played):
+        return record
+    played, trace, cost = result.value, result.value.trace, result.value.trace.cost
+    truths = compare_with_truth(trace, job.case.scenario, job.case.variant, job.case.source)
+    return replace(
+        record,
+        numerical=trace.numerical,
+        levels=job.case.timeline.levels,
+        observations=observations(trace),
+        truths=tuple(_held(outcome) for outcome in truths),
+        wall_time=played.wall_time,
+        runs=played.runs,
+        simulated_time=cost.simulated_time,
+        steps=cost.steps,
+        judgements=cost.judgements,
+        solves=sum(cost.proofs.values()),
+        peak_memory=played.peak_memory,
+    )
+
+
+def _held(outcome: Outcome) -> TruthHeld:
+    off = None if outcome.margin == 0.0 and not outcome.passed else finite(max(0.0, -outcome.margin))
+    return TruthHeld(outcome.name, outcome.unit, off, outcome.passed)

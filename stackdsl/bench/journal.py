@@ -1,0 +1,55 @@
+"""The file that runs are written to as they come: one line each, read again to go on where it was left."""
+
+import os
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from stackdsl.bench.record import MalformedRecordError, Record, line_of, record_of
+
+NAME = "runs.jsonl"
+
+
+@dataclass(frozen=True, slots=True)
+class Journal:
+    """The runs of one bench, in a directory of its own."""
+
+    folder: Path
+
+    @property
+    def path(self) -> Path:
+        """The file itself."""
+        return self.folder / NAME
+
+    def begin(self) -> None:
+        """An empty file; one from before is kept beside it, under its name with `.old`."""
+        self.folder.mkdir(parents=True, exist_ok=True)
+        if self.path.exists():
+            self.path.replace(self.path.with_suffix(".jsonl.old"))
+        self.path.touch()
+
+    def add(self, record: Record) -> None:
+        """Write one run, and see it on its way to the disk."""
+        with self.path.open("a", encoding="utf-8") as file:
+            file.write(line_of(record) + "\n")
+            file.flush()
+            os.fsync(file.fileno())
+
+    def go_on(self, wanted: Collection[str]) -> list[Record]:
+        """What was done before of what is wanted now, by id; the file keeps these runs and no other."""
+        self.folder.mkdir(parents=True, exist_ok=True)
+        found = {record.id: record for record in self._read() if record.id in wanted and record.done}
+        fresh = self.path.with_suffix(".jsonl.new")
+        fresh.write_text("".join(line_of(record) + "\n" for record in found.values()), encoding="utf-8")
+        fresh.replace(self.path)
+        return list(found.values())
+
+    def _read(self) -> Iterator[Record]:
+        """A line that was cut off, or is of another format, is as good as none: its run is done again."""
+        if not self.path.exists():
+            return
+        for line in self.path.read_text(encoding="utf-8", errors="replace").splitlines():
+            try:
+                yield record_of(line)
+            except MalformedRecordError:
+                continue

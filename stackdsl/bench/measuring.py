@@ -1,0 +1,55 @@
+"""What a worker does: play one case on one system at one time step, and measure what that took.
+
+Each measurement has a process of its own: what an engine keeps from one world to the next touches no other, and the
+most memory that a process ever had is that of one case.
+"""
+
+import resource
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from statistics import median
+
+from stackdsl.bench.entrants import ENTRANTS
+from stackdsl.check import with_numerical_collapse
+from stackdsl.playing.resolution import system_at_step
+from stackdsl.timeline import Timeline
+from stackdsl.trace import Trace
+
+ENOUGH = 0.25  # [s] of playing, so that a run of a millisecond is not timed by its first time alone
+MOST_RUNS = 9
+BYTES_PER_UNIT = 1 if sys.platform == "darwin" else 1024  # of the memory that getrusage tells
+
+
+@dataclass(frozen=True, slots=True)
+class Played:
+    """One case, played."""
+
+    trace: Trace
+    wall_time: float  # [s], median of the runs
+    runs: int
+    peak_memory: int  # [bytes] of the whole process, Python and libraries included
+
+
+def measured(timeline: Timeline, system: str, factor: float) -> Played:
+    """Play a timeline on a system at so many times its time step; what takes no time is played several times."""
+    from stackdsl.playing.runner import play  # noqa: PLC0415 -- it imports an engine
+
+    entrant = system_at_step(ENTRANTS[system], factor)
+
+    def walls() -> Iterator[float]:
+        while True:
+            yield play(timeline, entrant).cost.wall_time
+
+    first = play(timeline, entrant)
+    times = enough(first.cost.wall_time, walls())
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * BYTES_PER_UNIT
+    return Played(with_numerical_collapse(first, timeline, entrant), median(times), len(times), peak)
+
+
+def enough(first: float, more: Iterator[float]) -> list[float]:
+    """Times [s] of one run after the other, until they add up to ENOUGH."""
+    times = [first]
+    while sum(times) < ENOUGH and len(times) < MOST_RUNS:
+        times.append(next(more))
+    return times

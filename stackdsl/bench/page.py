@@ -1,0 +1,85 @@
+"""A bench as a page of Markdown, for docs/speed-against-error.md: what was run, with what, the table, the picture."""
+
+from collections.abc import Iterator, Sequence
+from itertools import groupby
+
+from stackdsl.bench.conduct import Bench
+from stackdsl.bench.plot import FILES
+from stackdsl.bench.scoring import Score, numerical_reason
+from stackdsl.bench.table import closing_line, number, point_rows, run_row
+from stackdsl.report.blocks import Row
+from stackdsl.trace import NUMERICAL_COLLAPSE
+
+READING = """\
+One row is one system at one time step: its own, times or divided by a number; iterations and all else stay as they are.
+`wrong` counts verdicts (stands or falls) against those known from the scenarios' `truth`, from exact statics, or from
+the two finest runs of a bare engine that agree. Errors are the largest over the scenarios: `levels`, of the level at
+which it falls; `creep`, how far anything moves in a structure that should stand; `mm`, `deg` and `s`, the distance
+from truths and from the converged reference, of runs with the right verdict. `energy` is the largest gain after the
+last action. The pace is the geometric mean over the scenarios that every row has finished. `solves` counts proofs.
+`front` names the measures in which nothing is both faster and nearer. A run that is itself the reference has no
+distance from it."""
+
+
+def bench_page(bench: Bench) -> str:
+    """The page; the picture is expected beside it."""
+    return "\n".join(_lines(bench)) + "\n"
+
+
+def _lines(bench: Bench) -> Iterator[str]:
+    yield "# Speed against error"
+    yield ""
+    yield "Written by `stackdsl bench`; see `make bench`. Machines differ and are shared: quote ratios, not seconds."
+    yield ""
+    yield f"{closing_line(bench)}. Versions: {', '.join(f'{name} {found}' for name, found in bench.versions.items())}."
+    yield ""
+    yield f"![Speed against error, one panel a kind of error]({FILES[1]})"
+    yield ""
+    yield READING
+    yield ""
+    yield from markdown_table(point_rows(bench.points))
+    yield from _numerical(bench.scores)
+    yield from _cases(bench)
+
+
+def _numerical(scores: Sequence[Score]) -> Iterator[str]:
+    found = [score for score in scores if score.verdict == NUMERICAL_COLLAPSE]
+    if found:
+        yield ""
+        yield "## Numerical collapses"
+        yield ""
+        yield from (f"- {score.record.name}: {numerical_reason(score)}" for score in found)
+
+
+def _cases(bench: Bench) -> Iterator[str]:
+    """Each case at the systems' own time steps."""
+    own = [score for score in bench.scores if score.record.factor == 1.0]
+    if own:
+        yield ""
+        yield "## Case by case, at each system's own time step"
+    for case, scores in groupby(own, key=lambda score: score.record.case):
+        answer = bench.answers[case]
+        known = "" if answer is None else f": {'stands' if answer.stands else 'falls'}, {answer.source}"
+        yield ""
+        yield f"### {case}{known}"
+        yield ""
+        yield from markdown_table([_case_row(score) for score in scores])
+
+
+def _case_row(score: Score) -> Row:
+    row = run_row(score)
+    kept = ("system", "verdict", "levels", "creep mm", "mm", "deg", "s", "wall s", "steps", "solves", "MiB")
+    told = {key: row[key] for key in kept}
+    told["verdict"] += ", wrong" if score.wrong else ""
+    fell = score.record.seen("collapse level")
+    told["levels"] = told["levels"] if fell is None else f"{told['levels']} (falls at {number(fell)})"
+    return told
+
+
+def markdown_table(rows: Sequence[Row]) -> Iterator[str]:
+    """Rows with the same columns."""
+    if not rows:
+        return
+    yield f"| {' | '.join(rows[0])} |"
+    yield f"|{'|'.join('---' for _ in rows[0])}|"
+    yield from (f"| {' | '.join(cell.replace('|', '&#124;') for cell in row.values())} |" for row in rows)

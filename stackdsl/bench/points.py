@@ -1,0 +1,127 @@
+"""Scores -> points: each system at each time step over all scenarios, and which points nobody beats."""
+
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from statistics import geometric_mean
+
+from stackdsl.bench.record import Record, step_text
+from stackdsl.bench.scoring import Score
+from stackdsl.trace import NUMERICAL_COLLAPSE
+
+PERCENT = 100.0
+MEASURES: Mapping[str, str] = {  # kinds of error, and their units as shown
+    "wrong": "%",
+    "levels": "levels",
+    "creep": "mm",
+    "mm": "mm",
+    "deg": "deg",
+    "seconds": "s",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """One system at one time step. Errors are the largest over the scenarios; None where none is known."""
+
+    system: str
+    factor: float
+    runs: int
+    done: int
+    known: int  # runs whose answer is known
+    wrong_verdicts: int
+    numerical: int  # numerical collapses
+    errors: Mapping[str, float | None]  # by measure
+    energy: float | None  # [%]
+    pace: float | None  # wall time for a simulated second, geometric mean over the cases that every point has done
+    wall_time: float  # [s], sum
+    simulated_time: float  # [s], sum
+    steps: int
+    solves: int
+    peak_memory: int  # [bytes], largest
+
+    @property
+    def name(self) -> str:
+        """What people call it."""
+        return f"{self.system}, {step_text(self.factor)}"
+
+
+def points_of(scores: Iterable[Score]) -> list[Point]:
+    """A point for each system and time step, in order of appearance, then from coarse to fine."""
+    grouped: defaultdict[tuple[str, float], list[Score]] = defaultdict(list)
+    for score in scores:
+        grouped[score.record.system, score.record.factor].append(score)
+    order = list(dict.fromkeys(system for system, _ in grouped))
+    shared = _shared_cases(grouped.values())
+    keys = sorted(grouped, key=lambda key: (order.index(key[0]), -key[1]))
+    return [_point(*key, grouped[key], shared) for key in keys]
+
+
+def _shared_cases(groups: Iterable[Sequence[Score]]) -> frozenset[str]:
+    """The cases that all of them have done, so that paces can be compared."""
+    done = [frozenset(score.record.case for score in group if score.record.done) for group in groups]
+    return frozenset.intersection(*done) if done else frozenset()
+
+
+def _point(system: str, factor: float, scores: Sequence[Score], shared: frozenset[str]) -> Point:
+    records = [score.record for score in scores]
+    known = [score for score in scores if score.wrong is not None]
+    wrong = sum(bool(score.wrong) for score in known)
+    errors: dict[str, float | None] = {"wrong": PERCENT * wrong / len(known) if known else None}
+    errors |= {measure: _largest(scores, measure) for measure in MEASURES if measure != "wrong"}
+    paces = [pace for record in records if record.case in shared and (pace := pace_of(record)) is not None]
+    return Point(
+        system=system,
+        factor=factor,
+        runs=len(records),
+        done=sum(record.done for record in records),
+        known=len(known),
+        wrong_verdicts=wrong,
+        numerical=sum(score.verdict == NUMERICAL_COLLAPSE for score in scores),
+        errors=errors,
+        energy=_largest(scores, "energy"),
+        pace=geometric_mean(paces) if paces else None,
+        wall_time=sum(record.wall_time for record in records),
+        simulated_time=sum(record.simulated_time for record in records),
+        steps=sum(record.steps for record in records),
+        solves=sum(record.solves for record in records),
+        peak_memory=max(record.peak_memory for record in records),
+    )
+
+
+def pace_of(record: Record) -> float | None:
+    """Wall time for a simulated second [s]; None where nothing was simulated."""
+    if min(record.wall_time, record.simulated_time) <= 0.0:
+        return None
+    return record.wall_time / record.simulated_time
+
+
+def _largest(scores: Iterable[Score], measure: str) -> float | None:
+    values = (getattr(score, measure) for score in scores)
+    return max((value for value in values if value is not None), default=None)
+
+
+def pareto_front(costs_and_errors: Sequence[tuple[float, float]]) -> list[int]:
+    """The indices of those that none beats in one of both without losing in the other, by cost, then error."""
+    return sorted(
+        (i for i, own in enumerate(costs_and_errors) if not any(_beats(other, own) for other in costs_and_errors)),
+        key=lambda index: costs_and_errors[index],
+    )
+
+
+def _beats(one: tuple[float, float], other: tuple[float, float]) -> bool:
+    return one != other and one[0] <= other[0] and one[1] <= other[1]
+
+
+def fronts_of(points: Sequence[Point]) -> Mapping[str, list[Point]]:
+    """The Pareto front of pace against each measure, from the fastest to the one with the least error."""
+    fronts = {}
+    for measure in MEASURES:
+        told = [
+            (point, (point.pace, error))
+            for point in points
+            if point.pace is not None and (error := point.errors[measure]) is not None
+        ]
+        if told:
+            fronts[measure] = [told[index][0] for index in pareto_front([pair for _, pair in told])]
+    return fronts

@@ -1,0 +1,151 @@
+"""Records -> scores: how far each run is from what is known, or from what the finest runs agree on.
+
+Of a run that falls where it should stand, or stands where it should fall, nothing but that and its level is told: where
+debris lies is no measure of anything.
+"""
+
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from stackdsl.bench.answers import Answer, Source
+from stackdsl.bench.entrants import REFERENCES
+from stackdsl.bench.record import Record, step_text
+from stackdsl.observations import KINDS, Seen, changes, turned_back
+from stackdsl.trace import NUMERICAL_COLLAPSE, Verdict
+
+VERDICTS = frozenset({"stands", "collapses", "verdict", "drift"})  # kinds of truth that answer and creep speak for
+# What is compared with a converged reference. The rest is creep, or chaos, as is the height of what a fall leaves.
+COMPARED_FALLEN = ("collapse time", "reach", "bearing")
+COMPARED_STANDING = ("height",)  # where something was dropped, thrown or pushed; what is still has its own height
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """What the finest runs of a bare engine agree on."""
+
+    system: str
+    factor: float  # of the finest
+    observations: Mapping[str, Seen]
+
+    @property
+    def answer(self) -> Answer:
+        """Its verdict, as an answer."""
+        level = self.observations.get("collapse level")
+        if self.observations["verdict"] != Verdict.COLLAPSES:
+            return Answer(True, Source.CONVERGED)
+        return Answer(False, Source.CONVERGED, *((level, level) if isinstance(level, float) else ()))
+
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """One run against what is known; None where that is not known, or where there is no such measure."""
+
+    record: Record
+    verdict: str = ""  # as the run has it, or `numerical-collapse`
+    known: Source | None = None
+    wrong: bool | None = None
+    levels: float | None = None
+    mm: float | None = None
+    deg: float | None = None
+    seconds: float | None = None
+    creep: float | None = None  # largest shift of anything in a structure that should stand [mm]
+    energy: float | None = None  # gain after the last action [%]
+
+
+def scores_of(records: Iterable[Record], answers: Mapping[str, Answer | None]) -> list[Score]:
+    """The score of each record, in order; `answers` by case."""
+    by_case: defaultdict[str, list[Record]] = defaultdict(list)
+    records = list(records)
+    for record in records:
+        by_case[record.case].append(record)
+    references = {case: reference_of(own, answers[case]) for case, own in by_case.items()}
+    return [_score(record, by_case[record.case], answers[record.case], references[record.case]) for record in records]
+
+
+def reference_of(records: Sequence[Record], answer: Answer | None) -> Reference | None:
+    """What the two finest runs of the first bare engine agree on, if they do on the verdict, and with what is known."""
+    for system in REFERENCES:
+        finest = sorted((r for r in records if r.system == system), key=lambda record: record.factor)[:2]
+        agreed = _agreed(finest)
+        if agreed is None:
+            continue
+        reference = Reference(system, finest[0].factor, agreed)
+        if answer is None or reference.answer.stands == answer.stands:
+            return reference
+    return None
+
+
+def _agreed(finest: Sequence[Record]) -> Mapping[str, Seen] | None:
+    match finest:
+        case [Record(observations=dict() as fine), Record(observations=dict() as coarser)]:
+            moved = {change.name for change in changes(coarser, fine) if change.moved}
+            return None if "verdict" in moved else {kind: seen for kind, seen in fine.items() if kind not in moved}
+        case _:
+            return None
+
+
+def _score(record: Record, fellows: Sequence[Record], answer: Answer | None, reference: Reference | None) -> Score:
+    if record.observations is None:
+        return Score(record)
+    known = answer or (reference.answer if reference is not None else None)
+    verdict = _verdict(record, fellows, known)
+    score = Score(record, verdict, energy=record.seen("energy gain"))
+    if known is None:
+        return score
+    fell = record.seen("collapse level")
+    wrong = known.stands is (fell is not None)
+    score = replace(
+        score,
+        known=known.source,
+        wrong=wrong,
+        levels=known.levels_off(fell, record.levels),
+        creep=record.seen("largest shift") if known.still else None,
+    )
+    if wrong:
+        return score
+    compared = () if reference is None or known.still else _differences(record, reference)
+    return replace(
+        score,
+        mm=_furthest(record, compared, "mm"),
+        deg=_furthest(record, compared, "deg"),
+        seconds=_furthest(record, compared, "s"),
+    )
+
+
+def _verdict(record: Record, fellows: Sequence[Record], known: Answer | None) -> str:
+    """The run's verdict; a collapse that the next finer time step lets stand is numerical, unless it should fall."""
+    assert record.observations is not None
+    own = str(record.observations["verdict"])
+    finer = [f for f in fellows if f.system == record.system and f.factor < record.factor and f.done]
+    next_finer = max(finer, key=lambda fellow: fellow.factor, default=None)
+    if own != Verdict.COLLAPSES or next_finer is None or (known is not None and not known.stands):
+        return own
+    return NUMERICAL_COLLAPSE if next_finer.seen("collapse level") is None else own
+
+
+def numerical_reason(score: Score) -> str:
+    """Why a collapse is called numerical."""
+    return score.record.numerical or f"it stands at a finer time step than {step_text(score.record.factor)}"
+
+
+def _furthest(record: Record, compared: Sequence[tuple[str, float]], unit: str) -> float | None:
+    """The largest distance of this unit from truths and from the reference."""
+    off = [truth.off for truth in record.truths if truth.unit == unit and truth.kind not in VERDICTS]
+    off += [difference for own, difference in compared if own == unit]
+    return max((value for value in off if value is not None), default=None)
+
+
+def _differences(record: Record, reference: Reference) -> list[tuple[str, float]]:
+    """Each unit and distance from the reference; a run has none from itself."""
+    if (record.system, record.factor) == (reference.system, reference.factor):
+        return []
+    kinds = COMPARED_STANDING if record.seen("collapse level") is None else COMPARED_FALLEN
+    found = [(kind, _difference(kind, record.seen(kind), reference.observations.get(kind))) for kind in kinds]
+    return [(KINDS[kind].unit, difference) for kind, difference in found if difference is not None]
+
+
+def _difference(kind: str, seen: float | None, true: Seen) -> float | None:
+    if seen is None or not isinstance(true, float):
+        return None
+    return abs(turned_back(seen - true) if KINDS[kind].unit == "deg" else seen - true)

@@ -1,0 +1,108 @@
+"""A bench as text: every run, then what is wrong, then one row a point, the figures that people choose by."""
+
+from collections.abc import Iterable, Iterator, Sequence
+
+from stackdsl.bench.conduct import Bench
+from stackdsl.bench.points import MEASURES, Point, fronts_of
+from stackdsl.bench.record import step_text
+from stackdsl.bench.scoring import Score, numerical_reason
+from stackdsl.report.blocks import Block, Row, blocks_text, line, table, titled
+from stackdsl.report.outcome_text import significant
+from stackdsl.trace import NUMERICAL_COLLAPSE
+
+NOTHING = "-"
+LEFT = ("case", "system", "step", "verdict", "known", "front")
+MEBIBYTE = 2.0**20
+
+
+def bench_text(bench: Bench, width: int = 160, colour: bool = False) -> str:
+    """All of it."""
+    return blocks_text([*filter(None, _blocks(bench)), [line(closing_line(bench))]], width, colour)
+
+
+def closing_line(bench: Bench) -> str:
+    """How far it got."""
+    done = sum(score.record.done for score in bench.scores)
+    wrong = sum(bool(score.wrong) for score in bench.scores)
+    numerical = sum(score.verdict == NUMERICAL_COLLAPSE for score in bench.scores)
+    told = f"{done} of {bench.wanted} runs done, {wrong} wrong verdicts, {numerical} numerical collapses"
+    return told + ("; interrupted, go on with --resume" if bench.interrupted else "")
+
+
+def _blocks(bench: Bench) -> Iterator[Block]:
+    yield [table([run_row(score) for score in bench.scores], LEFT)] if bench.scores else []
+    yield titled("Did not finish", [_stopped(score) for score in bench.scores if not score.record.done])
+    yield titled("Wrong verdicts", [_wrong(score) for score in bench.scores if score.wrong])
+    yield titled("Numerical collapses", [_numerical(s) for s in bench.scores if s.verdict == NUMERICAL_COLLAPSE])
+    yield [table(point_rows(bench.points), LEFT)] if bench.points else []
+
+
+def run_row(score: Score) -> Row:
+    """One run."""
+    record = score.record
+    return {
+        "case": record.case,
+        "system": record.system,
+        "step": step_text(record.factor),
+        "verdict": score.verdict or record.status,
+        "known": (score.known.value if score.known is not None else NOTHING) + (", wrong" if score.wrong else ""),
+        "levels": number(score.levels),
+        "creep mm": number(score.creep),
+        "mm": number(score.mm),
+        "deg": number(score.deg),
+        "s": number(score.seconds),
+        "energy %": number(score.energy),
+        "wall s": number(record.wall_time) if record.done else NOTHING,
+        "sim. s": f"{record.simulated_time:.1f}" if record.done else NOTHING,
+        "steps": str(record.steps) if record.done else NOTHING,
+        "solves": str(record.solves) if record.done else NOTHING,
+        "MiB": f"{record.peak_memory / MEBIBYTE:.0f}" if record.done else NOTHING,
+    }
+
+
+def point_rows(points: Sequence[Point]) -> list[Row]:
+    """One row a point; `front` names the measures in which nothing is both faster and nearer."""
+    fronts = fronts_of(points)
+    return [_point_row(point, [measure for measure, front in fronts.items() if point in front]) for point in points]
+
+
+def _point_row(point: Point, fronts: Iterable[str]) -> Row:
+    return {
+        "system": point.system,
+        "step": step_text(point.factor),
+        "runs": f"{point.done}/{point.runs}",
+        "wrong": f"{point.wrong_verdicts}/{point.known}",
+        "numerical": str(point.numerical),
+        "levels": number(point.errors["levels"]),
+        "creep mm": number(point.errors["creep"]),
+        "mm": number(point.errors["mm"]),
+        "deg": number(point.errors["deg"]),
+        "s": number(point.errors["seconds"]),
+        "energy %": number(point.energy),
+        "wall s / sim. s": number(point.pace),
+        "wall s": number(point.wall_time),
+        "sim. s": f"{point.simulated_time:.1f}",
+        "steps": str(point.steps),
+        "solves": str(point.solves),
+        "MiB": f"{point.peak_memory / MEBIBYTE:.0f}",
+        "front": ", ".join(measure for measure in MEASURES if measure in fronts) or NOTHING,
+    }
+
+
+def number(value: float | None) -> str:
+    """Three digits, or none where nothing is known."""
+    return NOTHING if value is None else significant(value)
+
+
+def _stopped(score: Score) -> str:
+    return f"{score.record.name}: {score.record.status}: {score.record.message}"
+
+
+def _wrong(score: Score) -> str:
+    fell = score.record.seen("collapse level")
+    what = "stands" if fell is None else f"falls at level {fell:g}"
+    return f"{score.record.name}: {what}, known from {score.known}"
+
+
+def _numerical(score: Score) -> str:
+    return f"{score.record.name}: {numerical_reason(score)}"

@@ -1,0 +1,127 @@
+"""`stackdsl bench` as a user meets it: the table, the files, stopping and going on."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+# The second scene falls with plank floor(117.6 / 40) + 1 = 3.
+SCENES = """\
+scenario: flat
+build:
+  - column: {levels: 2}
+truth:
+  - stands: all
+    source: closed form, nothing leans
+---
+scenario: stepped
+build:
+  - column: {levels: 3, step: 40 mm}
+    every: 0.3 s
+truth:
+  - collapses: {at: level 3}
+    source: closed form, N d <= L
+"""
+QUICK = ("bench", "scenes.yaml", "--system", "exact", "--system", "stock", "--resolutions", "1,1/2", "--output", "out")
+
+
+@pytest.fixture(name="folder")
+def _folder(tmp_path: Path) -> Path:
+    (tmp_path / "scenes.yaml").write_text(SCENES, encoding="utf-8")
+    return tmp_path
+
+
+def started(folder: Path, *arguments: str) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "-m", "stackdsl", *arguments],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        encoding="utf-8",
+    )
+
+
+def called(folder: Path, *arguments: str) -> tuple[int, str, str]:
+    process = started(folder, *arguments)
+    out, err = process.communicate(timeout=120)
+    assert "Traceback" not in out + err
+    return process.returncode, out, err
+
+
+def lines_in(path: Path) -> int:
+    return len(path.read_text(encoding="utf-8").splitlines()) if path.exists() else 0
+
+
+def test_a_bench_is_interrupted_resumed_and_written_down(folder: Path) -> None:
+    journal = folder / "out" / "runs.jsonl"
+    process = started(folder, *QUICK)
+    while lines_in(journal) < 2 and process.poll() is None:
+        time.sleep(0.02)
+    process.send_signal(signal.SIGINT)
+    out, _ = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "interrupted, go on with --resume" in out.splitlines()[-1]
+    kept = [line for line in journal.read_text(encoding="utf-8").splitlines() if '"status": "done"' in line]
+    assert len(kept) >= 2
+
+    code, out, err = called(folder, *QUICK, "--resume")
+    assert code == 0
+    assert "8 of 8 runs done, 0 wrong verdicts" in out
+    assert journal.read_text(encoding="utf-8").splitlines()[: len(kept)] == kept
+    assert "[8/8]" in err
+
+    report = json.loads((folder / "out" / "bench.json").read_text(encoding="utf-8"))
+    assert [run["case"] for run in report["runs"]] == ["flat"] * 4 + ["stepped"] * 4
+    assert {run["wrong_verdict"] for run in report["runs"]} == {False}
+    assert all(run["peak_memory_bytes"] > 2**20 and run["wall_time_s"] > 0.0 for run in report["runs"])
+    exact = [run for run in report["runs"] if run["system"] == "exact"]
+    assert [run["creep_mm"] for run in exact] == [0.0, 0.0, None, None]
+    assert [run["steps"] for run in exact[:2]] == [0, 0]
+    assert exact[3]["settings"]["time_step"] == exact[2]["settings"]["time_step"] / 2.0
+    assert {"python", "pybullet", "numpy"} <= set(report["versions"])
+    assert "# Speed against error" in (folder / "out" / "speed-against-error.md").read_text(encoding="utf-8")
+
+
+def test_a_coarse_step_is_found_to_bring_down_what_stands(folder: Path) -> None:
+    # PyBullet as it comes with four times its step: the stack falls, and statics prove that it stands.
+    text = SCENES.split("---", maxsplit=1)[0].replace(
+        "column: {levels: 2}", "four_stack: {levels: 8}\n    every: 0.5 s"
+    )
+    (folder / "scenes.yaml").write_text(text, encoding="utf-8")
+    code, out, _ = called(folder, "bench", "scenes.yaml", "--system", "stock", "--resolutions", "4", "--output", "out")
+    assert code == 0
+    assert re.search(r"flat on stock, step x 4: falls at level \d, known from truth", out)
+    assert "flat on stock, step x 4: statics prove that it stands" in out
+    assert "1 wrong verdicts, 1 numerical collapses" in out.splitlines()[-1]
+
+
+@pytest.mark.parametrize(
+    ("resolutions", "told"),
+    [("2,x", "no list of numbers"), ("1/0", "no list of numbers"), ("1,-1", "from 1/64 to 64"), ("65", "1/64 to 64")],
+)
+def test_resolutions_are_numbers_within_reason(folder: Path, resolutions: str, told: str) -> None:
+    code, _, err = called(folder, "bench", "scenes.yaml", "--resolutions", resolutions)
+    assert code == 4
+    assert told in err
+    assert not (folder / "bench").exists()
+
+
+def test_selecting_nothing_is_wrong_usage(folder: Path) -> None:
+    code, _, err = called(folder, "bench", "scenes.yaml", "-k", "nothing-like-it")
+    assert code == 4
+    assert "nothing selected" in err
+
+
+def test_an_output_that_cannot_be_written_is_told(folder: Path) -> None:
+    (folder / "out").write_text("a file", encoding="utf-8")
+    code, _, err = called(folder, *QUICK)
+    assert code == 4
+    assert "out cannot be written" in err
