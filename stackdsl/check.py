@@ -10,9 +10,9 @@ from stackdsl.expectations import compare_with_truth, judge
 from stackdsl.gathering import Case, Gathered
 from stackdsl.outcome import Report, RunStatus, VariantResult
 from stackdsl.playing.resolution import refined_system
-from stackdsl.playing.systems import SYSTEMS, Method, System
+from stackdsl.playing.systems import SYSTEMS
 from stackdsl.pool import Task, TaskResult, TaskStatus, run_supervised
-from stackdsl.refinement import Refinement, held_against_refined
+from stackdsl.refinement import Refinement, held_against_refined, with_numerical_collapse
 from stackdsl.snapshots.golden import check_golden, current_stamp, golden_name, obsolete, remove_obsolete
 from stackdsl.snapshots.record import Snapshot
 from stackdsl.snapshots.snapshot import take
@@ -90,15 +90,6 @@ def play_case(timeline: Timeline, system: str, on_event: Callable[[Event], None]
     from stackdsl.margins import margins_of  # noqa: PLC0415 -- likewise, statics
 
     return replace(trace, margins=margins_of(trace, timeline.margins))
-
-
-def with_numerical_collapse(trace: Trace, timeline: Timeline, system: System) -> Trace:
-    """The trace, its collapse marked where statics disprove it; what `exact` lets fall is proven to."""
-    if trace.collapse is None or system.method is Method.PROVEN:
-        return trace
-    from stackdsl.proving import held_against_statics  # noqa: PLC0415 -- statics brings numpy
-
-    return held_against_statics(trace, timeline)
 
 
 def play_refined(timeline: Timeline, name: str) -> Refinement:

@@ -1,8 +1,10 @@
-"""What of a run moves when it is played again at half the step and twice the iterations? That much was the solver's."""
+"""What of a run is the solver's: a collapse that statics disprove, and all that a finer resolution moves."""
 
 from dataclasses import dataclass, replace
 
 from stackdsl.observations import Change, changes, observations
+from stackdsl.playing.systems import Method, System
+from stackdsl.timeline import Timeline
 from stackdsl.trace import Trace
 
 REMOVED = "at half the step and twice the iterations it stands"
@@ -14,6 +16,15 @@ class Refinement:
 
     trace: Trace
     changes: tuple[Change, ...] = ()
+
+
+def with_numerical_collapse(trace: Trace, timeline: Timeline, system: System) -> Trace:
+    """The trace, its collapse marked where statics disprove it; what `exact` lets fall is proven to."""
+    if trace.collapse is None or system.method is Method.PROVEN:
+        return trace
+    from stackdsl.proving import held_against_statics  # noqa: PLC0415 -- statics brings numpy
+
+    return held_against_statics(trace, timeline)
 
 
 def held_against_refined(trace: Trace, fine: Trace) -> Refinement:

@@ -336,27 +336,41 @@ def test_a_bench_that_was_interrupted_goes_on_with_what_is_missing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     plan = Plan(Journal(tmp_path), resume=False, workers=1, time_limit=1.0)
-    done = replace(RECORD, id=jobs()[0].id, case="scene", versions=versions())
+    done = replace(RECORD, id=jobs()[0].id, case="scene", system="exact", versions=versions())
     stale = replace(done, id=jobs()[1].id, versions={"python": "2.7"})
     asked: list[Task] = []
     monkeypatch.setattr(conduct, "run_supervised", doing(1, asked))
     first = bench(jobs(), plan)
-    assert (first.interrupted, len(first.scores), len(asked)) == (True, 1, 4)
+    assert (first.interrupted, len(first.scores), len(asked)) == (True, 1, 2)  # the first step of both systems
     for record in (done, stale):  # as if these had been played
         plan.journal.add(record)
     asked.clear()
     monkeypatch.setattr(conduct, "run_supervised", doing(4, asked))
     second = bench(jobs(), replace(plan, resume=True))
-    assert [task.arguments[1:] for task in asked] == [("exact", 0.5), ("tuned", 1.0), ("tuned", 0.5)]
+    assert [task.arguments[1:] for task in asked] == [("tuned", 1.0), ("exact", 0.5), ("tuned", 0.5)]
     assert [score.record.status for score in second.scores] == ["done"] + [RunStatus.CRASHED] * 3
     assert not second.interrupted
 
 
+def test_what_takes_no_step_is_played_at_one_step_length(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    plan = Plan(Journal(tmp_path), resume=True, workers=1, time_limit=1.0)
+    proven = replace(RECORD, id=jobs()[0].id, case="scene", system="exact", versions=versions(), steps=0)
+    plan.journal.add(proven)
+    asked: list[Task] = []
+    monkeypatch.setattr(conduct, "run_supervised", doing(4, asked))
+    found = bench(jobs(), plan)
+    assert [task.arguments[1:] for task in asked] == [("tuned", 1.0), ("tuned", 0.5)]
+    copied = found.scores[1].record
+    assert (copied.system, copied.factor, copied.wall_time) == ("exact", 0.5, proven.wall_time)
+    assert copied.message == "no step is taken: as with step x 1"
+    assert copied.settings["time_step"] == jobs()[1].settings["time_step"]
+
+
 def test_what_did_not_finish_is_told_in_every_form(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(conduct, "run_supervised", doing(3, []))
+    monkeypatch.setattr(conduct, "run_supervised", doing(1, []))
     found = bench(jobs(), Plan(Journal(tmp_path), resume=False, workers=1, time_limit=1.0))
     text = bench_text(found)
-    assert "scene on exact, step / 2: crashed: for want of an engine" in text
+    assert "scene on exact, step x 1: crashed: for want of an engine" in text
     assert "0 of 4 runs done" in text
     assert "interrupted, go on with --resume" in text.splitlines()[-1]
     assert '"interrupted": true' in bench_json(found)

@@ -6,14 +6,14 @@ from math import inf
 import pytest
 
 from stability.engine_settings import EngineSettings
-from stackdsl.check import judged, with_numerical_collapse
+from stackdsl.check import judged
 from stackdsl.observations import Change, Seen, changes, observations
 from stackdsl.outcome import ExitCode, Report, RunStatus, VariantResult, exit_code
 from stackdsl.playing.resolution import at_step, refined
 from stackdsl.playing.runner import play
 from stackdsl.playing.systems import STOCK, SYSTEMS, TUNED, System
 from stackdsl.proving import DISPROVED, stands_until
-from stackdsl.refinement import REMOVED, held_against_refined
+from stackdsl.refinement import REMOVED, held_against_refined, with_numerical_collapse
 from stackdsl.trace import Collapse, Cost, Trace
 from tests.scenes import compiled, scene, timeline_of
 

@@ -13,7 +13,7 @@ from stackdsl.bench.entrants import ENTRANTS
 from stackdsl.bench.journal import Journal
 from stackdsl.bench.measuring import Played, measured
 from stackdsl.bench.points import Point, points_of
-from stackdsl.bench.record import Record, TruthHeld, finite
+from stackdsl.bench.record import Record, TruthHeld, finite, step_text
 from stackdsl.bench.scoring import Score, scores_of
 from stackdsl.check import STATUSES
 from stackdsl.expectations import compare_with_truth
@@ -25,6 +25,7 @@ from stackdsl.playing.resolution import at_step
 from stackdsl.pool import Task, TaskResult, run_supervised
 
 PACKAGES = ("stackdsl", "clarabel", "numpy", "pybullet", "scipy", "mujoco", "sapien")  # that may change a figure
+OnRecord = Callable[[Record], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,32 +99,78 @@ def versions() -> dict[str, str]:
     return found
 
 
-def bench(jobs: Sequence[Job], plan: Plan, on_record: Callable[[Record], None] = lambda record: None) -> Bench:
+def bench(jobs: Sequence[Job], plan: Plan, on_record: OnRecord = lambda record: None) -> Bench:
     """Do all jobs that are not done yet; an interrupt ends that, and what is there is scored."""
     made_with = versions()
-    done = plan.journal.go_on({job.id for job in jobs}) if plan.resume else []
-    done = [record for record in done if record.versions == made_with]
-    if not plan.resume:
-        plan.journal.begin()
-    records = {record.id: record for record in done}
-    for record in done:
+    records: dict[str, Record] = {}
+
+    def keep(record: Record) -> None:
+        records[record.id] = record
         on_record(record)
-    left = [job for job in jobs if job.id not in records]
+
+    def add(record: Record) -> None:
+        plan.journal.add(record)
+        keep(record)
+
+    for record in _done_before(jobs, plan, made_with):
+        keep(record)
+    interrupted = False
+    for stage in _stages(jobs):
+        for job, without_steps in _needless(stage, jobs, records):
+            add(as_played(job, without_steps))
+        left = [job for job in stage if job.id not in records]
+        interrupted = interrupted or _play(left, plan, made_with, add)
+        if interrupted:
+            break
+    answers = _answers(jobs)
+    scores = scores_of([records[job.id] for job in jobs if job.id in records], answers)
+    return Bench(tuple(scores), tuple(points_of(scores)), answers, made_with, len(jobs), interrupted)
+
+
+def _done_before(jobs: Sequence[Job], plan: Plan, made_with: Mapping[str, str]) -> list[Record]:
+    """What an earlier call has done of it with the same versions; nothing if this one is to begin anew."""
+    if plan.resume:
+        return [record for record in plan.journal.go_on({job.id for job in jobs}) if record.versions == made_with]
+    plan.journal.begin()
+    return []
+
+
+def _stages(jobs: Sequence[Job]) -> tuple[list[Job], list[Job]]:
+    """The first time step of each case on each system, then the others, which may be needless."""
+    first = {(job.name, job.system): job for job in reversed(jobs)}
+    return [job for job in jobs if first[job.name, job.system] is job], [
+        job for job in jobs if first[job.name, job.system] is not job
+    ]
+
+
+def _needless(stage: Iterable[Job], jobs: Iterable[Job], records: Mapping[str, Record]) -> list[tuple[Job, Record]]:
+    """The jobs that no time step can change, each with a run that took none."""
+    done = [records[job.id] for job in jobs if job.id in records]
+    still = {(record.case, record.system): record for record in done if record.done and record.steps == 0}
+    return [
+        (job, still[job.name, job.system]) for job in stage if job.id not in records and (job.name, job.system) in still
+    ]
+
+
+def as_played(job: Job, played: Record) -> Record:
+    """The record of a job that comes to the same, since no step is taken, whatever its length."""
+    message = f"no step is taken: as with {step_text(played.factor)}"
+    return replace(played, id=job.id, factor=job.factor, settings=job.settings, message=message)
+
+
+def _play(jobs: Sequence[Job], plan: Plan, made_with: Mapping[str, str], add: OnRecord) -> bool:
+    """Play them, each in a process of its own; whether that was interrupted."""
+    tasks = [Task(measured, (job.case.timeline, job.system, job.factor), plan.time_limit) for job in jobs]
 
     def one_more(index: int, result: TaskResult) -> None:
-        record = recorded(left[index], result, made_with)
-        records[record.id] = record
-        plan.journal.add(record)
-        on_record(record)
+        add(recorded(jobs[index], result, made_with))
 
-    tasks = [Task(measured, (job.case.timeline, job.system, job.factor), plan.time_limit) for job in left]
-    pool = run_supervised(tasks, plan.workers, one_more, fresh=True)
-    answers = {
-        job.name: answer_of(job.case.scenario, job.case.timeline) for job in {job.name: job for job in jobs}.values()
-    }
-    ordered = [records[job.id] for job in jobs if job.id in records]
-    scores = scores_of(ordered, answers)
-    return Bench(tuple(scores), tuple(points_of(scores)), answers, made_with, len(jobs), pool.interrupted)
+    return run_supervised(tasks, plan.workers, one_more, fresh=True).interrupted
+
+
+def _answers(jobs: Iterable[Job]) -> dict[str, Answer | None]:
+    cases = {job.name: job.case for job in jobs}
+    return {name: answer_of(case.scenario, case.timeline) for name, case in cases.items()}
 
 
 def recorded(job: Job, result: TaskResult, made_with: Mapping[str, str]) -> Record:

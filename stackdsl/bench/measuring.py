@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from statistics import median
 
 from stackdsl.bench.entrants import ENTRANTS
-from stackdsl.check import with_numerical_collapse
 from stackdsl.playing.resolution import system_at_step
+from stackdsl.refinement import with_numerical_collapse
 from stackdsl.timeline import Timeline
 from stackdsl.trace import Trace
 
