@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
 .DEFAULT_GOAL := help
-.PHONY: help check check-all test test-slow lint format bench bench-statics bench-compas lock clean
+.PHONY: help check check-all test test-slow lint format bench bench-stack bench-statics bench-compas lock clean
 
 help:           ## list the targets
 	@grep -hE '^[a-z-]+: .*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 16
@@ -28,7 +28,16 @@ test: $(READY)  ## set up, then run the tests
 test-slow: $(READY) ## the tests that take minutes
 	$(BIN)/python -m pytest -m slow
 
-bench: $(READY) ## speed against error on the four-stack, every system in one run
+# Scenarios with a known answer that every system can play within the 20 minutes that a bench may take.
+BENCHED := $(addprefix scenarios/,four-stack.yaml slant-tower.yaml columns.yaml harmonic.yaml incline.yaml leaning.yaml \
+  drop.yaml) $(wildcard scenarios/hard)
+BENCH_OPTIONS ?= --resolutions 2,1,1/2
+
+bench: $(READY) ## speed against error: every system at several time steps; table and plot in bench/
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --editable '.[bench]'
+	$(BIN)/stackdsl bench $(BENCHED) --tag '!long' --time-limit 240 --output bench $(BENCH_OPTIONS)
+
+bench-stack: $(READY) ## the four-stack alone, every system in one run
 	$(BIN)/python -m benchmarks.four_stack
 
 bench-statics: $(READY) ## what exact statics cost, and how far each answer is off

@@ -1,7 +1,7 @@
 """Speed against error on the four-stack of 25 levels, one plank a second, held 5 s: every system in one run.
 
-The truth is that nothing moves, so the error is the largest drift. Run it with `make bench`; quote the ratios, since
-machines differ and are shared.
+The truth is that nothing moves, so the error is the largest drift. Run it with `make bench-stack`; quote the ratios,
+since machines differ and are shared.
 """
 
 from pathlib import Path

@@ -100,7 +100,7 @@ def play_refined(timeline: Timeline, name: str) -> Refinement:
     if trace.cost.steps == 0:
         return Refinement(trace)
     system = refined_system(SYSTEMS[name])
-    return held_against_refined(trace, with_numerical_collapse(play(timeline, system), timeline, system))
+    return held_against_refined(trace, with_numerical_collapse(play(timeline, system), timeline, system), timeline)
 
 
 def checked(case: Case, result: TaskResult, terms: Terms) -> VariantResult:

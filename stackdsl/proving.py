@@ -61,14 +61,19 @@ def held_against_statics(trace: Trace, timeline: Timeline) -> Trace:
 
 
 def stands_until(timeline: Timeline, time: float) -> bool:
-    """Whether all that was built is proven to stand, after everything that was done up to a time [s].
+    """Whether all that was built is proven to stand, after everything that was done up to a time [s]."""
+    return stability_until(timeline, time) is Stability.STABLE
 
-    Nothing is proven from the first thing on that only an engine can follow: what is dropped, thrown or pushed.
+
+def stability_until(timeline: Timeline, time: float) -> Stability:
+    """The first verdict that is not STABLE, of all that was built up to a time [s], or STABLE.
+
+    UNDECIDED from the first thing on that only an engine can follow: what is dropped, thrown or pushed.
     """
     done = tuple(action for action in timeline.actions if action.time <= time)
     if not done or any(leaves_to_engine(action) for action in done):
-        return False
-    return proofs_of(replace(timeline, actions=done)).assembly.verdict().stability is Stability.STABLE
+        return Stability.UNDECIDED
+    return proofs_of(replace(timeline, actions=done)).assembly.verdict().stability
 
 
 def leaves_to_engine(action: Action) -> bool:

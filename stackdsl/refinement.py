@@ -2,10 +2,11 @@
 
 from dataclasses import dataclass, replace
 
+from stability.statics.facts import Stability
 from stackdsl.observations import Change, changes, observations
 from stackdsl.playing.systems import Method, System
 from stackdsl.timeline import Timeline
-from stackdsl.trace import Trace
+from stackdsl.trace import Collapse, Trace
 
 REMOVED = "at half the step and twice the iterations it stands"
 
@@ -27,8 +28,17 @@ def with_numerical_collapse(trace: Trace, timeline: Timeline, system: System) ->
     return held_against_statics(trace, timeline)
 
 
-def held_against_refined(trace: Trace, fine: Trace) -> Refinement:
-    """The run and its changes; a collapse that is gone with refined settings is marked as numerical."""
-    if trace.collapse is not None and fine.collapse is None:
+def held_against_refined(trace: Trace, fine: Trace, timeline: Timeline) -> Refinement:
+    """The run and its changes; a collapse that is gone with refined settings is marked as numerical.
+
+    Not so if what fell is proven to fall: then the refined run is wrong, or too slow to show it.
+    """
+    if trace.collapse is not None and fine.collapse is None and not _proven_to_fall(timeline, trace.collapse):
         trace = replace(trace, numerical=", and ".join(filter(None, [trace.numerical, REMOVED])))
     return Refinement(trace, changes(observations(trace), observations(fine)))
+
+
+def _proven_to_fall(timeline: Timeline, collapse: Collapse) -> bool:
+    from stackdsl.proving import stability_until  # noqa: PLC0415 -- statics brings numpy
+
+    return stability_until(timeline, collapse.time) is Stability.UNSTABLE
