@@ -134,6 +134,11 @@ def test_creep_is_the_largest_shift_of_what_should_stand_whether_it_falls_or_not
     assert (fell.wrong, fell.creep, fell.levels) == (True, 200.0, 3.0)
 
 
+def test_what_falls_before_it_should_is_wrong_though_it_should_fall() -> None:
+    early = replace(run(FELL), numerical="statics prove that it stands")
+    assert [score.wrong for score in scores_of([run(FELL), early], {"tower": SHOULD_FALL})] == [False, True]
+
+
 def test_truths_tell_lengths_of_runs_with_the_right_verdict_alone() -> None:
     truths = (TruthHeld("height", "mm", 0.5, False), TruthHeld("rests_on", "", None, True))
     right, wrong = (replace(run(seen), truths=truths) for seen in (STOOD, FELL))

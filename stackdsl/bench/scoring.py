@@ -94,7 +94,7 @@ def _score(record: Record, fellows: Sequence[Record], answer: Answer | None, ref
     if known is None:
         return score
     fell = record.seen("collapse level")
-    wrong = known.stands is (fell is not None)
+    wrong = known.stands is (fell is not None) or bool(record.numerical)  # right for no reason is not right
     score = replace(
         score,
         known=known.source,
