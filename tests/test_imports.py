@@ -70,6 +70,8 @@ ORDER = {
         "freezing",
         "engine_settings",
         "engine",
+        "approach",
+        "pybullet_engine",
         "pybullet_engine.binding",
         "pybullet_engine.parameters",
         "pybullet_engine.solids",

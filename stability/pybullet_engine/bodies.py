@@ -95,9 +95,9 @@ class PyBulletBodies:
             return Box(times(1.0 / self.scale, dimensions))
         return HalfSpace(dimensions) if kind == pybullet.GEOM_PLANE else None
 
-    def near(self, brick: BodyId) -> Sequence[BodyId]:
+    def near(self, brick: BodyId, within: float = TOUCHING) -> Sequence[BodyId]:
         low, high = pybullet.getAABB(self._bodies[brick], -1, self.client)
-        margin = TOUCHING * self.scale
+        margin = within * self.scale
         around = pybullet.getOverlappingObjects(
             [x - margin for x in low], [x + margin for x in high], physicsClientId=self.client
         )

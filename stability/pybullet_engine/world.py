@@ -17,6 +17,11 @@ FRICTIONLESS = 1e-6
 # Half the side of the box that stands for a half-space [m]. A box, because PyBullet gives a box on a plane one contact
 # point a step, and a box on a box all four at once.
 HALF_SPACE = 1e5
+# [m] The same beside bricks with rounded edges: what a larger box does to them loses its precision, and a ladder then
+# stands 1 deg lower than it should.
+HALF_SPACE_BESIDE_HULLS = 1e3
+# Edges are not rounded by more than this share of a brick's smallest side, however small it is.
+MOST_ROUNDED = 0.02
 # [engine kg] for the heaviest brick: far above the thresholds, and even ten thousand press far below the cap of 1e10.
 HEAVIEST = 1e4
 
@@ -82,7 +87,7 @@ class PyBulletWorld(PyBulletBodies):
 
     def add_plane(self, plane: Plane) -> None:
         """Put up the ground or a wall."""
-        depth = HALF_SPACE * self.scale
+        depth = self.scale * (HALF_SPACE_BESIDE_HULLS if self.settings.edge_radius else HALF_SPACE)
         nx, ny, nz = plane.normal_W
         px, py, pz = times(self.scale, plane.point_W)
         body = pybullet.createMultiBody(
@@ -96,7 +101,8 @@ class PyBulletWorld(PyBulletBodies):
 
     def add_brick(self, brick: Brick, pose: Pose, velocity_W: Vec3 = AT_REST) -> None:
         """Set a brick down at rest, or let it go with a velocity of its centre [m/s]."""
-        half, radius = times(0.5 * self.scale, brick.size), self.settings.edge_radius * self.scale
+        half = times(0.5 * self.scale, brick.size)
+        radius = self.scale * min(self.settings.edge_radius, MOST_ROUNDED * min(brick.size))
         body = pybullet.createMultiBody(
             baseMass=brick.mass * self._mass_unit,
             baseCollisionShapeIndex=self._solids.rounded_box(half, radius) if radius else self._solids.box(half),
