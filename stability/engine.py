@@ -75,6 +75,9 @@ class World(Engine, Joining, Protocol):
     def limit_travel(self, fastest: float) -> None:
         """Say how fast the bodies of the coming steps are at most [m/s], so that none passes through another."""
 
+    def ease_in(self) -> None:
+        """Say that bodies which did not press on each other begin to with the coming step."""
+
     def skip(self, duration: float) -> None:
         """Let time pass in which nothing can move [s]."""
 

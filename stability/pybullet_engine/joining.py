@@ -83,6 +83,11 @@ class PyBulletWorld(PlainWorld):
         for name in joined.group.bricks:
             del self._joined[name]
 
+    def freeze(self, brick: BodyId) -> None:
+        if brick in self._joined:
+            self.part(brick)
+        super().freeze(brick)
+
     def holds(self, brick: BodyId) -> bool:
         return brick not in self._joined and super().holds(brick)
 

@@ -11,6 +11,7 @@ from math import hypot
 from time import perf_counter
 
 from stability.engine import World
+from stability.falling import FallingParts
 from stability.model import BodyId
 from stability.separation import boxes_apart
 from stability.statics.facts import Stability
@@ -56,6 +57,7 @@ class _Run:
     extension: Extension | None
     on_event: OnEvent
     watch: Watch = field(default_factory=Watch)
+    falling: FallingParts = field(init=False)
     events: list[Event] = field(default_factory=list)
     collapse: Collapse | None = None
     gave_way: BodyId | None = None
@@ -65,6 +67,10 @@ class _Run:
     judgements: int = 0
     proofs: Counter[str] = field(default_factory=Counter)  # bricks by what proved them
 
+    def __post_init__(self) -> None:
+        scene = self.timeline.world
+        self.falling = FallingParts(self.world, scene.planes, scene.friction, scene.gravity)
+
     def play(self) -> None:
         for moment in self.timeline.moments():
             self._advance(moment[0].time if isinstance(moment, tuple) else moment.time)
@@ -73,6 +79,7 @@ class _Run:
             self._close_placement()
             if self._nothing_can_move():
                 self.gave_way = None  # what failed before has come to rest again, and is not what fails now
+            self.falling.end()
             match moment:
                 case Removal():
                     self._remove(moment)
@@ -160,7 +167,9 @@ class _Run:
             if self._nothing_can_move():
                 self.world.skip(until - self.world.time())
                 return
+            self.falling.begin()
             self.world.step()
+            self.falling.follow()
             self.steps += 1
             if self.extension is not None:
                 self._judge(self.extension)
@@ -189,9 +198,15 @@ class _Run:
             self.proofs[update.proof] += len(stays)
             self._tell(Event(now, EventKind.FROZEN, stays, update.proof))
         if update.woken:
+            self._let_fall()
             self._tell(Event(now, EventKind.WOKEN, update.woken, update.reason))
         if update.failed and self.gave_way is None:
             self.gave_way = min(update.failed, key=list(self.watch.bricks).index)
+
+    def _let_fall(self) -> None:
+        verdict = self.extension.verdict() if self.extension is not None else None
+        if self.extension is not None and verdict is not None:
+            self.falling.woken(self.extension.awake(), verdict.motion)
 
     def _look(self) -> bool:
         """See all that moves; True if a collapse is known."""
