@@ -1,7 +1,7 @@
 """Parts that fall as one body, for as long as a proof says that they do; bricks that fall one by one begin gently.
 
-A solver begins a fall wrongly: contact forces start from nothing, so that all sinks at first, most at the bottom of what
-is tall, and a tower that hangs over by a millimetre topples in half the time. As one body it starts exactly.
+A solver begins a fall wrongly: contact forces start from nothing, so that all sinks at first, most at the bottom of
+what is tall, and a tower that hangs over by a millimetre topples in half the time. As one body it starts exactly.
 """
 
 from collections.abc import Collection, Iterator, Sequence

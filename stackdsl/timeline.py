@@ -30,13 +30,10 @@ class Placement:
     pose: Pose
     drop: bool = False
     inserted: bool = False  # slid into what stands by then, rather than built on
-    # Of one that is thrown, in the air, at what stands by then [m/s]; it belongs to no level, which is 0.
-    velocity_W: Vec3 = AT_REST
-
-    @property
-    def thrown(self) -> bool:
-        """Whether it comes flying, and is no part of the structure."""
-        return self.velocity_W != AT_REST
+    # Whether an impact throws it, or lets it go above, at what stands by then. So it is no part of the structure and
+    # belongs to no level, which is 0.
+    thrown: bool = False
+    velocity_W: Vec3 = AT_REST  # with which it comes [m/s]
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +55,7 @@ class Push:
 
 
 Action: TypeAlias = Placement | Removal | Push
+Moment: TypeAlias = tuple[Placement, ...] | Removal | Push  # what is done together
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,13 +68,14 @@ class Timeline:
     # Whether anything is asked that only motion shows. If not, a system with proofs does without an engine.
     watched: bool = True
     margins: tuple[str, ...] = ()  # those of the proof that are asked for, such as `tilt`
+    closely: bool = False  # whether it is asked how something begins to fall, or where it lands
 
     @property
     def placements(self) -> tuple[Placement, ...]:
         """The actions that set down, or let go, a brick."""
         return tuple(action for action in self.actions if isinstance(action, Placement))
 
-    def moments(self) -> Iterator[tuple[Placement, ...] | Removal | Push]:
+    def moments(self) -> Iterator[Moment]:
         """What is done together: the bricks set down at one time, or one removal or push."""
         for (_, placing), group in groupby(self.actions, key=lambda action: (action.time, type(action) is Placement)):
             if placing:
@@ -86,8 +85,8 @@ class Timeline:
 
     @property
     def built(self) -> float:
-        """When the last brick is placed [s]."""
-        return self.placements[-1].time
+        """When the last brick of the structure is placed [s]."""
+        return max(placement.time for placement in self.placements if not placement.thrown)
 
     @property
     def end(self) -> float:

@@ -65,3 +65,46 @@ def test_bricks_in_touch_press_and_do_not_hit() -> None:
         assert hits_of(world, Approaches(world, horizon=0.005)) == []
     finally:
         world.close()
+
+
+def test_time_that_was_skipped_is_no_step() -> None:
+    #   a second ahead it would hit, but not in the next step
+    world = world_with(0.05, (1.0, 0.0, 0.0))
+    try:
+        approaches = Approaches(world, horizon=0.005)
+        approaches.hits({}, {"target"})
+        world.skip(1.0)
+        assert hits_of(world, approaches) == []
+    finally:
+        world.close()
+
+
+@pytest.mark.parametrize("speed", [1.0, 4.0, 20.0])
+def test_a_brick_that_flies_past_another_hits_only_what_is_in_its_way(speed: float) -> None:
+    #             |--above--|    its end is as near as that of the target, and a thickness too high
+    # |--shot-->
+    #             |--target--|  (at the height of the shot)
+    world = world_with(0.01, (speed, 0.0, 0.0))
+    try:
+        world.add_brick(Brick("above", PLANK, 0.012), Pose((0.0, 0.0, 0.004 + 2.0 * PLANK[2])))
+        world.freeze("above")
+        approaches = Approaches(world, horizon=0.005)
+        while not (found := approaches.hits(world.states(["shot"]), {"target", "above"})):
+            world.limit_travel(speed)
+            world.step()
+        assert [hit.brick for hit in found] == ["target"]
+    finally:
+        world.close()
+
+
+def test_a_brick_on_its_way_to_an_edge_hits_when_the_last_gap_closes() -> None:
+    #   8 mm to go along x at 4 m/s, 2 mm down at 1 m/s: both are over in 2 ms, two steps ahead
+    world = world_with(0.008, (4.0, 0.0, -1.0))
+    try:
+        world.freeze("shot")
+        world.put_at("shot", Pose((-0.128, 0.0, 0.004 + PLANK[2] + 0.002)))
+        world.wake("shot")
+        world.push("shot", (0.048, 0.0, -0.012), (-0.128, 0.0, 0.014))
+        assert [brick for _, brick, _ in hits_of(world, Approaches(world, horizon=0.005))] == ["target"]
+    finally:
+        world.close()

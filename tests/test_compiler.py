@@ -5,6 +5,7 @@ from math import cos, radians, sin
 
 import pytest
 
+from stability.geometry import composed
 from stackdsl.timeline import Placement, Removal, Timeline
 from tests.scenes import compiled, mistakes_of, scene, timeline_of
 
@@ -290,6 +291,35 @@ def test_a_support_that_is_misspelt_may_be_meant_for_the_ground() -> None:
     assert [(mistake.code, mistake.hint) for mistake in found] == [("SD204", "did you mean 'ground'?")]
 
 
+# --- layouts set down in pairs, or until they fall -------------------------------------------------------------------
+
+
+def test_the_two_planks_of_a_v_are_set_down_at_one_moment() -> None:
+    #  levels 1 and 3 are of Vs, level 2 of the flat plank between them
+    timeline = timeline_of("- card_house: {levels: 2}\n  every: 1 s\n- column: {levels: 1, origin: [1 m, 0 m, 0 m]}")
+    placed = list(zip(names(timeline), times(timeline), strict=True))[:-1]
+    assert placed == [
+        ("L1.1", 0.0), ("L1.2", 0.0), ("L1.3", 1.0), ("L1.4", 1.0), ("L2.1", 2.0), ("L3.1", 3.0), ("L3.2", 3.0),
+    ]  # fmt: skip
+    assert times(timeline)[-1] == 4.0
+
+
+def test_a_card_house_turns_about_its_origin_with_its_heading() -> None:
+    house = "- card_house: {levels: 2, heading: HEADING, origin: [1 m, 2 m, 0 m]}"
+    one, other = (timeline_of(house.replace("HEADING", heading)).placements for heading in ("0 deg", "90 deg"))
+    quarter = (0.0, 0.0, sin(radians(45)), cos(radians(45)))
+    for a, b in zip(one, other, strict=True):
+        (x, y, z), turn = a.pose.position_W, composed(quarter, a.pose.orientation)
+        assert b.pose.position_W == pytest.approx((1.0 - (y - 2.0), 2.0 + (x - 1.0), z), abs=1e-12)
+        assert b.pose.orientation == pytest.approx(turn, abs=1e-12)
+
+
+def test_a_step_until_a_collapse_goes_on_for_a_hundred_levels() -> None:
+    timeline = timeline_of("- four_stack: {step: 1 mm}\n  every: 1 s\n  until: collapse")
+    assert (timeline.levels, len(timeline.placements), timeline.built) == (100, 200, 199.0)
+    assert timeline_of("- column: {levels: 7}\n  every: 1 s\n  until: collapse").levels == 7
+
+
 # --- impacts ----------------------------------------------------------------------------------------------------------
 
 SLID_IN = "insert: {name: wedge, at: [200 mm, 0 mm, 3.9 mm]}"
@@ -362,7 +392,11 @@ def test_what_is_slid_in_is_turned_and_tilted_like_all_that_is_built() -> None:
         ("{insert: ^{at: [0 mm, 0 mm, 11.7 mm]}}, {remove: {brick: L2.1}}", "SD201", "inside brick 'L2.1'"),
         ("{insert: ^{at: [0 mm, 0 mm, 50 mm]}}", "SD202", "nothing is under brick"),
         ("{insert: ^{name: L1.1, at: [0 mm, 90 mm, 3.9 mm]}}", "SD203", "two bricks are called 'L1.1'"),
-        ("^{remove: {brick: L2.1}, insert: {at: [0 mm, 0 mm, 5 mm]}}", "SD108", "exactly one of remove, insert"),
+        (
+            "^{remove: {brick: L2.1}, insert: {at: [0 mm, 0 mm, 5 mm]}}",
+            "SD108",
+            "exactly one of remove, insert, throw, push, drop",
+        ),
         ("{remove: ^{}}", "SD108", "exactly one of brick, bricks"),
         ("^{at: 1 s, after: built, remove: {brick: L2.1}}", "SD108", "not both"),
         ("{after: ^impact 1, remove: {brick: L2.1}}", "SD205", "waits for impact 1"),

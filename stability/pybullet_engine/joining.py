@@ -124,10 +124,10 @@ class PyBulletWorld(PlainWorld):
             return body
         return self._groups[body].surfaces.brick_at(seen_from(poses[body], Pose(point_W)).position_W)
 
-    def near(self, brick: BodyId) -> Sequence[BodyId]:
+    def near(self, brick: BodyId, within: float = TOUCHING) -> Sequence[BodyId]:
         if not self._groups:
-            return super().near(brick)
-        low, high = self._bounds(brick, self.states([brick])[brick].pose)
+            return super().near(brick, within)
+        low, high = self._bounds(brick, self.states([brick])[brick].pose, within)
         around = pybullet.getOverlappingObjects(
             times(self.scale, low), times(self.scale, high), physicsClientId=self.client
         )
@@ -136,19 +136,19 @@ class PyBulletWorld(PlainWorld):
         members = {member for name in names & self._groups.keys() for member in self._groups[name].group.bricks}
         if brick in self._joined:
             members -= self._joined[brick].group.bricks.keys()
-        return sorted((others | set(self._overlapping(members, low, high))) - {brick})
+        return sorted((others | set(self._overlapping(members, low, high, within))) - {brick})
 
-    def _overlapping(self, bricks: Collection[BodyId], low: Vec3, high: Vec3) -> Iterator[BodyId]:
+    def _overlapping(self, bricks: Collection[BodyId], low: Vec3, high: Vec3, within: float) -> Iterator[BodyId]:
         for brick, state in self.states(sorted(bricks)).items():
-            lowest, highest = self._bounds(brick, state.pose)
+            lowest, highest = self._bounds(brick, state.pose, within)
             if max(minus(lowest, high)) <= 0.0 and max(minus(low, highest)) <= 0.0:
                 yield brick
 
-    def _bounds(self, brick: BodyId, pose: Pose) -> tuple[Vec3, Vec3]:
-        """Lowest and highest coordinates of a brick, and a little more [m]."""
-        corners = box_corners(self._bricks[brick].size, pose)
+    def _bounds(self, brick: BodyId, pose: Pose, within: float) -> tuple[Vec3, Vec3]:
+        """Lowest and highest coordinates of a brick, and so much more [m]."""
+        corners, around = box_corners(self._bricks[brick].size, pose), (within, within, within)
         (a, b, c), (d, e, f) = map(min, zip(*corners, strict=True)), map(max, zip(*corners, strict=True))
-        return (a - TOUCHING, b - TOUCHING, c - TOUCHING), (d + TOUCHING, e + TOUCHING, f + TOUCHING)
+        return minus((a, b, c), around), plus((d, e, f), around)
 
 
 def _scaled(factor: float, pose: Pose) -> Pose:

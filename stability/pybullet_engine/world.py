@@ -84,7 +84,7 @@ class PlainWorld(PyBulletBodies):
             self._parts = max(1, ceil(fastest * self.settings.time_step / self.settings.most_travel))
 
     def ease_in(self) -> None:
-        """Say that bodies which did not press on each other begin to: the first steps are split, as the settings say."""
+        """Say that bodies which did not press on each other begin to: split the first steps, as the settings say."""
         self._eased = self.settings.first_steps
 
     def skip(self, duration: float) -> None:

@@ -72,7 +72,9 @@ def turns_as_one_until(
 
 def _turned(placed: Placed, turn: Turn, angle: float) -> Placed:
     around = (*times(sin(0.5 * angle), turn.axis_W), cos(0.5 * angle))
-    return Placed(placed.brick, Pose(_point(placed.pose.position_W, turn, angle), composed(around, placed.pose.orientation)))
+    return Placed(
+        placed.brick, Pose(_point(placed.pose.position_W, turn, angle), composed(around, placed.pose.orientation))
+    )
 
 
 def _point(point_W: Vec3, turn: Turn, angle: float) -> Vec3:
