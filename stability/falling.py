@@ -58,18 +58,21 @@ class FallingParts:
             self.world.ease_in()
             self._gently = False
 
-    def follow(self) -> None:
-        """After a step: part what is no longer proven to hold together."""
+    def follow(self) -> tuple[BodyId, ...]:
+        """After a step: part what is no longer proven to hold together; these are its bricks."""
         if self._held is not None:
             pose = self.world.states([self._held.brick])[self._held.brick].pose
             if turn_between(self._held.start, pose) >= self._held.until:
-                self.end()
+                return self.end()
+        return ()
 
-    def end(self) -> None:
-        """Let every brick move by itself, for something else is about to happen."""
-        if self._held is not None:
-            self.world.part(self._held.brick)
-            self._held, self._gently = None, True
+    def end(self) -> tuple[BodyId, ...]:
+        """Let every brick move by itself, for something else is about to happen; these were one body."""
+        if self._held is None:
+            return ()
+        parted = self.world.part(self._held.brick)
+        self._held, self._gently = None, True
+        return parted
 
     def _join(self, motion: Motion) -> bool:
         names = sorted(motion.velocity)

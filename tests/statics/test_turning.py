@@ -92,7 +92,7 @@ def test_a_part_is_one_body_only_until_its_lowest_corner_strikes_the_ground() ->
 
 def test_a_part_is_one_body_only_until_it_strikes_a_brick() -> None:
     part, _ = leaning_column(0.032, 4, 0.5)
-    post = Placed(Brick("post", (0.02, 0.02, 0.02), 0.01), Pose((0.19, 0.0, 0.01)))
+    post = Placed(Brick("post", (0.02, 0.02, 0.012), 0.01), Pose((0.14, 0.0, 0.006)))
     free = turns_as_one_until(part, ANGLES, [], [])
     stopped = turns_as_one_until(part, ANGLES, [post], [])
     assert free is not None
