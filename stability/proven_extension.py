@@ -60,7 +60,7 @@ class ProvenStability:
         self._refusals = Refusals(self.rest.hold_off)
         self._held = HeldBodies(self.engine)
         self._riders = Riders(self.joiner)
-        self._disturbances = Disturbances(self.engine, self.rest)
+        self._disturbances = Disturbances(self.engine, self.rest, self.gravity)
         self.assembly = Assembly(self.planes or (), self.friction, self.gravity)
 
     def awake(self) -> list[BodyId]:
@@ -187,7 +187,10 @@ class ProvenStability:
             return list(resting.values())
         tables = (table.brick.id for table in self.assembly.tables)
         known = {*self.assembly.bricks, *tables, *(plane.id for plane in self.assembly.planes)}
-        return clear_of_strangers(self.engine, resting, known, self.engine.states(sorted(self._awake)))
+        clear = clear_of_strangers(self.engine, resting, known, self.engine.states(sorted(self._awake)))
+        if not clear:
+            self._refusals.wait(now)
+        return clear
 
     def _resting(self, now: float, states: Mapping[BodyId, BodyState]) -> dict[BodyId, Placed]:
         """The boxes that have been slow for long enough. What rides rests when all that was woken with it does."""
@@ -196,7 +199,8 @@ class ProvenStability:
         if not slow.issuperset(woken):
             slow = {brick for brick in slow if brick not in self._riders}
         ridden = [member for brick in sorted(slow) if brick in self._riders for member in self._riders.part(brick)]
-        return dict(boxes(self.engine, {**{b: states[b] for b in slow}, **self.engine.states(ridden)}))
+        single = [brick for brick in slow if brick not in ridden]
+        return dict(boxes(self.engine, self.engine.states(sorted([*single, *ridden]))))
 
     # --- what follows from a verdict ----------------------------------------------------------------------------------
 
@@ -228,7 +232,8 @@ class ProvenStability:
         found = Update()
         if hits := self._disturbances.hits(states, {*self.assembly.bricks, *self._riders.bricks}):
             found = self._wake_struck(Disturbed({hit.brick: hit.normal_W for hit in hits}, in_words(hits)))
-        if pressed := self._disturbances.overloaded(self.assembly, self._awake - self._riders.bricks):
+        pressing = self._awake - self._riders.bricks - self._announced  # what was set down has not been stepped yet
+        if pressed := self._disturbances.overloaded(self.assembly, pressing):
             found = _joined(found, self._wake_struck(pressed))
         return found
 

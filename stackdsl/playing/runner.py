@@ -65,6 +65,7 @@ class _Run:
     forces: ForceMeter = field(default_factory=ForceMeter)
     steps: int = 0
     judgements: int = 0
+    one_by_one: int = 0
     proofs: Counter[str] = field(default_factory=Counter)  # bricks by what proved them
     last_action: float = 0.0  # [s]
 
@@ -245,6 +246,8 @@ class _Run:
         now = self.world.time()
         moving = self._moving()
         states = self.world.states(moving)
+        riding = len(self.extension.riding()) if self.extension is not None else 0
+        self.one_by_one = max(self.one_by_one, len(moving) - riding)
         self.measures.look(now, states)
         self._limit_travel(states)
         if self.extension is None and now >= self._end() - FORCE_WINDOW:
@@ -273,7 +276,7 @@ class _Run:
             tracks=tracks,
             edges=tuple(edge for name in standing for edge in _edges(name, shares.get(name, {}))),
             collapse=self.collapse,
-            cost=Cost(wall_time, self.world.time(), self.steps, self.judgements, self._proofs()),
+            cost=Cost(wall_time, self.world.time(), self.steps, self.judgements, self._proofs(), self.one_by_one),
             edges_when_placed=self.carried_at_first,
             world=self.timeline.world,
             statics=self.extension.verdict() if self.extension is not None else None,
