@@ -62,6 +62,11 @@ class Disturbances:
             self._approaches.forget(brick)
         self._overloads.forget()
 
+    def forget(self, brick: BodyId) -> None:
+        """A brick is gone; its name is free again."""
+        self._approaches.forget(brick)
+        self._overloads.forget()
+
     def woke(self) -> None:
         """Frozen bricks were woken."""
         self._overloads.forget()

@@ -1,7 +1,8 @@
 """A PyBullet world of one's own in which bricks can be joined, to move as one rigid body.
 
 A group is a body of its own with the shapes of its bricks. The bodies of the bricks stay where they were, without mass,
-and collide with nothing until they are parted: that costs less than to make them anew.
+and collide with nothing until they are parted: that costs less than to make them anew. The shape of a group that was
+parted stays with the client until it is closed: PyBullet counts it as used for good, and refuses to remove it.
 """
 
 from collections.abc import Collection, Iterator, Sequence
@@ -25,7 +26,6 @@ class Joined:
     group: RigidGroup
     surfaces: Surfaces
     name: BodyId  # of its body
-    shape: int  # the engine's number of its shape, which nobody else uses
     own_bodies: dict[BodyId, int]  # of its bricks
 
 
@@ -46,16 +46,16 @@ class PyBulletWorld(PlainWorld):
             (times(self.scale, group.bricks[brick].size), _scaled(self.scale, place))
             for brick, place in group.places_G.items()
         )
-        joined = Joined(group, surfaces(group), f"group of {next(iter(own))}", shape, own)
-        self._add_group(joined)
+        joined = Joined(group, surfaces(group), f"group of {next(iter(own))}", own)
+        self._add_group(joined, shape)
         self._groups[joined.name] = joined
         self._joined |= dict.fromkeys(own, joined)
 
-    def _add_group(self, joined: Joined) -> None:
+    def _add_group(self, joined: Joined, shape: int) -> None:
         group = joined.group
         body = pybullet.createMultiBody(
             baseMass=group.mass * self._mass_unit,
-            baseCollisionShapeIndex=joined.shape,
+            baseCollisionShapeIndex=shape,
             basePosition=times(self.scale, group.pose.position_W),
             baseOrientation=group.pose.orientation,
             physicsClientId=self.client,
@@ -78,10 +78,14 @@ class PyBulletWorld(PlainWorld):
     def _remove_group(self, joined: Joined) -> None:
         body = self._bodies.pop(joined.name)
         pybullet.removeBody(body, self.client)
-        pybullet.removeCollisionShape(joined.shape, self.client)
         del self.names[body], self._groups[joined.name]
         for name in joined.group.bricks:
             del self._joined[name]
+
+    def remove_brick(self, brick: BodyId) -> None:
+        if brick in self._joined:
+            self.part(brick)
+        super().remove_brick(brick)
 
     def holds(self, brick: BodyId) -> bool:
         return brick not in self._joined and super().holds(brick)
