@@ -56,6 +56,7 @@ class Approaches:
     engine: Engine
     horizon: float  # [s] in which gravity alone brings nothing close
     least: float = 0.02  # [m/s] slower, nothing is a hit
+    ahead: float = 0.0  # [s] how long before it happens a hit is told, if that is more than two steps
     gravity: float = 0.0  # [m/s2]: what a step of free fall gives a brick that the engine keeps bouncing is no hit
     _now: float | None = field(default=None, init=False)  # [s] of the last look
     _look_at: dict[BodyId, float] = field(default_factory=dict, init=False)  # [s] when to look next
@@ -67,18 +68,19 @@ class Approaches:
         step = since if 0.0 < since < LONGEST_STEP else LONGEST_STEP  # time may have been skipped
         self._now = now
         least = max(self.least, STEPS * self.gravity * step)
+        ahead = max(self.ahead, STEPS * step)
         found = []
         for brick, state in moving.items():
             if now < self._look_at.get(brick, now):
                 continue
             fastest = _fastest(state, size) if (size := self._size(brick)) else 0.0
             if size and fastest > least:
-                near = self._near(brick, state, still, max(AHEAD * min(size), _close(size, fastest, step)))
+                near = self._near(brick, state, still, max(AHEAD * min(size), _close(size, fastest, ahead)))
                 free = min((other.apart.gap for other in near), default=AHEAD * min(size))
                 # Half the way, for whatever makes it faster meanwhile.
-                rest = 0.5 * max(0.0, free - _close(size, fastest, step)) / fastest
+                rest = 0.5 * max(0.0, free - _close(size, fastest, ahead)) / fastest
                 self._look_at[brick] = now + min(self.horizon, rest)
-                found += [hit for other in near if (hit := _hit(_Box(brick, size, state), other, step))]
+                found += [hit for other in near if (hit := _hit(_Box(brick, size, state), other, ahead))]
         return [hit for hit in found if hit.speed > least]
 
     def forget(self, brick: BodyId) -> None:
@@ -103,19 +105,19 @@ class Approaches:
         return found
 
 
-def _close(size: Vec3, speed: float, step: float) -> float:
+def _close(size: Vec3, speed: float, ahead: float) -> float:
     """How near a brick of this speed must be to be about to hit [m]."""
-    return CLOSE * min(size) + STEPS * speed * step
+    return CLOSE * min(size) + ahead * speed
 
 
-def _hit(flying: _Box, other: _Near, step: float) -> Hit | None:
+def _hit(flying: _Box, other: _Near, within: float) -> Hit | None:
     """Follow a flight from gap to gap: while one direction closes, another may keep the bricks apart, and for good."""
     apart, ahead = other.apart, 0.0  # [s]
     for _ in range(MOST_GAPS):
         towards = times(-1.0, apart.normal_BA_W)
         speed = _closing(flying.state, flying.size, towards)
         close = CLOSE * min(flying.size) + ahead * _turning_speed(flying.state, flying.size)
-        if speed <= 0.0 or apart.gap >= close + (STEPS * step - ahead) * speed:
+        if speed <= 0.0 or apart.gap >= close + (within - ahead) * speed:
             return None
         if apart.gap <= close + ROUNDING:
             return Hit(flying.id, other.box.id, speed, towards)

@@ -91,7 +91,7 @@ class World(Engine, Joining, Protocol):
         """Give a brick that is not frozen an impulse [N s] at a point [m]."""
 
     def remove_brick(self, brick: BodyId) -> None:
-        """Take a brick out; its name is free again."""
+        """Take a brick out; its name is free again. What it was joined to is parted."""
 
     def close(self) -> None:
         """End the world; nothing of it is left."""

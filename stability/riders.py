@@ -46,9 +46,13 @@ class Riders:
 
     def part(self, brick: BodyId) -> tuple[BodyId, ...]:
         """Take apart the group of a brick; these are its bricks."""
-        group = self._groups.pop(self._first[brick])
         if self.joiner is not None:
             self.joiner.part(brick)
+        return self.parted(brick)
+
+    def parted(self, brick: BodyId) -> tuple[BodyId, ...]:
+        """The engine has taken apart the group of a brick; these are its bricks."""
+        group = self._groups.pop(self._first[brick])
         for member in group.members:
             del self._first[member]
         return group.members

@@ -1,7 +1,8 @@
 """A PyBullet world of one's own in which bricks can be joined, to move as one rigid body.
 
 A group is a body of its own with the shapes of its bricks. The bodies of the bricks stay where they were, without mass,
-and collide with nothing until they are parted: that costs less than to make them anew.
+and collide with nothing until they are parted: that costs less than to make them anew. The shape of a group that was
+parted stays with the client until it is closed: PyBullet counts it as used for good, and refuses to remove it.
 """
 
 from collections.abc import Collection, Iterator, Sequence
@@ -86,6 +87,11 @@ class PyBulletWorld(PlainWorld):
         if brick in self._joined:
             self.part(brick)
         super().freeze(brick)
+
+    def remove_brick(self, brick: BodyId) -> None:
+        if brick in self._joined:
+            self.part(brick)
+        super().remove_brick(brick)
 
     def holds(self, brick: BodyId) -> bool:
         return brick not in self._joined and super().holds(brick)
