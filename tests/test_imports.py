@@ -90,6 +90,7 @@ ORDER = {
         "direct_hits",
         "watching",
         "extension",
+        "statics.extra_load",
         "judgement",
         "candidates",
         "overload",
