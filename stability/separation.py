@@ -76,6 +76,25 @@ def blocks_apart(a: Block, b: Block) -> Separation:
     return Separation(best, normal)
 
 
+def meeting(moving: Block, fixed: Block, direction_W: Vec3, graze: float) -> tuple[float, float] | None:
+    """How far along a unit direction a box goes until it touches another, and until it leaves it; None if it passes.
+
+    Exact: by translation, two boxes meet where they come to overlap along every separating axis. What would touch the
+    other by less than `graze` [m] sideways passes by it.
+    """
+    between = _minus(fixed.p_WC, moving.p_WC)
+    enters, leaves = -inf, inf
+    for axis in _separating_axes(moving, fixed):
+        ahead, speed = _dot(between, axis), _dot(direction_W, axis)
+        reach = _half_extent(moving.half_edges_W, axis) + _half_extent(fixed.half_edges_W, axis)
+        if abs(speed) > PARALLEL:
+            first, last = sorted(((ahead - reach) / speed, (ahead + reach) / speed))
+            enters, leaves = max(enters, first), min(leaves, last)
+        elif abs(ahead) > reach - graze:
+            return None
+    return (enters, leaves) if enters < leaves else None
+
+
 def box_above_plane(size: Vec3, pose: Pose, plane: Plane) -> Separation:
     """The separation of a box from a half-space."""
     return block_above_plane(block(size, pose), plane)

@@ -38,6 +38,7 @@ CODES = {
     "SD204": "unknown brick",
     "SD205": "unknown level or event",
     "SD206": "the scenario is too large",
+    "SD207": "what is thrown, dropped or pushed does not meet what it is aimed at",
 }
 
 

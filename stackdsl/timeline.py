@@ -30,13 +30,10 @@ class Placement:
     pose: Pose
     drop: bool = False
     inserted: bool = False  # slid into what stands by then, rather than built on
-    # Of one that is thrown, in the air, at what stands by then [m/s]; it belongs to no level, which is 0.
-    velocity_W: Vec3 = AT_REST
-
-    @property
-    def thrown(self) -> bool:
-        """Whether it comes flying, and is no part of the structure."""
-        return self.velocity_W != AT_REST
+    # Whether an impact throws it, or lets it go above, at what stands by then. So it is no part of the structure and
+    # belongs to no level, which is 0.
+    thrown: bool = False
+    velocity_W: Vec3 = AT_REST  # with which it comes [m/s]
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,8 +83,8 @@ class Timeline:
 
     @property
     def built(self) -> float:
-        """When the last brick is placed [s]."""
-        return self.placements[-1].time
+        """When the last brick of the structure is placed [s]."""
+        return max(placement.time for placement in self.placements if not placement.thrown)
 
     @property
     def end(self) -> float:

@@ -362,7 +362,11 @@ def test_what_is_slid_in_is_turned_and_tilted_like_all_that_is_built() -> None:
         ("{insert: ^{at: [0 mm, 0 mm, 11.7 mm]}}, {remove: {brick: L2.1}}", "SD201", "inside brick 'L2.1'"),
         ("{insert: ^{at: [0 mm, 0 mm, 50 mm]}}", "SD202", "nothing is under brick"),
         ("{insert: ^{name: L1.1, at: [0 mm, 90 mm, 3.9 mm]}}", "SD203", "two bricks are called 'L1.1'"),
-        ("^{remove: {brick: L2.1}, insert: {at: [0 mm, 0 mm, 5 mm]}}", "SD108", "exactly one of remove, insert"),
+        (
+            "^{remove: {brick: L2.1}, insert: {at: [0 mm, 0 mm, 5 mm]}}",
+            "SD108",
+            "exactly one of remove, insert, throw, push, drop",
+        ),
         ("{remove: ^{}}", "SD108", "exactly one of brick, bricks"),
         ("^{at: 1 s, after: built, remove: {brick: L2.1}}", "SD108", "not both"),
         ("{after: ^impact 1, remove: {brick: L2.1}}", "SD205", "waits for impact 1"),

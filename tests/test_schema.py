@@ -59,6 +59,12 @@ impacts:
     after: built + 2 s
   - insert: {at: [4 m, 0 m, 4 mm], rotate: [0 deg, 0 deg, 90 deg], brick: kapla-ideal, name: wedge, level: 1}
     after: impact 2 + 1 s
+  - throw:
+      {name: shot, brick: kapla, at: level 4, turn: 90 deg, speed: 2 m/s, from: {bearing: 30 deg, distance: "${step}"}}
+  - throw: {at: L4.1, from: {bearing: 90 deg}, speed: "${100 * step / 1 s}"}
+  - push: {brick: L4.2, impulse: [1 mN*s, 0.01 N*s, "${1 kg * 1 m / 1 s}"], point: [0 mm, 0 mm, 3.9 mm]}
+  - drop: {name: hammer, brick: kapla, onto: level 4, height: 100 mm, rotate: [0 deg, 90 deg, 0 deg]}
+  - drop: {onto: L4.1, height: 0.1 m}
 systems: [thesis, tuned, stock]
 expect:
   - stands: all

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from stability.geometry import composed, turned
 from stability.model import Plane, Pose, Quaternion, Vec3
-from stability.separation import block, box_above_plane, boxes_apart
+from stability.separation import block, box_above_plane, boxes_apart, meeting
 
 CUBE = (1.0, 1.0, 1.0)
 
@@ -89,3 +89,47 @@ def test_upright_boxes_are_within_a_margin_as_wide_as_their_gap() -> None:
     one, other = block(CUBE, Pose((0.0, 0.0, 0.0))), block(CUBE, Pose((0.0, 1.25, 0.0)))
     assert one.is_within(0.25, other)
     assert not one.is_within(0.249, other)
+
+
+def test_a_cube_that_moves_meets_another_with_its_face_and_leaves_it_behind() -> None:
+    one, other = block(CUBE, Pose((0.0, 0.0, 0.0))), block(CUBE, Pose((3.0, 0.4, 0.0)))
+    assert meeting(one, other, (1.0, 0.0, 0.0), graze=0.0) == pytest.approx((2.0, 4.0))
+    assert meeting(one, other, (-1.0, 0.0, 0.0), graze=0.0) == pytest.approx((-4.0, -2.0))
+    assert meeting(one, other, (0.0, 1.0, 0.0), graze=0.0) is None
+
+
+@pytest.mark.parametrize(("beside", "meets"), [(0.9998, True), (0.9999001, False), (1.0, False), (1.2, False)])
+def test_what_only_grazes_passes_by(beside: float, meets: bool) -> None:
+    one, other = block(CUBE, Pose((0.0, 0.0, 0.0))), block(CUBE, Pose((3.0, beside, 0.0)))
+    assert (meeting(one, other, (1.0, 0.0, 0.0), graze=1e-4) is not None) is meets
+
+
+def test_edges_meet_edges_on_the_way() -> None:
+    #  <>  <>   two cubes on their upright edges, half a diagonal each
+    on_edge = (0.0, 0.0, sin(pi / 8.0), cos(pi / 8.0))
+    one, other = block(CUBE, Pose((0.0, 0.0, 0.0), on_edge)), block(CUBE, Pose((5.0, 0.0, 0.0), on_edge))
+    found = meeting(one, other, (1.0, 0.0, 0.0), graze=0.0)
+    assert found is not None
+    assert found[0] == pytest.approx(5.0 - sqrt(2.0))
+
+
+def turns() -> st.SearchStrategy[Quaternion]:
+    parts = st.tuples(*[st.floats(-1.0, 1.0)] * 4).filter(lambda q: sum(part * part for part in q) > 0.01)
+    return parts.map(lambda q: tuple(part / sqrt(sum(p * p for p in q)) for part in q))
+
+
+@given(turns(), turns(), st.floats(-0.8, 0.8), st.floats(-0.8, 0.8))
+def test_where_boxes_meet_they_touch_and_just_before_they_are_apart(
+    one: Quaternion, other: Quaternion, beside: float, above: float
+) -> None:
+    size, pose = (1.0, 0.4, 0.2), Pose((4.0, beside, above), other)
+    way = meeting(block(size, Pose((0.0, 0.0, 0.0), one)), block(size, pose), (1.0, 0.0, 0.0), graze=0.0)
+    if way is None:
+        return
+
+    def gap(along: float) -> float:
+        return boxes_apart(size, Pose((along, 0.0, 0.0), one), size, pose).gap
+
+    assert gap(way[0]) == pytest.approx(0.0, abs=1e-6)  # a gap that is smaller on a near-parallel axis counts as none
+    assert gap(way[0] - 0.01) > 0.0
+    assert gap((way[0] + way[1]) / 2) < 1e-9

@@ -10,6 +10,7 @@ from math import inf
 from stability.model import BodyId, Brick, Plane, Quaternion
 from stackdsl.compiling.agreement import contradictions
 from stackdsl.compiling.fitting import Fit, Sited, fits
+from stackdsl.compiling.hits import hits, hitting_bricks, shared_with_hits
 from stackdsl.compiling.naming import (
     footings_of,
     levels_of,
@@ -22,6 +23,7 @@ from stackdsl.compiling.naming import (
 from stackdsl.compiling.removals import missing_bricks, removed_in
 from stackdsl.compiling.scheduling import Moment, Schedule, scheduled
 from stackdsl.compiling.site import planes_of, tilt_of, turned_plane, turned_pose
+from stackdsl.compiling.standing import Scene, standing_bricks
 from stackdsl.compiling.written import WrittenBrick, bricks_of
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.language.schema import Scenario
@@ -43,27 +45,35 @@ def compile_timeline(scenario: Scenario, source: Source) -> tuple[Timeline | Non
     footings, levels, names, removed = _identified(written, planes, scenario)
     schedule = scheduled(written, levels, names, scenario, source)
     order = sorted(range(len(written)), key=schedule.bricks.__getitem__)
+    tilt, hitting = tilt_of(scenario), hitting_bricks(scenario)
+    hit: list[tuple[Moment, Action]] = []
     mistakes = [
         *shared_names(written, names, source),
+        *shared_with_hits(scenario, hitting, names, source),
         *lofty_levels(written, footings, levels, names, source),
         *schedule.mistakes,
-        *unknown_bricks(scenario, source, names),
+        *unknown_bricks(scenario, source, names, [brick.id for brick in hitting.values()]),
         *missed_bricks(scenario, source),
         *contradictions(scenario, dict(zip(names, levels, strict=True)), _hold(scenario), source),
     ]
     if not schedule.mistakes:  # without the right times, nothing fits
-        mistakes += missing_bricks(scenario, names, schedule, source)
+        come = dict(zip(names, schedule.bricks, strict=True))
+        come |= {brick.id: schedule.impacts[number] for number, brick in hitting.items()}
+        mistakes += missing_bricks(scenario, come, schedule.impacts, source)
         gone = {i: schedule.impacts[step - len(scenario.build)] for i, step in removed.items()}
         found = fits(_sited(written, schedule, gone, order), planes)
         mistakes += _misfits([written[i] for i in order], [names[i] for i in order], found, planes, source)
+        standing = tuple(standing_bricks(written, levels, names, schedule.bricks, gone))
+        scene = Scene(Moment(0.0), standing, planes, scenario.world.gravity, tilt)
+        hit, missed = hits(scenario, hitting, schedule.impacts, scene, source)
+        mistakes += missed
     if mistakes:
         return None, tuple(mistakes)
-    tilt = tilt_of(scenario)
     world = World(scenario.world.gravity, scenario.friction, tuple(turned_plane(plane, tilt) for plane in planes))
     placements = [
         (schedule.bricks[i], _placement(schedule.bricks[i].time, written[i], levels[i], names[i], tilt)) for i in order
     ]
-    actions = _in_order(placements, _removals(scenario, schedule))
+    actions = _in_order(placements, hit, _removals(scenario, schedule))
     claims = (*scenario.expect, *scenario.truth)
     watched = not scenario.expect or not all(claim.needs_statics for claim in claims)
     margins = {key for claim in claims if claim.margin is not None for key in claim.margin.asked}

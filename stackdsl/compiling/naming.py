@@ -1,7 +1,7 @@
 """Levels and names: by place, such as `L3.2`, unless the author gives his own; and whether names are right."""
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from math import inf
 from types import MappingProxyType
 
@@ -80,15 +80,20 @@ def shared_names(written: Sequence[WrittenBrick], names: Sequence[BodyId], sourc
             yield Diagnostic("SD203", source.span_of(written[index].path), message, "give the step or the brick a name")
 
 
-def unknown_bricks(scenario: Scenario, source: Source, names: Sequence[BodyId]) -> Iterator[Diagnostic]:
-    """Bricks that impacts and expectations speak of and nobody builds."""
-    known = set(names)
+def unknown_bricks(
+    scenario: Scenario, source: Source, names: Sequence[BodyId], hitting: Collection[BodyId] = ()
+) -> Iterator[Diagnostic]:
+    """Bricks that impacts and expectations speak of and that nobody builds, nor throws or drops."""
+    known = {*names, *hitting}
     for key, claims in (("impacts", scenario.impacts), ("expect", scenario.expect), ("truth", scenario.truth)):
         for number, claim in enumerate(claims):
             for path, name in _named(claim.model_dump(by_alias=True, exclude_none=True), (key, number)):
                 if name not in known and not (path[-1] == "support" and name in _planes(scenario)):
                     fixed = _planes(scenario) if path[-1] == "support" else ()
-                    hint = did_you_mean(name, (*names, *fixed)) or f"the bricks are called {names[0]} to {names[-1]}"
+                    hint = (
+                        did_you_mean(name, (*names, *hitting, *fixed))
+                        or f"the bricks are called {names[0]} to {names[-1]}"
+                    )
                     yield Diagnostic("SD204", source.span_of(path), f"there is no brick '{name}'", hint)
 
 

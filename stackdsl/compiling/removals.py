@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 
 from stability.model import BodyId
-from stackdsl.compiling.scheduling import Schedule
+from stackdsl.compiling.scheduling import Moment
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.language.schema import Scenario
 from stackdsl.reading.source import Path, Source
@@ -21,10 +21,12 @@ def removed_in(scenario: Scenario, names: Sequence[BodyId]) -> Mapping[int, int]
 
 
 def missing_bricks(
-    scenario: Scenario, names: Sequence[BodyId], schedule: Schedule, source: Source
+    scenario: Scenario, when: Mapping[BodyId, Moment], impacts: Sequence[Moment], source: Source
 ) -> Iterator[Diagnostic]:
-    """Bricks that are pulled out before they are placed, or again; those that nobody places are told elsewhere."""
-    when, impacts = dict(zip(names, schedule.bricks, strict=True)), schedule.impacts
+    """Bricks that are pulled out before they come, or again; those that never come are told elsewhere.
+
+    `when` says when each brick is placed, or comes flying.
+    """
     gone: dict[BodyId, Path] = {}
     for number in sorted(range(len(impacts)), key=impacts.__getitem__):
         for path, name in _removed(scenario, number):

@@ -1,7 +1,7 @@
 """When each step begins and each brick is placed: in order, `every`, `at`, and anchors: `after: level 9 + 1 s`."""
 
-from collections import Counter
-from collections.abc import Sequence
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -38,7 +38,7 @@ def scheduled(
     found = Schedule()
     known = list(zip(written, levels, names, strict=True))
     last = next_start = 0.0
-    counts = Counter(brick.step for brick in written)
+    turns = _turns(written)
     for number, step in enumerate((*scenario.build, *scenario.impacts)):
         turn = max(BUILD, number - len(scenario.build) + 1)
         path: Path = ("impacts", turn - 1) if turn else ("build", number)
@@ -50,11 +50,20 @@ def scheduled(
             else:
                 start = event + step.after.offset
         every = (scenario.build[number].every or 0.0) if turn == BUILD else 0.0
-        found.bricks += [Moment(start + index * every, turn) for index in range(counts[number])]
+        found.bricks += [Moment(start + index * every, turn) for index in turns[number]]
         if turn:
             found.impacts.append(Moment(start, turn))
-        last = max(last, start + max(counts[number] - 1, 0) * every)
+        last = max(last, start + max(turns[number], default=0) * every)
         next_start = last + every
+    return found
+
+
+def _turns(written: Sequence[WrittenBrick]) -> Mapping[int, list[int]]:
+    """By step, the turn of each of its bricks among what is set down one after another."""
+    found: dict[int, list[int]] = defaultdict(list)
+    for brick in written:
+        turns = found[brick.step]
+        turns.append((turns[-1] + (not brick.together)) if turns else 0)
     return found
 
 

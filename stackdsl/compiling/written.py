@@ -7,7 +7,7 @@ from math import cos, sin
 from stability.geometry import composed
 from stability.model import Pose, Quaternion, Vec3
 from stackdsl.language.bricks import BrickKind, SetBrick
-from stackdsl.language.layouts import place
+from stackdsl.language.layouts import BrickSpec, place
 from stackdsl.language.schema import Scenario, Step
 from stackdsl.reading.source import Path
 
@@ -24,6 +24,7 @@ class WrittenBrick:
     level: int | None  # None if it is to be judged by what it stands on
     name: str | None
     drop: bool = False
+    together: bool = False  # whether it is set down at one moment with the brick before it
     within: str | None = None  # the name of its step
 
     @property
@@ -53,15 +54,23 @@ def _bricks_of_step(number: int, step: Step, scenario: Scenario) -> Iterator[Wri
     if step.layout is not None:
         name, params = step.layout
         for spec in place(name, params, kind.size):
-            size = spec.size or kind.size
-            pose = Pose(spec.position, about_z(spec.yaw))
-            own = _prefixed(step, spec.name)
+            size, pose, own = spec.size or kind.size, pose_of(spec), _prefixed(step, spec.name)
+            path: Path = ("build", number, name)
+            mass = kind.mass_of(size)
             yield WrittenBrick(
-                ("build", number, name), number, size, kind.mass_of(size), pose, spec.level, own, within=step.name
+                path, number, size, mass, pose, spec.level, own, together=spec.together, within=step.name
             )
     for index, brick in enumerate(step.bricks or ()):
         set_down = _set_brick(("build", number, "bricks", index), number, brick, kind)
         yield replace(set_down, name=_prefixed(step, brick.name), drop=brick.drop, within=step.name)
+
+
+def pose_of(spec: BrickSpec) -> Pose:
+    """The pose of a brick of a layout."""
+    if spec.lean == 0.0:
+        return Pose(spec.position, about_z(spec.yaw))
+    sine, cosine = half_turn(spec.lean)
+    return Pose(spec.position, composed(about_z(spec.yaw), (0.0, sine, 0.0, cosine)))
 
 
 def _set_brick(path: Path, step: int, brick: SetBrick, kind: BrickKind) -> WrittenBrick:

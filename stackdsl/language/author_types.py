@@ -22,6 +22,7 @@ from stackdsl.language.quantities import (
     DENSITY,
     DURATION,
     EXTENT,
+    IMPULSE,
     LENGTH,
     LEVEL,
     MASS,
@@ -29,6 +30,7 @@ from stackdsl.language.quantities import (
     SHARE,
     SIGNED,
     SLOPE,
+    SPEED,
     Dimension,
     parse_quantity,
     quantity_pattern,
@@ -95,6 +97,8 @@ Slope = Annotated[float, _quantity(SLOPE)]  # [rad], level to upright
 Density = Annotated[float, _quantity(DENSITY)]  # [kg/m3]
 Mass = Annotated[float, _quantity(MASS)]  # [kg]
 Acceleration = Annotated[float, _quantity(ACCELERATION)]  # [m/s2]
+Speed = Annotated[float, _quantity(SPEED)]  # [m/s]
+Impulse = Annotated[float, _quantity(IMPULSE)]  # [N s], either sign
 Friction = Annotated[float, Field(strict=True, ge=0, le=10, allow_inf_nan=False)]  # Coulomb coefficient
 ShareOfLimit = Annotated[float, _quantity(replace(SHARE, most=2.0))]  # may go beyond the limit
 

@@ -5,15 +5,16 @@ on z = 0. `origin` and `heading` then carry it to its place in the scenario. Bri
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import cos, pi, sin, tan
-from typing import Annotated, Final, TypeAlias, TypeVar, cast
+from typing import Annotated, ClassVar, Final, TypeAlias, TypeVar, cast
 
-from pydantic import Field, model_validator
+from pydantic import Field, GetJsonSchemaHandler, model_validator
+from pydantic_core import CoreSchema
 
 from stability.model import Vec3
 from stackdsl.language.author_models import AuthorModel, default
-from stackdsl.language.author_types import Angle, Length, NonNegativeLength, PositiveLength, ShareOfLimit
+from stackdsl.language.author_types import Angle, JsonSchema, Length, NonNegativeLength, PositiveLength, ShareOfLimit
 from stackdsl.language.mistakes import MistakeError
 
 MAX_LEVELS: Final = 10_000  # beyond, a typo: the tallest plank towers have a few hundred levels
@@ -28,7 +29,9 @@ class BrickSpec:
 
     level: int  # storey, counted from 1
     position: Vec3  # its centre [m]
-    yaw: float = 0.0  # turn about z [rad]
+    yaw: float = 0.0  # turn about z, after the lean [rad]
+    lean: float = 0.0  # turn about y, which brings its +x end down [rad]
+    together: bool = False  # whether it is set down at one moment with the brick before it
     size: Vec3 | None = None  # [m]; None for the brick that the layout is built of
     name: str | None = None  # None for a name by place
 
@@ -42,10 +45,20 @@ class LayoutParams(AuthorModel):
     origin: tuple[Length, Length, Length] = default(["0 mm", "0 mm", "0 mm"], "shifts the layout to [x, y, z]")
     heading: Angle = default("0 deg", "turns the layout about the vertical through its origin, x towards y")
 
+    count: ClassVar[str] = "levels"  # the key that says how much is built, which a step until a collapse may leave out
+
     @property
     def bricks_at_most(self) -> int:
         """An upper limit of the number of bricks, known before they are made."""
         return MAX_LEVELS
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchema:
+        """Whether the count may be left out is up to the step."""
+        schema = handler(core)
+        keys = handler.resolve_ref_schema(schema)
+        keys["required"] = [key for key in keys.get("required", []) if key != cls.count]
+        return schema
 
     @model_validator(mode="after")
     def _reject_too_many(self) -> "LayoutParams":
@@ -94,7 +107,7 @@ def _carried(spec: BrickSpec, params: LayoutParams) -> BrickSpec:
     (x, y, z), (ox, oy, oz) = spec.position, params.origin
     c, s = cos(params.heading), sin(params.heading)
     position = (ox + c * x - s * y, oy + s * x + c * y, oz + z)
-    return BrickSpec(spec.level, position, spec.yaw + params.heading, spec.size, spec.name)
+    return replace(spec, position=position, yaw=spec.yaw + params.heading)
 
 
 def _height(level: int, thickness: float) -> float:
@@ -122,11 +135,15 @@ def four_stack(params: FourStackParams, size: Vec3) -> Specs:
 
     Odd levels run along x and even ones along y; of each, the plank on the negative side comes first.
     """
-    length, width, thickness = size
-    half = (length - width if params.spacing is None else params.spacing) / 2
-    specs = []
-    for level in range(1, params.levels + 1):
-        middle, z = (level - 1) * params.step, _height(level, thickness)
+    spacing = size[0] - size[1] if params.spacing is None else params.spacing
+    return crossed_pairs(params.levels, params.step, spacing, size)
+
+
+def crossed_pairs(levels: int, step: float, spacing: float, size: Vec3) -> Specs:
+    """The bricks of a four-stack."""
+    half, specs = spacing / 2, []
+    for level in range(1, levels + 1):
+        middle, z = (level - 1) * step, _height(level, size[2])
         for side in (-half, half):
             along_x = BrickSpec(level, (middle, side, z))
             along_y = BrickSpec(level, (middle + side, 0.0, z), yaw=pi / 2)
@@ -194,6 +211,8 @@ class HarmonicParams(LayoutParams):
 
     bricks: Levels = Field(description="how many planks")
     share: ShareOfLimit = default(1.0, "of the overhang at which the stack is on the point of tipping")
+
+    count: ClassVar[str] = "bricks"
 
 
 @layout("harmonic", HarmonicParams)

@@ -29,7 +29,7 @@ UNITS: Final[Mapping[str, str]] = {
     **{"kg": "[mass]", "g": "0.001 * kg"},
     # An angle is not a number here, so `sin(0.5)` and `tilt: 50 %` are mistakes that can be told.
     **{"rad": "[angle]", "deg": "3.14159265358979323846264338327950288 / 180 * rad"},
-    **{"N": "kg * m / s**2", "J": "N * m", "g0": "9.80665 * m / s**2", "percent": "0.01"},
+    **{"N": "kg * m / s**2", "mN": "0.001 * N", "J": "N * m", "g0": "9.80665 * m / s**2", "percent": "0.01"},
 }
 # What authors write in place of an SI unit, below so much of it.
 _EVERYDAY: Final[Mapping[str, tuple[str, float]]] = {"m": ("mm", 1.0), "kg": ("g", 1.0), "rad": ("deg", inf)}
@@ -75,6 +75,9 @@ MASS: Final = Dimension("a mass", ("g", "kg"), "11.9 g", 0.0, 1e9, positive=True
 ACCELERATION: Final = Dimension(
     "an acceleration", ("m/s2", "cm/s2", "mm/s2", "g0"), "9.81 m/s2", 0.0, 1e4, positive=True
 )
+# Faster, and engines let thin bricks pass through one another.
+SPEED: Final = Dimension("a speed", ("m/s", "cm/s", "mm/s"), "2 m/s", 0.0, 20.0, positive=True)
+IMPULSE: Final = Dimension("an impulse", ("N*s", "mN*s", "kg*m/s", "g*m/s"), "0.01 N*s", -1e6, 1e6)
 COUNT: Final = Dimension("a count", (), "<= 2", 0, 10**9, needs_unit=False, whole=True)
 LEVEL: Final = Dimension("a level", (), "level 9 ± 1", 1, 10**9, needs_unit=False, whole=True, prefix="level")
 SHARE: Final = Dimension("a share", ("%",), "25 %", 0.0, 1.0, needs_unit=False)
@@ -184,6 +187,6 @@ def quantity_pattern(dimension: Dimension) -> str:
 
 
 def _any_spelling(unit: str) -> str:
-    for spelling, pattern in {"2": r"(?:\^?2|²)", "3": r"(?:\^?3|³)", "deg": "(?:deg|°)"}.items():
+    for spelling, pattern in {"*": "[*·]", "2": r"(?:\^?2|²)", "3": r"(?:\^?3|³)", "deg": "(?:deg|°)"}.items():
         unit = unit.replace(spelling, pattern)
     return unit

@@ -1,16 +1,19 @@
 """What an author may write: the models of one scenario, and the description of every key."""
 
-from typing import TYPE_CHECKING, Annotated, ClassVar, TypeAlias
+from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Literal, Self, TypeAlias
 
-from pydantic import Field, WithJsonSchema, create_model
+from pydantic import Field, GetJsonSchemaHandler, WithJsonSchema, create_model, model_validator
+from pydantic_core import CoreSchema
 
 from stackdsl.language import author_types as t
+from stackdsl.language import card_house, leaning_structure  # noqa: F401 -- each adds itself to LAYOUTS
 from stackdsl.language.anchors import Timed
 from stackdsl.language.author_models import AuthorModel, Shorthand, default
 from stackdsl.language.bricks import BrickKind, PlacedBrick
 from stackdsl.language.claims import Expectation, Truth
 from stackdsl.language.impacts import Impact
 from stackdsl.language.layouts import LAYOUTS, MAX_BRICKS, LayoutParams
+from stackdsl.language.mistakes import MistakeError
 
 # --- given: the world -------------------------------------------------------------------------------------------------
 
@@ -49,6 +52,8 @@ class World(AuthorModel):
 
 # --- when: the steps of building --------------------------------------------------------------------------------------
 
+UNTIL_COLLAPSE: Final = 100  # levels, or bricks; plank stacks that are made to fall do so long before
+
 
 class Step(Timed):
     """One step of building, less the layouts, which `BuildStep` adds from their registry."""
@@ -59,6 +64,7 @@ class Step(Timed):
     name: t.BrickName | None = Field(None, description="goes before the names of the bricks of this step")
     brick: BrickKind | None = Field(None, description="what this step is built of; default: the scenario's brick")
     every: t.PositiveDuration | None = Field(None, description="time for each brick; default: all at one time")
+    until: Literal["collapse"] | None = Field(None, description="goes on until the structure falls")
 
     one_of: ClassVar[tuple[str, ...]] = (*LAYOUTS, "bricks")
 
@@ -67,6 +73,35 @@ class Step(Timed):
         """Name and parameters of the layout, unless the step lists its bricks."""
         written = ((name, getattr(self, name)) for name in LAYOUTS)
         return next(((name, params) for name, params in written if params is not None), None)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _go_on(cls, written: object) -> object:
+        """Fill in how much is built at most, where that is left to the collapse."""
+        if not isinstance(written, dict) or "until" not in written:
+            return written
+        layouts = {name: written[name] for name in LAYOUTS if isinstance(written.get(name), dict)}
+        return written | {name: {LAYOUTS[name].params.count: UNTIL_COLLAPSE} | layouts[name] for name in layouts}
+
+    @model_validator(mode="after")
+    def _fall_on_the_way(self) -> Self:
+        if self.until is None:
+            return self
+        if self.layout is None:
+            raise MistakeError("SD108", "`until: collapse` goes on with a layout, and this step has none", "write one")
+        if self.every is None:
+            message = "`until: collapse` needs `every`: all at once, nothing is left to add when it falls"
+            raise MistakeError("SD102", message, "add such as every: 1 s")
+        return self
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> t.JsonSchema:
+        schema = super().__get_pydantic_json_schema__(core, handler)
+        counts = {name: {"required": [layout.params.count]} for name, layout in LAYOUTS.items()}
+        handler.resolve_ref_schema(schema).update(
+            {"if": {"not": {"required": ["until"]}}, "then": {"properties": counts}}
+        )
+        return schema
 
 
 if TYPE_CHECKING:

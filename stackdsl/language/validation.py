@@ -120,6 +120,10 @@ def _disagreements(source: Source, scenario: Scenario) -> Iterator[Diagnostic]:
                 hint = f"add it to systems, or choose from: {', '.join(scenario.systems)}"
                 yield Diagnostic("SD104", source.span_of(("expect", index, "system")), message, hint)
     yield from _unanswerable(source, scenario)
+    for index, step in enumerate(scenario.build[:-1]):
+        if step.until is not None:
+            message = "nothing is built after a collapse, and this step goes on until there is one"
+            yield Diagnostic("SD104", source.span_of(("build", index, "until")), message, "let it be the last step")
     for index, step in enumerate(scenario.build):
         if step.layout is None:
             continue
