@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from itertools import pairwise, product
-from math import dist, hypot, inf
+from math import atan2, dist, hypot, inf
 from typing import TypeAlias
 
 from stability.model import Pose, Quaternion, Vec3
@@ -37,6 +37,14 @@ def composed(second: Quaternion, first: Quaternion) -> Quaternion:
         w2 * z1 + x2 * y1 - y2 * x1 + z2 * w1,
         w2 * w1 - x2 * x1 - y2 * y1 - z2 * z1,
     )
+
+
+def turn_between(one: Pose, other: Pose) -> float:
+    """The angle of the turn from one orientation to another [rad]."""
+    x, y, z, w = one.orientation
+    a, b, c, part = composed(other.orientation, (-x, -y, -z, w))
+    # Not by the cosine, which cannot tell a turn of 1e-8 from none.
+    return 2.0 * atan2(hypot(a, b, c), abs(part))
 
 
 def body_axes(orientation: Quaternion) -> tuple[Vec3, Vec3, Vec3]:

@@ -6,14 +6,14 @@ from dataclasses import replace
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Problem, Stability
 from stability.statics.margins.summary import acceleration, least_friction, placement, tilt
-from stackdsl.trace import BrickState, Margins, Trace
+from stackdsl.trace import Margins, Trace
 
 ALL = ("acceleration", "tilt", "friction", "placement")
 
 
 def margins_of(trace: Trace, wanted: Collection[str]) -> Margins:
     """Some margins of what stands frozen at the end of a run."""
-    standing = [Placed(t.brick, t.final) for t in trace.tracks.values() if t.state is BrickState.FROZEN]
+    standing = [Placed(t.brick, t.final) for t in trace.tracks.values() if t.frozen]
     if trace.world is None or not standing:
         return Margins()
     assembly = Assembly(trace.world.planes, trace.world.friction, trace.world.gravity)

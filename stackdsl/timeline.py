@@ -55,6 +55,7 @@ class Push:
 
 
 Action: TypeAlias = Placement | Removal | Push
+Moment: TypeAlias = tuple[Placement, ...] | Removal | Push  # what is done together
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,13 +68,14 @@ class Timeline:
     # Whether anything is asked that only motion shows. If not, a system with proofs does without an engine.
     watched: bool = True
     margins: tuple[str, ...] = ()  # those of the proof that are asked for, such as `tilt`
+    closely: bool = False  # whether it is asked how something begins to fall, or where it lands
 
     @property
     def placements(self) -> tuple[Placement, ...]:
         """The actions that set down, or let go, a brick."""
         return tuple(action for action in self.actions if isinstance(action, Placement))
 
-    def moments(self) -> Iterator[tuple[Placement, ...] | Removal | Push]:
+    def moments(self) -> Iterator[Moment]:
         """What is done together: the bricks set down at one time, or one removal or push."""
         for (_, placing), group in groupby(self.actions, key=lambda action: (action.time, type(action) is Placement)):
             if placing:

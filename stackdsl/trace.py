@@ -3,13 +3,16 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
+from math import atan2, hypot, inf
 
 from stability.model import BodyId, Brick, Pose
+from stability.statics.facts import Motion
 from stability.statics.facts import Verdict as StaticsVerdict
 from stackdsl.timeline import World
 
-# A brick that had come to rest has left its place beyond these (DESIGN, "collapse").
-COLLAPSE_SHARE_OF_SMALLEST_SIDE = 0.5  # its centre sank or shifted by more than this share of its smallest side
+# A brick that had come to rest has left its place beyond these (DESIGN, "collapse"). Its centre sank, or, as long as
+# nothing has hit the structure, shifted by more than this share of its smallest side (docs/decisions/0010).
+COLLAPSE_SHARE_OF_SMALLEST_SIDE = 0.5
 COLLAPSE_TILT = 0.2617993877991494  # [rad], 15 deg
 
 
@@ -56,11 +59,17 @@ class BrickState(StrEnum):
 
     FROZEN = "frozen"  # stands, held fixed by the extension
     STANDING = "standing"  # stands in the hands of the engine
+    DISPLACED = "displaced"  # stands, upright and at its height, where a hit has shifted it to
     FALLEN = "fallen"  # left its place
+    THROWN = "thrown"  # came flying; no part of the structure, wherever it ended
     UNSETTLED = "unsettled"  # dropped, and still not at rest
     REMOVED = "removed"  # pulled out
     UNPLACED = "unplaced"  # the structure fell before its turn
     UNWATCHED = "unwatched"  # not proven to stand, and nothing was asked that an engine would have to show
+
+
+STAND = frozenset({BrickState.FROZEN, BrickState.STANDING, BrickState.DISPLACED})
+NO_PART = frozenset({BrickState.REMOVED, BrickState.THROWN})  # of the structure: nothing is claimed of these
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +85,9 @@ class BrickTrack:
     shift: float  # largest distance of its centre from `rest` afterwards, over the whole run [m]
     tilt: float  # largest turn of its axes out of `rest` afterwards [rad]
     left_at: float | None = None  # when it was seen to have left its place [s]
+    # Largest distance of its centre below `rest` [m], once a hit has come: only that, or a tilt, is a collapse then.
+    sunk: float | None = None
+    frozen: bool = False  # whether it is held fixed at the end, with whatever proof
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,6 +122,48 @@ class Margins:
     placement: float | None = None  # how far every brick may be placed beside where it is [m]
 
 
+@dataclass(frozen=True, slots=True)
+class Energy:
+    """Kinetic and potential energy of all bricks, thrown ones included, from the last action on."""
+
+    start: float  # just after it, with what it brought in [J]
+    most: float  # that it ever was since [J]
+    potential: float  # the part above the ground just after it [J]
+
+    @property
+    def gain(self) -> float:
+        """How much it rose, as a share of the potential energy above the ground."""
+        risen = self.most - self.start
+        return risen / self.potential if self.potential > 0.0 else (inf if risen > 0.0 else 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Onset:
+    """How what statics proved to fall began to: each brick where it was, and when the first had turned by 5 deg."""
+
+    motion: Motion  # that the proof names
+    poses: Mapping[BodyId, tuple[Pose, Pose]]
+    about: tuple[BodyId, ...]  # what stands still where something that moves touches it and does not slip
+
+
+@dataclass(frozen=True, slots=True)
+class Landing:
+    """When what had left its place was fastest: the moment before the ground takes it."""
+
+    time: float  # [s]
+    shift: tuple[float, float]  # of the common centre of mass of what fell, sideways from where it had been at rest [m]
+
+    @property
+    def reach(self) -> float:
+        """How far sideways [m]."""
+        return hypot(*self.shift)
+
+    @property
+    def bearing(self) -> float:
+        """Which way, from +x towards +y [rad]."""
+        return atan2(self.shift[1], self.shift[0])
+
+
 class Verdict(StrEnum):
     """What came of the structure as a whole."""
 
@@ -134,10 +188,13 @@ class Trace:
     # What was proven when bricks were last set down or pulled out; None where nothing proves.
     statics: StaticsVerdict | None = None
     margins: Margins = Margins()  # of what stands at the end, as far as somebody asked
+    energy: Energy | None = None  # None before anything was done
+    onset: Onset | None = None  # None where nothing was proven to fall, or fell so, or nobody asked
+    landing: Landing | None = None  # None where nothing fell, or nobody asked
 
     @property
     def last_action(self) -> float:
-        """When a brick was last placed or pulled out [s]."""
+        """When a brick was last placed, pulled out, thrown or pushed [s]."""
         return max((event.time for event in self.events if event.kind in ACTIONS), default=0.0)
 
     @property
@@ -152,6 +209,6 @@ class Trace:
 
     @property
     def drift(self) -> float:
-        """Largest shift of any placed brick after it came to rest, of those that are not pulled out [m]."""
-        remaining = (track for track in self.tracks.values() if track.state is not BrickState.REMOVED)
+        """Largest shift of any brick of the structure after it came to rest, of those that are not pulled out [m]."""
+        remaining = (track for track in self.tracks.values() if track.state not in NO_PART)
         return max((track.shift for track in remaining), default=0.0)

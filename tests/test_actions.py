@@ -140,11 +140,13 @@ def test_who_carried_a_plank_when_it_was_placed_stays_known_after_a_support_is_p
     assert {edge.lower for edge in trace.edges if edge.upper == "beam"} == {"middle"}
 
 
-def test_after_a_collapse_nothing_is_pulled_out_any_more() -> None:
-    impacts = "{at: 1 s, remove: {brick: L2.1}}, {at: 9 s, remove: {brick: L1.1}}"
-    trace = played("- column: {levels: 3}", impacts, "exact")
+def test_after_a_collapse_bricks_are_still_pulled_out_but_none_is_slid_in() -> None:
+    late = "{at: 9 s, remove: {brick: L1.1}}, {at: 10 s, insert: {name: late, at: [300 mm, 0 mm, 3.9 mm]}}"
+    trace = played("- column: {levels: 3}", f"{{at: 1 s, remove: {{brick: L2.1}}}}, {late}", "exact")
     assert trace.collapse is not None
-    assert trace.tracks["L1.1"].state is BrickState.FROZEN
+    assert (trace.tracks["L1.1"].state, trace.tracks["late"].state) == (BrickState.REMOVED, BrickState.UNPLACED)
+    assert trace.last_action == 9.0
+    assert trace.cost.simulated_time == pytest.approx(11.0)  # two seconds after the last action, as ever
 
 
 @pytest.mark.parametrize(("placed", "time"), [("drop: true", 0.4), ("drop: false", 0.045)])

@@ -11,7 +11,7 @@ from stackdsl.expectations import compare_with_truth, judge
 from stackdsl.margins import ALL, margins_of
 from stackdsl.outcome import Outcome
 from stackdsl.timeline import World
-from stackdsl.trace import BrickState, BrickTrack, Collapse, Cost, Edge, Trace
+from stackdsl.trace import BrickState, BrickTrack, Collapse, Cost, Edge, Energy, Trace
 from tests.scenes import compiled, scene
 
 SIZE = (0.1176, 0.0234, 0.0078)  # so that a brick has left its place when it shifted by more than 3.9 mm
@@ -19,7 +19,8 @@ SIZE = (0.1176, 0.0234, 0.0078)  # so that a brick has left its place when it sh
 
 def track(name: str, level: int, shift: float = 0.0, state: BrickState = BrickState.FROZEN) -> BrickTrack:
     pose = Pose((0.0, 0.0, (level - 0.5) * SIZE[2]))
-    return BrickTrack(Brick(name, SIZE, 0.012), level, state, pose, pose, pose, shift, tilt=0.0)
+    frozen = state is BrickState.FROZEN
+    return BrickTrack(Brick(name, SIZE, 0.012), level, state, pose, pose, pose, shift, tilt=0.0, frozen=frozen)
 
 
 STANDING = Trace(
@@ -38,6 +39,23 @@ FALLEN = replace(
 )
 
 
+#   A hit threw the top plank down, shifted the middle one by 6 mm, and left the lowest; the missile lies beside.
+HIT = replace(
+    STANDING,
+    tracks={
+        "L1.1": replace(track("L1.1", 1), sunk=0.0),
+        "L2.1": replace(
+            track("L2.1", 2, shift=0.006, state=BrickState.DISPLACED),
+            final=Pose((0.006, 0.0, 1.5 * SIZE[2])),
+            sunk=0.001,
+        ),
+        "L3.1": replace(
+            track("L3.1", 3, shift=0.05, state=BrickState.FALLEN), final=Pose((0.05, 0.0, 0.5 * SIZE[2])), sunk=0.0156
+        ),
+        "shot": track("shot", 0, shift=0.2, state=BrickState.THROWN),
+    },
+    energy=Energy(start=1.0, most=1.001, potential=0.5),
+)
 PULLED_OUT = replace(
     STANDING,
     tracks={**STANDING.tracks, "L3.1": track("L3.1", 3, shift=0.05, state=BrickState.REMOVED)},
@@ -46,7 +64,8 @@ PULLED_OUT = replace(
 
 
 def outcome(claim: str, trace: Trace) -> Outcome:
-    cases, mistakes = compiled(scene("- column: {levels: 3}", f"expect:\n  - {claim}"))
+    build = "- column: {levels: 3}\n- bricks: [{name: shot, at: [300 mm, 0 mm, 3.9 mm]}]"
+    cases, mistakes = compiled(scene(build, f"expect:\n  - {claim}"))
     assert mistakes == []
     return judge(trace, cases[0].scenario, cases[0].variant, cases[0].source, "thesis")[0]
 
@@ -64,6 +83,27 @@ def outcome(claim: str, trace: Trace) -> Outcome:
         ("collapses: any", PULLED_OUT, False, -2.9, "mm"),
         ("drift: < 2 mm", PULLED_OUT, True, 1.0, "mm"),
         ("displaced: {bricks: 0, by: '> 3 mm'}", PULLED_OUT, True, 0.0, "bricks"),
+        # After a hit only sinking counts, or a tilt: 3.9 mm less 1 mm.
+        ("stands: {levels: 2}", HIT, True, 2.9, "mm"),
+        ("stands: all", HIT, False, -11.7, "mm"),
+        ("stands: {bricks: [shot]}", HIT, False, -1.0, "bricks"),
+        ("leaves: {levels: 2}", HIT, True, 0.0, "levels"),
+        ("leaves: {levels: 2 .. 3}", FALLEN, True, 0.0, "levels"),
+        ("leaves: {levels: '>= 3'}", HIT, False, -1.0, "levels"),
+        ("leaves: {bricks: '>= 1'}", HIT, True, 1.0, "bricks"),  # neither the missile nor what fell
+        ("falls: {bricks: [L3.1]}", HIT, True, 0.0, "bricks"),
+        ("falls: {bricks: [L2.1]}", HIT, False, -2.0, "bricks"),  # one that did not, one that was not named
+        ("falls: {count: <= 4}", HIT, True, 3.0, "bricks"),
+        ("falls: {count: 0}", HIT, False, -1.0, "bricks"),
+        ("displaced: {bricks: 2, by: '> 5 mm'}", HIT, True, 0.0, "bricks"),
+        ("drift: < 100 mm", HIT, True, 50.0, "mm"),
+        ("height: {is: 15.6 mm ± 0.5 mm}", HIT, True, 0.5, "mm"),
+        ("untouched: {levels: 1}", HIT, True, inf, ""),
+        ("untouched: {levels: 2}", HIT, False, -6.0, "mm"),
+        ("untouched: {bricks: [L2.1]}", HIT, False, -6.0, "mm"),
+        ("untouched: {except: [L2.1, L3.1]}", HIT, True, inf, ""),
+        ("energy: {gain: <= 1 %}", HIT, True, 0.8, "%"),  # 1 mJ of 0.5 J are 0.2 %
+        ("energy: {gain: < 0.1 %}", HIT, False, -0.1, "%"),
         ("collapses: any", FALLEN, True, inf, ""),
         ("collapses: any", STANDING, False, -1.9, "mm"),
         ("collapses: {at: level 2 ± 1}", FALLEN, True, 0.0, "levels"),
@@ -128,7 +168,7 @@ def test_a_brick_that_only_tilts_is_judged_by_its_angle() -> None:
 
 def test_an_outcome_points_at_its_line_and_repeats_what_was_written() -> None:
     found = outcome("stands: {levels: 3, for: 2 s}", STANDING)
-    assert (found.span.line, found.span.column) == (5, 5)
+    assert (found.span.line, found.span.column) == (6, 5)
     assert found.expected == "levels 3, for 2 s"
 
 

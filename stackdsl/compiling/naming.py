@@ -12,6 +12,8 @@ from stackdsl.diagnostics import Diagnostic, did_you_mean
 from stackdsl.language.schema import Scenario
 from stackdsl.reading.source import Path, Source
 
+FIXED_TOO = ("support", "about")  # keys that may also name the ground or a wall
+
 
 def footings_of(
     written: Sequence[WrittenBrick], planes: Sequence[Plane], removed_in: Mapping[int, int] = MappingProxyType({})
@@ -88,8 +90,8 @@ def unknown_bricks(
     for key, claims in (("impacts", scenario.impacts), ("expect", scenario.expect), ("truth", scenario.truth)):
         for number, claim in enumerate(claims):
             for path, name in _named(claim.model_dump(by_alias=True, exclude_none=True), (key, number)):
-                if name not in known and not (path[-1] == "support" and name in _planes(scenario)):
-                    fixed = _planes(scenario) if path[-1] == "support" else ()
+                if name not in known and not (path[-1] in FIXED_TOO and name in _planes(scenario)):
+                    fixed = _planes(scenario) if path[-1] in FIXED_TOO else ()
                     hint = (
                         did_you_mean(name, (*names, *hitting, *fixed))
                         or f"the bricks are called {names[0]} to {names[-1]}"
@@ -117,7 +119,7 @@ def _named(written: Mapping[str, object], path: Path) -> Iterator[tuple[Path, st
     for key, value in written.items():
         if isinstance(value, dict):
             yield from _named(value, (*path, key))
-        elif key == "bricks" and isinstance(value, tuple):
+        elif key in ("bricks", "except") and isinstance(value, tuple):
             yield from (((*path, key, index), name) for index, name in enumerate(value) if isinstance(name, str))
-        elif key in ("brick", "support", "of") and isinstance(value, str):
+        elif key in ("brick", "support", "of", "about") and isinstance(value, str):
             yield (*path, key), value

@@ -40,14 +40,19 @@ class Choice(AuthorModel):
         written = [key for key in self.one_of if getattr(self, key) is not None]
         if len(written) == 1:
             return self
-        message = f"exactly one of {', '.join(self.one_of)} is needed, not {' and '.join(written) or 'none'}"
+        needed, found = (list(map(self._spelling, keys)) for keys in (self.one_of, written))
+        message = f"exactly one of {', '.join(needed)} is needed, not {' and '.join(found) or 'none'}"
         raise MistakeError("SD108", message, "keep one of them" if written else "write one of them")
 
     @classmethod
     def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchema:
         schema = handler(core)
-        handler.resolve_ref_schema(schema)["oneOf"] = [{"required": [key]} for key in cls.one_of]
+        handler.resolve_ref_schema(schema)["oneOf"] = [{"required": [cls._spelling(key)]} for key in cls.one_of]
         return schema
+
+    @classmethod
+    def _spelling(cls, key: str) -> str:
+        return cls.model_fields[key].alias or key
 
 
 class Shorthand(AuthorModel):

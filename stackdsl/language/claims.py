@@ -32,6 +32,40 @@ class Collapses(Shorthand):
     scalar_word: ClassVar[str] = "any"
 
 
+class Leaves(Choice):
+    """How much of the structure stands at the end."""
+
+    levels: t.CountTolerance | None = Field(None, description="levels, from the lowest, all of whose bricks stand")
+    bricks: t.CountTolerance | None = Field(None, description="bricks, whichever they are")
+
+    one_of: ClassVar[tuple[str, ...]] = ("levels", "bricks")
+
+
+class Falls(Choice):
+    """What of the structure falls."""
+
+    bricks: BodyNames | None = Field(None, description="these bricks, and no other")
+    count: t.CountTolerance | None = Field(None, description="how many bricks, whichever they are")
+
+    one_of: ClassVar[tuple[str, ...]] = ("bricks", "count")
+
+
+class Untouched(Choice):
+    """Bricks are exactly where they came to rest."""
+
+    bricks: BodyNames | None = Field(None, description="these bricks")
+    levels: Levels | None = Field(None, description="so many levels, from the lowest")
+    except_: BodyNames | None = Field(None, alias="except", description="all but these bricks")
+
+    one_of: ClassVar[tuple[str, ...]] = ("bricks", "levels", "except_")
+
+
+class EnergyChange(AuthorModel):
+    """Kinetic and potential energy of all bricks together, from the last action on."""
+
+    gain: t.ShareTolerance = Field(description="how much it rises, of the potential energy above the ground")
+
+
 class Displaced(AuthorModel):
     """How many bricks have moved."""
 
@@ -92,10 +126,14 @@ class Claim(Choice):
 
     stands: Stands | None = Field(None, description="bricks are where they came to rest")
     collapses: Collapses | None = Field(None, description="the structure collapses")
+    leaves: Leaves | None = Field(None, description="how much of the structure stands at the end")
+    falls: Falls | None = Field(None, description="which bricks fall, or how many")
     displaced: Displaced | None = Field(None, description="how many bricks have moved")
     drift: Drift | None = Field(None, description="the largest shift of a brick after it came to rest")
     rests_on: RestsOn | None = Field(None, description="one brick is carried by another")
     height: Height | None = Field(None, description="how high the structure reaches")
+    untouched: Untouched | None = Field(None, description="bricks are exactly where they came to rest")
+    energy: EnergyChange | None = Field(None, description="what happens to the energy of all bricks together")
 
     verdict: Literal["stable", "unstable", "undecided"] | None = Field(
         None, description="what statics says of the structure after its last change"
@@ -103,7 +141,7 @@ class Claim(Choice):
     margin: Margin | None = Field(None, description="how much the proof that it stands would survive")
 
     one_of: ClassVar[tuple[str, ...]] = (
-        *("stands", "collapses", "displaced", "drift", "rests_on", "height"),
+        *("stands", "collapses", "leaves", "falls", "displaced", "drift", "rests_on", "height", "untouched", "energy"),
         *("verdict", "margin"),
     )
 

@@ -1,7 +1,7 @@
 """Timeline -> trace: the one stage that steps a world.
 
 Time in which nothing can move is skipped: before the first brick, and whenever the extension has frozen all there are.
-A collapse ends the build, and is followed for a while to see what falls.
+A collapse ends the build, and is followed for a while to see what falls. Hits go on, and so does pulling bricks out.
 """
 
 from collections import Counter
@@ -11,19 +11,21 @@ from math import hypot
 from time import perf_counter
 
 from stability.engine import World
-from stability.model import BodyId
+from stability.model import BodyId, BodyState
 from stability.separation import boxes_apart
 from stability.statics.facts import Stability
 from stability.vectors import plus
 from stability.watching import Extension, Update
 from stackdsl.playing.carrying import ForceMeter
+from stackdsl.playing.going_on import after_collapse, time_of
+from stackdsl.playing.measuring import Measures
 from stackdsl.playing.opening import extension_for, load, opened_world
 from stackdsl.playing.systems import System
-from stackdsl.playing.watch import Watch
-from stackdsl.timeline import Placement, Push, Removal, Timeline
-from stackdsl.trace import BrickState, BrickTrack, Collapse, Cost, Edge, Event, EventKind, Trace
+from stackdsl.timeline import Moment, Placement, Push, Removal, Timeline
+from stackdsl.trace import STAND, BrickState, BrickTrack, Collapse, Cost, Edge, Event, EventKind, Trace
 
 SAMPLING = 0.01  # [s] between looks at all that moves; a free fall covers half a millimetre in the first
+CLOSE_SAMPLING = 0.002  # [s] the same while it is asked how something begins to fall, or where it lands
 AFTERMATH = 1.0  # [s] a collapse is followed; a plank falls from a metre in less than half of it
 FORCE_WINDOW = 0.25  # [s] at the end over which a bare engine's contact forces are averaged
 
@@ -55,7 +57,6 @@ class _Run:
     world: World
     extension: Extension | None
     on_event: OnEvent
-    watch: Watch = field(default_factory=Watch)
     events: list[Event] = field(default_factory=list)
     collapse: Collapse | None = None
     gave_way: BodyId | None = None
@@ -64,22 +65,20 @@ class _Run:
     steps: int = 0
     judgements: int = 0
     proofs: Counter[str] = field(default_factory=Counter)  # bricks by what proved them
+    last_action: float = 0.0  # [s]
+
+    def __post_init__(self) -> None:
+        self.measures = Measures(self.timeline)
+        self.watch = self.measures.watch
 
     def play(self) -> None:
         for moment in self.timeline.moments():
-            self._advance(moment[0].time if isinstance(moment, tuple) else moment.time)
-            if self.collapse:
-                break
-            self._close_placement()
-            if self._nothing_can_move():
-                self.gave_way = None  # what failed before has come to rest again, and is not what fails now
-            match moment:
-                case Removal():
-                    self._remove(moment)
-                case Push():
-                    self._push(moment)
-                case _:
-                    self._place(moment)
+            for _ in range(2):  # a collapse stops the first
+                if self._takes_place(moment) is not None:
+                    self._advance(time_of(moment))
+            doing = self._takes_place(moment)
+            if doing is not None:
+                self._act(doing)
             if self._only_an_engine_knows_more() and not self.timeline.watched:
                 return
         self._advance(self._end())
@@ -88,19 +87,45 @@ class _Run:
         self._look()
         self._close_placement()
 
+    def _takes_place(self, moment: Moment) -> Moment | None:
+        return moment if self.collapse is None else after_collapse(moment, self.watch.present)
+
+    def _act(self, moment: Moment) -> None:
+        if self.collapse is None:
+            self._close_placement()
+        if self._nothing_can_move():
+            self.gave_way = None  # what failed before has come to rest again, and is not what fails now
+        match moment:
+            case Removal():
+                self._remove(moment)
+            case Push():
+                self._push(moment)
+            case _:
+                self._place(moment)
+        self.last_action = time_of(moment)
+        states = self.world.states(self._moving())
+        self.measures.acted(states, self.extension.verdict() if self.extension is not None else None)
+        if self.watch.hit:
+            self._limit_travel(states)  # or what is fast would pass through something before the next look
+
     def _only_an_engine_knows_more(self) -> bool:
         """Whether what was set down is not proven to stand."""
         verdict = self.extension.verdict() if self.extension is not None else None
         return verdict is not None and verdict.stability is not Stability.STABLE
 
     def _end(self) -> float:
-        return self.timeline.end if self.collapse is None else self.collapse.time + AFTERMATH
+        """Until when there is something to see, as far as is known by now."""
+        if self.collapse is None:
+            return self.timeline.end
+        aftermath = self.collapse.time + AFTERMATH
+        goes_on = self.watch.hit or self.last_action > self.collapse.time
+        return max(aftermath, self.last_action + self.timeline.hold) if goes_on else aftermath
 
     def _place(self, group: Sequence[Placement]) -> None:
         for placement in group:
             self._keep_clear(placement)
             self.world.add_brick(placement.brick, placement.pose, placement.velocity_W)
-            self.watch.add(placement)
+            self.measures.add(placement)
         self._tell(Event(group[0].time, EventKind.PLACED, tuple(placement.brick.id for placement in group)))
         if self.extension is not None:
             # The author sets them down at rest, so they are judged as they stand, level by level, before any step.
@@ -113,13 +138,14 @@ class _Run:
     def _remove(self, removal: Removal) -> None:
         for brick in removal.bricks:
             self.world.remove_brick(brick)
-        self.watch.remove(removal.bricks)
+        self.measures.remove(removal.bricks)
         self.forces = ForceMeter()  # what was measured before is of another structure
         self._tell(Event(removal.time, EventKind.REMOVED, removal.bricks))
         if self.extension is not None:
             self._tell_update(self.extension.taken_out(removal.bricks))
 
     def _push(self, push: Push) -> None:
+        self.watch.struck()
         self._tell(Event(push.time, EventKind.PUSHED, (push.brick,)))
         if self.extension is not None:
             self._tell_update(self.extension.struck(push.brick, push.impulse_W))
@@ -130,7 +156,8 @@ class _Run:
 
     def _keep_clear(self, placement: Placement) -> None:
         """Where a dropped brick comes to lie is not known before, nor what gave a little before one is slid in."""
-        others = [self.watch.bricks[name] for name in self.watch.present] if placement.inserted else self.watch.dropped
+        anywhere = placement.inserted or self.watch.hit or placement.thrown
+        others = [self.watch.bricks[name] for name in self.watch.present] if anywhere else self.watch.dropped
         for other in others:
             apart = boxes_apart(placement.brick.size, placement.pose, other.placement.brick.size, other.last)
             if apart.gap < -MOST_OVERLAP:
@@ -143,9 +170,11 @@ class _Run:
         if self.extension is None or self.extension.awake():
             return  # what still moves has no margin, and who carries whom is about to change
         for index in range(len(self.events) - 1, -1, -1):
-            if self.events[index].kind is EventKind.REMOVED:
-                return  # the bricks placed before it were looked at when they were pulled out
+            if self.events[index].kind in (EventKind.REMOVED, EventKind.PUSHED):
+                return  # the bricks placed before it were looked at when it came
             if self.events[index].kind is EventKind.PLACED:
+                if any(self.watch.bricks[brick].placement.thrown for brick in self.events[index].bricks):
+                    return  # nor is who carries a missile
                 self.events[index] = replace(self.events[index], margin=self.extension.least_margin())
                 placed = self.events[index].bricks
                 shares = self.extension.shares(placed)
@@ -154,7 +183,7 @@ class _Run:
 
     def _advance(self, until: float) -> None:
         """Step the world up to a time, or to the first collapse."""
-        every = max(1, round(SAMPLING / self.world.settings.time_step))
+        every, closely = (max(1, round(s / self.world.settings.time_step)) for s in (SAMPLING, CLOSE_SAMPLING))
         had_collapsed = self.collapse is not None
         while self.world.time() < until - 0.5 * self.world.settings.time_step:
             if self._nothing_can_move():
@@ -164,8 +193,14 @@ class _Run:
             self.steps += 1
             if self.extension is not None:
                 self._judge(self.extension)
-            if self.steps % every == 0 and self._look() and not had_collapsed:
-                return
+            if self.steps % every == 0:
+                if self._look() and not had_collapsed:
+                    return
+            elif self.steps % closely == 0 and self.measures.close:
+                self.measures.look_closely(self.world.time(), self.world.states(self._moving()))
+
+    def _moving(self) -> Sequence[BodyId]:
+        return self.extension.awake() if self.extension is not None else list(self.watch.present)
 
     def _nothing_can_move(self) -> bool:
         return not self.watch.present or (self.extension is not None and not self.extension.awake())
@@ -177,8 +212,7 @@ class _Run:
         self.judgements += 1
         if update != Update():
             # A frozen brick is not looked at any more, so this is the last chance to see where it stands.
-            self.watch.see(self.world.time(), self.world.states([*moving, *update.woken]))
-            self.watch.freeze(update.frozen)
+            self.measures.judged(self.world.time(), self.world.states([*moving, *update.woken]), update.frozen)
             self._tell_update(update)
         return bool(update.frozen) and not update.woken
 
@@ -196,11 +230,10 @@ class _Run:
     def _look(self) -> bool:
         """See all that moves; True if a collapse is known."""
         now = self.world.time()
-        moving = self.extension.awake() if self.extension is not None else list(self.watch.present)
+        moving = self._moving()
         states = self.world.states(moving)
-        self.watch.see(now, states)
-        fastest = max((hypot(*state.velocity_W) for state in states.values()), default=0.0)
-        self.world.limit_travel(fastest + SAMPLING * self.timeline.world.gravity)  # as fast as until the next look
+        self.measures.look(now, states)
+        self._limit_travel(states)
         if self.extension is None and now >= self._end() - FORCE_WINDOW:
             for brick in moving:
                 self.forces.add(brick, self.world.contacts(brick))
@@ -210,13 +243,17 @@ class _Run:
             self._tell(Event(now, EventKind.COLLAPSED, (first,), f"level {level} under construction"))
         return self.collapse is not None
 
+    def _limit_travel(self, states: Mapping[BodyId, BodyState]) -> None:
+        fastest = max((hypot(*state.velocity_W) for state in states.values()), default=0.0)
+        self.world.limit_travel(fastest + SAMPLING * self.timeline.world.gravity)  # as fast as until the next look
+
     def _tell(self, event: Event) -> None:
         self.events.append(event)
         self.on_event(event)
 
     def trace(self, wall_time: float) -> Trace:
         tracks = dict(self._tracks())
-        standing = [name for name, t in tracks.items() if t.state in (BrickState.FROZEN, BrickState.STANDING)]
+        standing = [name for name, track in tracks.items() if track.state in STAND]
         shares = self.extension.shares() if self.extension is not None else self.forces.shares(standing)
         return Trace(
             events=tuple(self.events),
@@ -227,6 +264,9 @@ class _Run:
             edges_when_placed=self.carried_at_first,
             world=self.timeline.world,
             statics=self.extension.verdict() if self.extension is not None else None,
+            energy=self.measures.energy.energy(),
+            onset=self.measures.onset.onset,
+            landing=self.measures.landing([n for n, track in tracks.items() if track.state is BrickState.FALLEN]),
         )
 
     def _proofs(self) -> Mapping[str, int]:

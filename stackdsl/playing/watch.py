@@ -2,11 +2,12 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from math import acos, dist
+from math import dist
 
 from stability.freezing import RestLimits
-from stability.geometry import composed
-from stability.model import BodyId, BodyState, Pose
+from stability.geometry import turn_between
+from stability.model import BodyId, BodyState, Brick, Pose
+from stability.statics.facts import Placed
 from stackdsl.timeline import Placement
 from stackdsl.trace import COLLAPSE_SHARE_OF_SMALLEST_SIDE, COLLAPSE_TILT, BrickState, BrickTrack
 
@@ -24,26 +25,46 @@ class Watched:
     last: Pose
     shift: float = 0.0  # [m] largest since rest
     tilt: float = 0.0  # [rad] largest since rest
+    sunk: float | None = None  # [m] largest below rest; None until a hit has come
     slow_since: float | None = None
     left_at: float | None = None  # [s]
     removed: bool = False
 
     @property
+    def collapse_shift(self) -> float:
+        """How far its centre may shift, or sink after a hit [m]."""
+        return COLLAPSE_SHARE_OF_SMALLEST_SIDE * min(self.placement.brick.size)
+
+    @property
     def left_its_place(self) -> bool:
         """Whether it has collapsed, by the definition of the word (see trace.py)."""
-        return self.shift > COLLAPSE_SHARE_OF_SMALLEST_SIDE * min(self.placement.brick.size) or (
-            self.tilt > COLLAPSE_TILT
-        )
+        return (self.shift if self.sunk is None else self.sunk) > self.collapse_shift or self.tilt > COLLAPSE_TILT
+
+    @property
+    def displaced(self) -> bool:
+        """Whether a hit has shifted it to another place, where it stands."""
+        if self.rest is None or self.sunk is None:
+            return False
+        return dist(self.rest.position_W, self.last.position_W) > self.collapse_shift
+
+    def hit(self) -> None:
+        """Something hits the structure: from now on what merely shifts has not left its place."""
+        if self.left_at is None and self.sunk is None and not self.placement.thrown:
+            self.sunk = 0.0
 
     def see(self, time: float, state: BodyState) -> None:
         """Take in where the brick is now."""
         self.last = state.pose
+        if self.placement.thrown:
+            return
         if self.rest is None:
             self._wait_for_rest(time, state)
         else:
             shift = dist(self.rest.position_W, state.pose.position_W)
             self.shift = max(self.shift, shift if shift > READ_BACK else 0.0)
             self.tilt = max(self.tilt, turn_between(self.rest, state.pose))
+            if self.sunk is not None:
+                self.sunk = max(self.sunk, self.rest.position_W[2] - state.pose.position_W[2])
             if self.left_at is None and self.left_its_place:
                 self.left_at = time
 
@@ -59,10 +80,14 @@ class Watched:
         """How it ended."""
         if self.removed:
             return BrickState.REMOVED
-        if self.left_its_place:
+        if self.placement.thrown:
+            return BrickState.THROWN
+        if self.left_at is not None:
             return BrickState.FALLEN
         if self.rest is None:
             return BrickState.UNSETTLED
+        if self.displaced:
+            return BrickState.DISPLACED
         return BrickState.FROZEN if frozen else BrickState.STANDING
 
     def track(self, frozen: bool) -> BrickTrack:
@@ -77,6 +102,8 @@ class Watched:
             shift=self.shift,
             tilt=self.tilt,
             left_at=self.left_at,
+            sunk=self.sunk,
+            frozen=frozen,
         )
 
 
@@ -85,18 +112,31 @@ class Watch:
     """All bricks placed so far, in order of placement."""
 
     bricks: dict[BodyId, Watched] = field(default_factory=dict)
-    dropped: list[Watched] = field(default_factory=list)  # where these lie is not known before
+    dropped: list[Watched] = field(default_factory=list)  # where these lie, or what was thrown, is not known before
+    made_of: dict[BodyId, Brick] = field(default_factory=dict)
+    hit: bool = False  # whether something has hit the structure
     present: dict[BodyId, None] = field(default_factory=dict)  # those that are not pulled out
     _left: dict[BodyId, Watched] = field(default_factory=dict)  # their places
 
     def add(self, placement: Placement) -> None:
-        """A brick set down at rest counts as at rest there; a dropped one does so later."""
-        rest = None if placement.drop else placement.pose
+        """A brick set down at rest counts as at rest there; a dropped one does so later, and a thrown one never."""
+        rest = None if placement.drop or placement.thrown else placement.pose
         watched = Watched(placement, len(self.bricks), rest, placement.pose)
         self.bricks[placement.brick.id] = watched
+        self.made_of[placement.brick.id] = placement.brick
         self.present[placement.brick.id] = None
-        if placement.drop:
+        if rest is None:
             self.dropped.append(watched)
+        if placement.thrown:
+            self.struck()
+        elif self.hit:
+            watched.hit()
+
+    def struck(self) -> None:
+        """Something hits the structure."""
+        self.hit = True
+        for watched in self.bricks.values():
+            watched.hit()
 
     def remove(self, bricks: Iterable[BodyId]) -> None:
         """These were pulled out: their tracks end."""
@@ -105,7 +145,7 @@ class Watch:
             watched.removed = True
             del self.present[name]
             self._left.pop(name, None)
-            if watched.placement.drop:
+            if watched in self.dropped:
                 self.dropped.remove(watched)
 
     def see(self, time: float, states: Mapping[BodyId, BodyState]) -> None:
@@ -121,19 +161,21 @@ class Watch:
         for name in bricks:
             self.bricks[name].rest = self.bricks[name].rest or self.bricks[name].last
 
+    def where(self) -> Mapping[BodyId, Placed]:
+        """All that is there, where it was last seen."""
+        return {name: Placed(self.made_of[name], self.bricks[name].last) for name in self.present}
+
+    def left(self, among: Iterable[BodyId]) -> list[BodyId]:
+        """Those of some bricks that have left their places."""
+        return [name for name in among if name in self._left]
+
     def first_to_leave(self) -> BodyId | None:
         """The brick that has left its place, by the largest shift if there are several."""
         left = min(self._left.values(), key=lambda watched: (-watched.shift, watched.number), default=None)
         return left.placement.brick.id if left is not None else None
 
     def level_under_construction(self) -> int:
-        """The level of the youngest brick; one slid in below does not count as long as there is another."""
+        """The level of the youngest brick; what hits, or is slid in below, does not count if there is another."""
         placements = [watched.placement for watched in reversed(self.bricks.values())]
-        return next((placement.level for placement in placements if not placement.inserted), placements[0].level)
-
-
-def turn_between(one: Pose, other: Pose) -> float:
-    """The angle of the turn from one orientation to another [rad]."""
-    x, y, z, w = one.orientation
-    part = abs(composed(other.orientation, (-x, -y, -z, w))[3])
-    return 2.0 * acos(min(1.0, part))
+        built = (placement.level for placement in placements if not (placement.inserted or placement.thrown))
+        return next(built, placements[0].level)

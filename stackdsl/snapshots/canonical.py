@@ -6,7 +6,7 @@ from dataclasses import fields, is_dataclass
 from functools import cache
 from typing import TYPE_CHECKING
 
-from stackdsl.snapshots.record import FORMAT, Placing, Removing, Snapshot
+from stackdsl.snapshots.record import FORMAT, Placing, Pushing, Removing, Snapshot
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -53,8 +53,8 @@ def canonical_text(snapshot: Snapshot) -> str:
     return _block("{}", lines, "") + "\n"
 
 
-def _event_text(event: Placing | Removing) -> str:
-    if isinstance(event, Removing):
+def _event_text(event: Placing | Removing | Pushing) -> str:
+    if not isinstance(event, Placing):
         return f"    {_json(_plain(event))}"
     head = _plain(event, without=("placed",))
     bricks = [f"      {_json(brick)}: {_json(_plain(placed))}" for brick, placed in event.placed.items()]

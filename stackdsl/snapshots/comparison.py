@@ -1,7 +1,9 @@
 """A snapshot against what a golden file holds: every observation that left its tolerance, by name and with its unit."""
 
+from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 from typing import TypeAlias, TypeGuard
 
 from stackdsl.outcome import GoldenDifference
@@ -46,7 +48,8 @@ def compare_documents(expected: Object, got: Object) -> tuple[GoldenDifference, 
     return (
         *_structure(expected, got),
         *_placings(_by_brick(expected), _by_brick(got)),
-        *_removals(_removed(expected), _removed(got)),
+        *_done("pulled out at", _times(expected, "removed"), _times(got, "removed")),
+        *_done("pushed at", _times(expected, "pushed"), _times(got, "pushed")),
         *_bricks(_object(expected, "bricks"), _object(got, "bricks")),
     )
 
@@ -109,7 +112,7 @@ def _by_brick(whole: Object) -> dict[str, _Placing]:
         if not isinstance(event, dict):
             raise MalformedSnapshotError(f"event {number} is not an object")
         bricks = sorted(_object(event, "placed"))
-        if not bricks and "removed" in event:
+        if not bricks and ("removed" in event or "pushed" in event):
             continue
         if not bricks:
             raise MalformedSnapshotError(f"event {number} places no brick")
@@ -137,15 +140,19 @@ def _placings(expected: Mapping[str, _Placing], got: Mapping[str, _Placing]) -> 
         yield from _place(brick, " when placed", was.detail(brick), now.detail(brick))
 
 
-def _removed(whole: Object) -> dict[str, object]:
-    """When each brick was pulled out."""
-    events = [event for event in _array(whole, "events") if isinstance(event, dict)]
-    return {str(brick): event.get("time_s") for event in events for brick in _array(event, "removed")}
+def _times(whole: Object, what: str) -> dict[str, list[object]]:
+    """When something was done to each brick."""
+    times = defaultdict[str, list[object]](list)
+    for event in (event for event in _array(whole, "events") if isinstance(event, dict)):
+        for brick in _array(event, what):
+            times[str(brick)].append(event.get("time_s"))
+    return times
 
 
-def _removals(expected: Mapping[str, object], got: Mapping[str, object]) -> Differences:
+def _done(what: str, expected: Mapping[str, list[object]], got: Mapping[str, list[object]]) -> Differences:
     for brick in [*expected, *(brick for brick in got if brick not in expected)]:
-        yield from _value(brick, "pulled out at", expected.get(brick), got.get(brick), PLACING_TIME)
+        for was, now in zip_longest(expected.get(brick, ()), got.get(brick, ())):
+            yield from _value(brick, what, was, now, PLACING_TIME)
 
 
 def _bricks(expected: Object, got: Object) -> Differences:

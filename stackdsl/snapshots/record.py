@@ -88,6 +88,14 @@ class Removing:
 
 
 @dataclass(frozen=True, slots=True)
+class Pushing:
+    """Bricks pushed at one time."""
+
+    time_s: Number
+    pushed: tuple[BodyId, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class FinalBrick:
     """How a brick ended; what is None is not locked."""
 
@@ -127,7 +135,7 @@ class Snapshot:
     collapse: FirstCollapse | None
     height_mm: Number | None  # of what stands
     levels_standing: Number | None  # counted from the first, as long as every brick of a level stands
-    events: tuple[Placing | Removing, ...]
+    events: tuple[Placing | Removing | Pushing, ...]
     bricks: Mapping[BodyId, FinalBrick]  # by level, then name
 
     @property

@@ -3,7 +3,7 @@
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import takewhile
-from math import atan2, degrees, hypot, isfinite, isnan
+from math import atan2, degrees, hypot, inf, isfinite, isnan
 
 from stability.geometry import box_top
 from stability.model import BodyId, Pose, Vec3
@@ -29,6 +29,7 @@ from stackdsl.snapshots.record import (
     Number,
     PlacedBrick,
     Placing,
+    Pushing,
     Quantity,
     Removing,
     Scene,
@@ -39,6 +40,8 @@ from stackdsl.trace import (
     ACTIONS,
     COLLAPSE_SHARE_OF_SMALLEST_SIDE,
     COLLAPSE_TILT,
+    NO_PART,
+    STAND,
     BrickState,
     BrickTrack,
     Collapse,
@@ -49,7 +52,8 @@ from stackdsl.trace import (
 )
 
 CLEAR_CUT = 3.0  # times beyond, or below, the threshold of a collapse; other engines lie within 30 % of each other
-STANDING = frozenset({BrickState.FROZEN.value, BrickState.STANDING.value})
+STANDING = frozenset(state.value for state in STAND)
+UNMOVED = 1e-6  # [m] of one that a hit did not reach, or that went back to where it was
 HALF_TURN = 1e-9  # cosine of half an angle below which a turn counts as half a turn
 
 
@@ -57,6 +61,7 @@ def take(trace: Trace, world: World, identity: Identity, stamp: Mapping[str, str
     """The snapshot of a run; `proven` where positions and shares come from a model, not from a bare engine."""
     states = {brick: _state(track, trace.collapse, proven) for brick, track in trace.tracks.items()}
     carried = _supports(trace.edges)
+    disturbed = any(_is_moved(track) for track in trace.tracks.values())
     return Snapshot(
         identity=identity,
         stamp=dict(sorted(stamp.items())),
@@ -68,7 +73,9 @@ def take(trace: Trace, world: World, identity: Identity, stamp: Mapping[str, str
         levels_standing=_levels_standing(trace.tracks, states) if proven else None,
         events=tuple(_events(trace, proven)),
         bricks={
-            brick: _final(track, states[brick], carried[brick], _lies_still(states[brick], trace.collapse, proven))
+            brick: _final(track, states[brick], None if disturbed else carried[brick])
+            if _lies_still(states[brick], trace.collapse, proven)
+            else FinalBrick(track.level, states[brick], at_mm=None, rests_on=None)
             for brick, track in sorted(trace.tracks.items(), key=lambda item: (item[1].level, item[0]))
         },
     )
@@ -124,24 +131,35 @@ def _first_collapse(trace: Trace, proven: bool) -> FirstCollapse | None:
 
 def _departure(track: BrickTrack) -> float:
     """How far a brick left its place, in thresholds of a collapse."""
-    shift_limit = COLLAPSE_SHARE_OF_SMALLEST_SIDE * min(track.brick.size)
-    return max(track.shift / shift_limit, track.tilt / COLLAPSE_TILT)
+    lost = track.shift if track.sunk is None else track.sunk
+    return max(_in_limits(lost, track), track.tilt / COLLAPSE_TILT)
+
+
+def _in_limits(length: float, track: BrickTrack) -> float:
+    return length / (COLLAPSE_SHARE_OF_SMALLEST_SIDE * min(track.brick.size))
+
+
+def _is_moved(track: BrickTrack) -> bool:
+    """Whether a hit moved it: by how much is chaotic."""
+    return track.sunk is not None and track.shift > UNMOVED
 
 
 def _state(track: BrickTrack, collapse: Collapse | None, proven: bool) -> str:
     """The state of a brick where a small disturbance does not change it, else UNCLEAR."""
-    if proven and (collapse is None or track.state is BrickState.UNPLACED):
+    if proven and ((collapse is None and not _is_moved(track)) or track.state is BrickState.UNPLACED):
         return track.state.value
     match track.state:
-        case BrickState.REMOVED:
+        case BrickState.REMOVED | BrickState.THROWN:
             clear = True
         case BrickState.UNPLACED:
             # Within the level itself it is a matter of moments which brick was still set down.
             clear = collapse is not None and track.level > collapse.level
         case BrickState.FALLEN:
             clear = _departure(track) > CLEAR_CUT
+        case BrickState.DISPLACED:
+            clear = _departure(track) < 1.0 / CLEAR_CUT and _in_limits(track.shift, track) > CLEAR_CUT
         case _:
-            clear = _departure(track) < 1.0 / CLEAR_CUT
+            clear = max(_departure(track), _in_limits(track.shift, track)) < 1.0 / CLEAR_CUT
     return track.state.value if clear else UNCLEAR
 
 
@@ -161,7 +179,7 @@ def _height(tracks: Mapping[BodyId, BrickTrack], states: Mapping[BodyId, str]) -
 def _levels_standing(tracks: Mapping[BodyId, BrickTrack], states: Mapping[BodyId, str]) -> Number:
     levels = defaultdict[int, list[str]](list)
     for brick, track in tracks.items():
-        if track.state is not BrickState.REMOVED:
+        if track.state not in NO_PART:
             levels[track.level].append(states[brick])
     surely = _unbroken(levels, STANDING)
     perhaps = _unbroken(levels, STANDING | {UNCLEAR})
@@ -185,14 +203,19 @@ def _shares(carried: Mapping[BodyId, float]) -> dict[BodyId, Number]:
     return {lower: UNCLEAR if isnan(share) else _rounded(share, SHARE) for lower, share in sorted(carried.items())}
 
 
-def _events(trace: Trace, proven: bool) -> Iterator[Placing | Removing]:
-    """Placings, save those that a bare engine's luck in when it falls may take away, and removals."""
+def _events(trace: Trace, proven: bool) -> Iterator[Placing | Removing | Pushing]:
+    """Placings, save those that a bare engine's luck in when it falls may take away, removals and pushes."""
     actions = [event for event in trace.events if event.kind in ACTIONS]
-    for event in actions:
-        # What a model says of the placing that brought the stack down, it says of the stump and the debris.
-        told = proven and (trace.collapse is None or event is not actions[-1])
+    falls = trace.collapse.time if trace.collapse is not None else inf
+    safe = [action for action in actions if action.time <= falls]
+    # What a model says of the placing that brought the stack down, it says of the stump and the debris.
+    safe = safe if trace.collapse is None else safe[:-1]
+    for number, event in enumerate(actions):
+        told = proven and number < len(safe)
         if event.kind is EventKind.REMOVED:
             yield Removing(_rounded(event.time, PLACING_TIME), tuple(sorted(event.bricks)))
+        elif event.kind is EventKind.PUSHED:
+            yield Pushing(_rounded(event.time, PLACING_TIME), tuple(sorted(event.bricks)))
         elif proven or _is_below(event, trace):
             yield Placing(
                 time_s=_rounded(event.time, PLACING_TIME),
@@ -219,10 +242,7 @@ def _placed(brick: BodyId, trace: Trace, told: bool) -> PlacedBrick:
     )
 
 
-def _final(track: BrickTrack, state: str, carried: Mapping[BodyId, float], lies_still: bool) -> FinalBrick:
-    return FinalBrick(
-        level=track.level,
-        state=state,
-        at_mm=_in_mm(track.final.position_W, POSITION) if lies_still else None,
-        rests_on=_shares(carried) if lies_still else None,
-    )
+def _final(track: BrickTrack, state: str, carried: Mapping[BodyId, float] | None) -> FinalBrick:
+    """One that stands still; where those are that a hit has moved, and who carries whom then, is not locked."""
+    at_mm = (UNCLEAR,) * 3 if _is_moved(track) else _in_mm(track.final.position_W, POSITION)
+    return FinalBrick(track.level, state, at_mm, _shares(carried) if carried is not None else None)

@@ -1,0 +1,1 @@
+"""Trace -> findings: one module a subject, one function a kind of claim."""

@@ -1,0 +1,24 @@
+"""What of a scenario takes place after a collapse: what hits the structure, or takes bricks out, but no building."""
+
+from collections.abc import Container
+from dataclasses import replace
+
+from stability.model import BodyId
+from stackdsl.timeline import Moment, Push, Removal
+
+
+def after_collapse(moment: Moment, present: Container[BodyId]) -> Moment | None:
+    """The part of it that still takes place with the bricks that are there; None if none does."""
+    match moment:
+        case Removal():
+            there = tuple(brick for brick in moment.bricks if brick in present)
+            return replace(moment, bricks=there) if there else None
+        case Push():
+            return moment if moment.brick in present else None
+        case _:
+            return tuple(placement for placement in moment if placement.thrown) or None
+
+
+def time_of(moment: Moment) -> float:
+    """When it is [s]."""
+    return moment[0].time if isinstance(moment, tuple) else moment.time

@@ -1,0 +1,77 @@
+"""All that is measured of a run by looks at what moves: places, energy, how a fall begins and where it ends."""
+
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field
+
+from stability.model import BodyId, BodyState
+from stability.statics.facts import Verdict
+from stackdsl.playing.energy import EnergyMeter
+from stackdsl.playing.landing import LandingWatch
+from stackdsl.playing.onset import OnsetWatch
+from stackdsl.playing.watch import Watch
+from stackdsl.timeline import Placement, Timeline
+from stackdsl.trace import Landing
+
+
+@dataclass
+class Measures:
+    """What is told of one run."""
+
+    timeline: Timeline
+    watch: Watch = field(default_factory=Watch)
+    energy: EnergyMeter = field(init=False)
+    onset: OnsetWatch = field(default_factory=OnsetWatch)
+    _landing: LandingWatch = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.energy = EnergyMeter(self.timeline.world.gravity, self.timeline.world.planes[0])
+        self._landing = LandingWatch(self.watch)
+
+    @property
+    def close(self) -> bool:
+        """Whether to look more often than usual."""
+        return self.onset.waiting or self._landing.falling
+
+    def add(self, placement: Placement) -> None:
+        """A brick has come."""
+        self.watch.add(placement)
+        self._see({placement.brick.id: BodyState(placement.pose, placement.velocity_W)})
+
+    def remove(self, bricks: Iterable[BodyId]) -> None:
+        """These were pulled out."""
+        bricks = tuple(bricks)
+        self.watch.remove(bricks)
+        self.energy.forget(bricks)
+
+    def acted(self, states: Mapping[BodyId, BodyState], verdict: Verdict | None) -> None:
+        """Something was done, and judged; all that may move is as told."""
+        self._see(states)
+        self.energy.start()
+        if verdict is not None and self.timeline.closely:
+            self.onset.proven(verdict, self.watch.where(), self.timeline.world.planes)
+
+    def judged(self, time: float, states: Mapping[BodyId, BodyState], frozen: Iterable[BodyId]) -> None:
+        """These bricks may move, or did until now; what was frozen is not looked at any more."""
+        self.watch.see(time, states)
+        self._see(states)
+        self.watch.freeze(frozen)
+
+    def look(self, time: float, states: Mapping[BodyId, BodyState]) -> None:
+        """Take in all that moves."""
+        self.watch.see(time, states)
+        self._see(states)
+        self.energy.look()
+        self.look_closely(time, states)
+
+    def look_closely(self, time: float, states: Mapping[BodyId, BodyState]) -> None:
+        """The same between two looks. What has left its place is told by those alone, however closely one looks."""
+        if self.timeline.closely:
+            self.onset.see(states)
+            self._landing.see(time, states)
+
+    def landing(self, fallen: Collection[BodyId]) -> Landing | None:
+        """Where these bricks came down."""
+        return self._landing.landing(fallen)
+
+    def _see(self, states: Mapping[BodyId, BodyState]) -> None:
+        self.energy.see(self.watch.made_of, states)
