@@ -3,6 +3,7 @@
 from collections.abc import Collection, Mapping, Sequence, Set
 from typing import Protocol
 
+from stability.contact import TOUCHING
 from stability.engine_settings import EngineSettings
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Shape, Vec3
 
@@ -25,8 +26,8 @@ class Engine(Protocol):
     def shape(self, body: BodyId) -> Shape:
         """The shape of a body, brick or fixed, centred on its position and along its axes."""
 
-    def near(self, brick: BodyId) -> Sequence[BodyId]:
-        """The bodies that may touch a brick: a superset, by bounding boxes, in a fixed order."""
+    def near(self, brick: BodyId, within: float = TOUCHING) -> Sequence[BodyId]:
+        """The bodies that may be as close to a brick as this [m]: a superset, by bounding boxes, in a fixed order."""
 
     def states(self, bodies: Collection[BodyId]) -> Mapping[BodyId, BodyState]:
         """Pose and motion of these bodies, bricks or fixed."""

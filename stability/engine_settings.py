@@ -20,3 +20,6 @@ class EngineSettings:
     friction_anchor: bool = False  # springs in the contact plane that hold resting contacts in place
     # [m] A body must not get further in one step, or it passes through a plank; steps are split while one is that fast.
     most_travel: float | None = None
+    # [m] Bricks get edges rounded by this, within their outer size, so that what touches along an edge is pushed in the
+    # right direction; 0 leaves them sharp, and edges are then taken for faces.
+    edge_radius: float = 0.0

@@ -10,11 +10,13 @@ from dataclasses import dataclass, field, replace
 
 from stability.contact import ContactArea, contact_area, main_contact
 from stability.contact_graph import with_all_above
+from stability.direct_hits import DirectHits
 from stability.engine import Engine
 from stability.freezing import RestLimits
 from stability.held_bodies import HeldBodies
+from stability.impact import Impact, energy_of_flight, energy_of_load, energy_of_push
 from stability.leaning import LeaningBrick, differ_in_height, failing_leaning, holds, leaning_brick
-from stability.model import BodyId, BodyState, Plane, Vec3
+from stability.model import EARTH, BodyId, BodyState, Plane, Vec3
 from stability.refusals import Refusals
 from stability.resting import ContactLimits, resting_points
 from stability.statics.facts import Verdict
@@ -38,18 +40,21 @@ class StackStability:
     # Coulomb coefficient of brick on brick, and on fixed bodies that are not among the planes; for leaning bricks only.
     friction: float = 0.5
     planes: Sequence[Plane] = ()
+    gravity: float = EARTH  # [m/s2]; for impacts only
     stack: dict[BodyId, StackedBrick] = field(default_factory=dict, init=False)
     leaning: dict[BodyId, LeaningBrick] = field(default_factory=dict, init=False)  # those of the stack that lean
     loads: dict[BodyId, Load] = field(default_factory=dict, init=False)
     _stillness: Stillness = field(init=False)
     _held: HeldBodies = field(init=False)
     _friction: Friction = field(init=False)
+    _hits: DirectHits = field(init=False)
     _refusals: Refusals = field(init=False)  # of the leaning test, which costs too much to be done at every step
 
     def __post_init__(self) -> None:
         self._friction = Friction(self.friction, {plane.id: plane.friction for plane in self.planes})
         self._stillness = Stillness(self.rest)
         self._held = HeldBodies(self.engine)
+        self._hits = DirectHits(self.engine, self.rest)
         self._refusals = Refusals(self.rest.hold_off)
 
     def awake(self) -> list[BodyId]:
@@ -93,6 +98,7 @@ class StackStability:
         gone = set(bricks)
         for brick in gone - self.stack.keys():
             self._stillness.forget(brick)
+            self._hits.forget(brick)
         lost = self._drop(sorted(gone & self.stack.keys()))
         failed, woken = self._wake_failing()
         return Update((), lost + woken, failed, SUPPORT_REMOVED if lost or woken else "")
@@ -100,6 +106,7 @@ class StackStability:
     def update(self) -> Update:
         """One pass of the published method over what the engine has just done."""
         before = len(self.stack)
+        hit, blows = self._wake_hit()
         lost = self._forget_removed() + self._wake_disturbed()
         awake = self.awake()
         states = self.engine.states(awake)
@@ -110,11 +117,29 @@ class StackStability:
         self._freeze(added)
         failed, woken = self._wake_failing()
         reason = f"nothing holds what {', '.join(failed)} carries" if failed else SUPPORT_REMOVED
-        return Update(tuple(brick.id for brick, _ in added), lost + woken, failed, reason if lost or woken else "")
+        reason = blows or (reason if lost or woken else "")
+        return Update(tuple(brick.id for brick, _ in added), hit + lost + woken, failed, reason)
 
     def struck(self, brick: BodyId, impulse_W: Vec3) -> Update:
-        """Say that a brick is about to be given an impulse [N s]: what that disturbs is woken before."""
-        return Update((), self.wake([brick]), reason="struck")
+        """Say that a brick is about to be given an impulse [N s]: if that is enough, it is woken before."""
+        if brick not in self.stack:
+            return Update()
+        impact = Impact(energy_of_push(self.stack[brick].mass, impulse_W), self._energy_of_load(brick))
+        return Update((), self.wake([brick]) if impact.disturbs else (), reason=f"{brick} pushed: {impact}")
+
+    def _wake_hit(self) -> tuple[tuple[BodyId, ...], str]:
+        """Wake what is about to be hit hard enough, and what rests on it; and say why."""
+        masses = self.engine.masses()
+        blows = {}
+        for hit in self._hits.coming(self.awake(), self.stack):
+            kinetic = energy_of_flight(masses[hit.by], hit.velocity_W)
+            impact = Impact(kinetic, self._energy_of_load(hit.brick))
+            if impact.disturbs:
+                blows[hit.brick] = f"{hit.brick} hit by {hit.by}: {impact}"
+        return self._wake(sorted(blows)), "; ".join(blows[brick] for brick in sorted(blows))
+
+    def _energy_of_load(self, brick: BodyId) -> float:
+        return energy_of_load(brick, self.stack, self.loads, self.leaning.get(brick), self.gravity)
 
     def wake(self, bricks: Iterable[BodyId]) -> tuple[BodyId, ...]:
         """Give these bricks and all that rests on them back to the engine (section 3.3.7); returns those woken."""
@@ -145,6 +170,7 @@ class StackStability:
             self._strike(brick)
             self._held.let_go(brick)
             self._stillness.forget(brick)
+            self._hits.forget(brick)
         fixed, bricks = self.engine.fixed(), self.engine.masses().keys() - gone
         # A brick may lean on one that is not in the stack, and never was.
         there = {name: bricks if name in self.leaning else self.stack.keys() for name in self.stack}
@@ -203,6 +229,7 @@ class StackStability:
             if leaning:
                 self.leaning[brick.id] = leaning
             self._stillness.froze(brick.id)
+            self._hits.joined(brick.id)
             if self.guard:
                 self._held.hold(brick.id, self._held_by(brick.id))
 

@@ -9,6 +9,7 @@ BodyId: TypeAlias = str  # a brick or a fixed body; compared and sorted as text,
 
 IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 AT_REST: Vec3 = (0.0, 0.0, 0.0)  # a velocity
+EARTH = 9.81  # [m/s2]
 GROUND: BodyId = "ground"
 
 

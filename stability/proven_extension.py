@@ -13,10 +13,10 @@ from dataclasses import dataclass, field, replace
 from stability.engine import Engine
 from stability.freezing import RestLimits
 from stability.held_bodies import HeldBodies
-from stability.model import AT_REST, BodyId, BodyState, Box, Brick, HalfSpace, Plane, Pose, Vec3
+from stability.model import AT_REST, EARTH, BodyId, BodyState, Box, Brick, HalfSpace, Plane, Pose, Vec3
 from stability.refusals import Refusals
 from stability.separation import boxes_apart, in_world
-from stability.statics.assembly import EARTH, Assembly
+from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability, Tolerances, Verdict
 from stability.stillness import Stillness
 from stability.watching import Update

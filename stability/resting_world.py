@@ -8,6 +8,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
+from stability.contact import TOUCHING
 from stability.engine import World
 from stability.engine_settings import EngineSettings
 from stability.model import AT_REST, BodyId, BodyState, Box, Brick, ContactPoint, HalfSpace, Plane, Pose, Shape, Vec3
@@ -84,8 +85,8 @@ class RestingWorld:
     def shape(self, body: BodyId) -> Shape:
         return HalfSpace(self._planes[body].normal_W) if body in self._planes else Box(self._bricks[body][0].size)
 
-    def near(self, brick: BodyId) -> Sequence[BodyId]:
-        return self._engine().near(brick)
+    def near(self, brick: BodyId, within: float = TOUCHING) -> Sequence[BodyId]:
+        return self._engine().near(brick, within)
 
     def states(self, bodies: Collection[BodyId]) -> Mapping[BodyId, BodyState]:
         if self._world is not None:

@@ -34,6 +34,7 @@ ORDER = {
         "statics.contacts.features",
         "statics.contacts.touch",
         "leaning",
+        "impact",
         "statics.contacts.neighbours",
         "statics.proof",
         "statics.programmes.programme",
@@ -68,12 +69,19 @@ ORDER = {
         "freezing",
         "engine_settings",
         "engine",
+        "approach",
         "pybullet_engine",
+        "pybullet_engine.binding",
+        "pybullet_engine.parameters",
+        "pybullet_engine.solids",
+        "pybullet_engine.bodies",
+        "pybullet_engine.world",
         "resting",
         "touching",
         "stillness",
         "refusals",
         "held_bodies",
+        "direct_hits",
         "watching",
         "extension",
         "proven_extension",
@@ -191,7 +199,13 @@ def test_stability_does_not_know_the_language() -> None:
 
 def test_one_file_imports_pybullet() -> None:
     users = [module_name(p) for p in FILES if any(n.split(".")[0] == "pybullet" for n in imported(p))]
-    assert users == ["stability.pybullet_engine"]
+    assert users == ["stability.pybullet_engine.binding"]
+
+
+def test_one_package_knows_the_engine_and_all_else_asks_it() -> None:
+    package = "stability.pybullet_engine"
+    users = {module_name(p) for p in FILES if any(n.startswith(f"{package}.binding") for n in imported(p))}
+    assert all(user.startswith(package) for user in users)
 
 
 def test_the_command_line_starts_without_the_engine() -> None:

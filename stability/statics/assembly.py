@@ -13,7 +13,7 @@ from dataclasses import replace
 from time import perf_counter
 from types import MappingProxyType
 
-from stability.model import GROUND, BodyId, Brick, Plane, Pose
+from stability.model import EARTH, GROUND, BodyId, Brick, Plane, Pose
 from stability.statics.admission import admit_brick, admit_names, admit_site
 from stability.statics.brick_graph import brick_graph, rests_on
 from stability.statics.cascade import Partners, judge
@@ -24,7 +24,6 @@ from stability.statics.proof import check_forces
 from stability.statics.structure import Structure
 
 LEVEL_GROUND = Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), friction=0.5)
-EARTH = 9.81  # [m/s2]
 LOST_DIGITS = 1e-15  # of a coordinate: a few times what one rounding takes
 DEAREST_FIRST = tuple(reversed(Stage))
 

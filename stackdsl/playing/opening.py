@@ -52,6 +52,8 @@ def extension_for(timeline: Timeline, system: System, world: World) -> Extension
 
             return ProvenStability(world, scene.planes, scene.friction, scene.gravity, limits, guard=False)
         case Method.PUBLISHED:
-            return StackStability(world, limits, guard=False, friction=scene.friction, planes=scene.planes)
+            return StackStability(
+                world, limits, guard=False, friction=scene.friction, planes=scene.planes, gravity=scene.gravity
+            )
         case None:
             return None

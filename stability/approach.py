@@ -1,0 +1,148 @@
+"""Which bricks at rest are about to be hit, told before the engine lets it happen.
+
+A frozen brick has no mass for the engine, and takes all momentum out of what hits it. So what may give way has to be
+woken before the hit, while the surfaces are still apart. Only the gap between boxes and the speed of its closing are
+looked at; bricks in contact press on each other, and do not hit.
+"""
+
+from collections.abc import Container, Mapping
+from dataclasses import dataclass, field
+from math import hypot
+
+from stability.engine import Engine
+from stability.geometry import box_corners
+from stability.model import BodyId, BodyState, Box, Pose, Vec3
+from stability.separation import Separation, boxes_apart
+from stability.vectors import cross, dot, minus, moved, plus, times
+
+# Shares of the smallest side of the flying brick.
+IN_TOUCH = 0.03  # closer, two bricks press on each other: what engines leave between bricks at rest, and a little more
+CLOSE = 0.125  # a millimetre for a plank: so much closer than its speed brings it, a brick counts as about to hit
+AHEAD = 1.0  # how far around a brick is looked
+LONGEST_STEP = 1.0 / 240.0  # [s] of an engine whose first step is not over
+STEPS = 2.0  # how many steps ahead, as speed may grow
+MOST_GAPS = 8  # that a flight is followed through; two boxes seldom have more than three
+ROUNDING = 1e-9  # [m]
+ALMOST_TOUCHES = 0.06  # corners within this of the foremost one hit with it
+
+
+@dataclass(frozen=True, slots=True)
+class Hit:
+    """A brick that is about to hit another one."""
+
+    by: BodyId
+    brick: BodyId  # the one that is hit
+    speed: float  # at which the gap closes [m/s]
+    normal_W: Vec3  # unit, from the hitting brick towards the hit one
+
+
+@dataclass(frozen=True, slots=True)
+class _Box:
+    id: BodyId
+    size: Vec3  # [m]
+    state: BodyState
+
+
+@dataclass(frozen=True, slots=True)
+class _Near:
+    box: _Box
+    apart: Separation  # from the flying brick
+
+
+@dataclass
+class Approaches:
+    """Follows the moving bricks of one engine. A brick that has nothing near is not looked at until it could have."""
+
+    engine: Engine
+    horizon: float  # [s] in which gravity alone brings nothing close
+    least: float = 0.02  # [m/s] slower, nothing is a hit
+    _now: float | None = field(default=None, init=False)  # [s] of the last look
+    _look_at: dict[BodyId, float] = field(default_factory=dict, init=False)  # [s] when to look next
+
+    def hits(self, moving: Mapping[BodyId, BodyState], still: Container[BodyId]) -> list[Hit]:
+        """Who is about to hit one of the bricks `still`, at the latest in the next step of the engine."""
+        now = self.engine.time()
+        since = now - self._now if self._now is not None else LONGEST_STEP
+        step = since if 0.0 < since < LONGEST_STEP else LONGEST_STEP  # time may have been skipped
+        self._now = now
+        found = []
+        for brick, state in moving.items():
+            if now < self._look_at.get(brick, now):
+                continue
+            fastest = _fastest(state, size) if (size := self._size(brick)) else 0.0
+            if size and fastest > self.least:
+                near = self._near(brick, state, still, max(AHEAD * min(size), _close(size, fastest, step)))
+                free = min((other.apart.gap for other in near), default=AHEAD * min(size))
+                # Half the way, for whatever makes it faster meanwhile.
+                rest = 0.5 * max(0.0, free - _close(size, fastest, step)) / fastest
+                self._look_at[brick] = now + min(self.horizon, rest)
+                found += [hit for other in near if (hit := _hit(_Box(brick, size, state), other, step))]
+        return [hit for hit in found if hit.speed > self.least]
+
+    def forget(self, brick: BodyId) -> None:
+        """A brick was frozen, or is gone."""
+        self._look_at.pop(brick, None)
+
+    def _size(self, brick: BodyId) -> Vec3 | None:
+        shape = self.engine.shape(brick)
+        return shape.size if isinstance(shape, Box) else None
+
+    def _near(self, brick: BodyId, state: BodyState, still: Container[BodyId], within: float) -> list["_Near"]:
+        """The bricks `still` that are near without touching."""
+        own = self._size(brick)
+        others = [other for other in self.engine.near(brick, within) if other in still]
+        states, found = self.engine.states(others), []
+        for other in others:
+            size = self._size(other)
+            if own and size:
+                apart = boxes_apart(own, state.pose, size, states[other].pose)
+                if apart.gap > IN_TOUCH * min(own):
+                    found.append(_Near(_Box(other, size, states[other]), apart))
+        return found
+
+
+def _close(size: Vec3, speed: float, step: float) -> float:
+    """How near a brick of this speed must be to be about to hit [m]."""
+    return CLOSE * min(size) + STEPS * speed * step
+
+
+def _hit(flying: _Box, other: _Near, step: float) -> Hit | None:
+    """Follow a flight from gap to gap: while one direction closes, another may keep the bricks apart, and for good."""
+    apart, ahead = other.apart, 0.0  # [s]
+    for _ in range(MOST_GAPS):
+        towards = times(-1.0, apart.normal_BA_W)
+        speed = _closing(flying.state, flying.size, towards)
+        close = CLOSE * min(flying.size) + ahead * _turning_speed(flying.state, flying.size)
+        if speed <= 0.0 or apart.gap >= close + (STEPS * step - ahead) * speed:
+            return None
+        if apart.gap <= close + ROUNDING:
+            return Hit(flying.id, other.box.id, speed, towards)
+        ahead += (apart.gap - close) / speed
+        then = Pose(moved(flying.state.pose.position_W, ahead, flying.state.velocity_W), flying.state.pose.orientation)
+        apart = boxes_apart(flying.size, then, other.box.size, other.box.state.pose)
+    return Hit(flying.id, other.box.id, speed, towards)
+
+
+def _fastest(state: BodyState, size: Vec3) -> float:
+    """A bound on the speed of all points of a brick [m/s]."""
+    return hypot(*state.velocity_W) + _turning_speed(state, size)
+
+
+def _turning_speed(state: BodyState, size: Vec3) -> float:
+    """A bound on how fast points of a brick move about its centre [m/s]."""
+    return 0.5 * hypot(*size) * hypot(*state.angular_velocity_W)
+
+
+def _closing(state: BodyState, size: Vec3, towards_W: Vec3) -> float:
+    """The largest speed, in a direction, of the corners that are foremost in it [m/s]."""
+    corners = box_corners(size, state.pose)
+    foremost = max(dot(corner, towards_W) for corner in corners) - ALMOST_TOUCHES * min(size)
+    return max(
+        dot(plus(state.velocity_W, _turning(state, corner)), towards_W)
+        for corner in corners
+        if dot(corner, towards_W) >= foremost
+    )
+
+
+def _turning(state: BodyState, point_W: Vec3) -> Vec3:
+    return cross(state.angular_velocity_W, minus(point_W, state.pose.position_W))

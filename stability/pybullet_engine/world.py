@@ -1,0 +1,168 @@
+"""A PyBullet world of one's own, with every setting that matters made explicit."""
+
+from dataclasses import dataclass, field
+from math import ceil, log10, sqrt
+
+from stability.engine_settings import EngineSettings
+from stability.impulse import moments, pushed
+from stability.model import AT_REST, BodyId, Box, Brick, Plane, Pose, Quaternion, Shape, Vec3
+from stability.pybullet_engine.binding import pybullet
+from stability.pybullet_engine.bodies import NOT_LOOKED, PyBulletBodies
+from stability.pybullet_engine.parameters import body_parameters, engine_parameters
+from stability.pybullet_engine.solids import Solids
+from stability.vectors import times
+
+# Combined friction is the product of two bodies' own; this stands for "none" where a partner must still reach its own.
+FRICTIONLESS = 1e-6
+# Half the side of the box that stands for a half-space [m]. A box, because PyBullet gives a box on a plane one contact
+# point a step, and a box on a box all four at once.
+HALF_SPACE = 1e5
+# [m] The same beside bricks with rounded edges: what a larger box does to them loses its precision, and a ladder then
+# stands 1 deg lower than it should.
+HALF_SPACE_BESIDE_HULLS = 1e3
+# Edges are not rounded by more than this share of a brick's smallest side, however small it is.
+MOST_ROUNDED = 0.02
+# [engine kg] for the heaviest brick: far above the thresholds, and even ten thousand press far below the cap of 1e10.
+HEAVIEST = 1e4
+
+
+@dataclass
+class PyBulletWorld(PyBulletBodies):
+    """A world of its own for bricks and planes; close it after use."""
+
+    settings: EngineSettings = field(kw_only=True)
+    friction: float = field(kw_only=True)  # Coulomb coefficient of brick on brick
+    _parts: int = field(default=1, init=False)  # engine steps in one step
+    _solids: Solids = field(init=False)
+    _sizes: dict[BodyId, Vec3] = field(default_factory=dict, init=False)  # of the bricks [m]
+
+    def __post_init__(self) -> None:
+        self._solids = Solids(self.client)
+
+    @classmethod
+    def opened(
+        cls, settings: EngineSettings, gravity: float, friction: float, heaviest: float | None = None
+    ) -> "PyBulletWorld":
+        """A new, empty world with gravity [m/s2] along -z.
+
+        Nothing depends on the unit of mass but the solver's absolute thresholds and its cap on impulses, so with scaled
+        settings it is chosen by the mass of the heaviest brick to come [kg].
+        """
+        client = pybullet.connect(pybullet.DIRECT)
+        if client < 0:
+            raise RuntimeError("PyBullet accepts no more clients in this process")
+        world = cls(client, settings=settings, friction=friction)
+        world.scale = settings.scale
+        if heaviest is not None and settings.scale != 1.0:
+            world._mass_unit = 10.0 ** round(log10(HEAVIEST / heaviest))
+        pybullet.setGravity(0.0, 0.0, -gravity, client)
+        pybullet.setPhysicsEngineParameter(**engine_parameters(settings), physicsClientId=client)
+        return world
+
+    def close(self) -> None:
+        """End the world; nothing of it is left."""
+        pybullet.disconnect(self.client)
+
+    def step(self) -> None:
+        for _ in range(self._parts):
+            pybullet.stepSimulation(self.client)
+        self._clock += self.settings.time_step
+
+    def limit_travel(self, fastest: float) -> None:
+        """Split the coming steps so that a body of this speed [m/s] gets no further in one than the settings allow."""
+        if self.settings.most_travel is None:
+            return
+        parts = max(1, ceil(fastest * self.settings.time_step / self.settings.most_travel))
+        if parts != self._parts:
+            self._parts = parts
+            engine_step = self.settings.time_step * sqrt(self.scale) / parts
+            pybullet.setPhysicsEngineParameter(fixedTimeStep=engine_step, physicsClientId=self.client)
+
+    def skip(self, duration: float) -> None:
+        """Let time pass in which nothing can move."""
+        self._clock += duration
+
+    def shape(self, body: BodyId) -> Shape:
+        return Box(self._sizes[body]) if body in self._sizes else super().shape(body)
+
+    def add_plane(self, plane: Plane) -> None:
+        """Put up the ground or a wall."""
+        depth = self.scale * (HALF_SPACE_BESIDE_HULLS if self.settings.edge_radius else HALF_SPACE)
+        nx, ny, nz = plane.normal_W
+        px, py, pz = times(self.scale, plane.point_W)
+        body = pybullet.createMultiBody(
+            baseMass=0.0,
+            baseCollisionShapeIndex=self._solids.box((depth, depth, depth)),
+            basePosition=(px - nx * depth, py - ny * depth, pz - nz * depth),
+            baseOrientation=_turning_z_to(plane.normal_W),
+            physicsClientId=self.client,
+        )
+        self._name(body, plane.id, plane.friction / self._own_friction())
+
+    def add_brick(self, brick: Brick, pose: Pose, velocity_W: Vec3 = AT_REST) -> None:
+        """Set a brick down at rest, or let it go with a velocity of its centre [m/s]."""
+        half = times(0.5 * self.scale, brick.size)
+        radius = self.scale * min(self.settings.edge_radius, MOST_ROUNDED * min(brick.size))
+        body = pybullet.createMultiBody(
+            baseMass=brick.mass * self._mass_unit,
+            baseCollisionShapeIndex=self._solids.rounded_box(half, radius) if radius else self._solids.box(half),
+            basePosition=times(self.scale, pose.position_W),
+            baseOrientation=pose.orientation,
+            physicsClientId=self.client,
+        )
+        self._name(body, brick.id, self._own_friction())
+        self._sizes[brick.id] = brick.size
+        if radius:
+            pybullet.changeDynamics(body, -1, collisionMargin=radius, physicsClientId=self.client)
+            self._weigh(body, brick.size, brick.mass)
+        if velocity_W != AT_REST:
+            self._set_motion(body, velocity_W, AT_REST)
+
+    def wake(self, brick: BodyId) -> None:
+        super().wake(brick)
+        if self.settings.edge_radius:
+            self._weigh(self._bodies[brick], self._sizes[brick], self._masses[brick])
+
+    def _weigh(self, body: int, size: Vec3, mass: float) -> None:
+        """Give a body the inertia of a brick: PyBullet takes that of a bounding box with margins."""
+        inertia = moments(times(self.scale, size), mass * self._mass_unit)
+        pybullet.changeDynamics(body, -1, localInertiaDiagonal=inertia, physicsClientId=self.client)
+
+    def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:
+        """Give a brick that is not frozen an impulse [N s] at a point [m]."""
+        after = pushed(self.states([brick])[brick], self._sizes[brick], self.masses()[brick], impulse_W, at_W)
+        self._set_motion(self._bodies[brick], after.velocity_W, after.angular_velocity_W)
+
+    def _set_motion(self, body: int, velocity_W: Vec3, angular_velocity_W: Vec3) -> None:
+        rate = sqrt(self.scale)
+        pybullet.resetBaseVelocity(
+            body, times(rate, velocity_W), times(1.0 / rate, angular_velocity_W), physicsClientId=self.client
+        )
+
+    def remove_brick(self, brick: BodyId) -> None:
+        """Take a brick out; its name is free again."""
+        body = self._bodies.pop(brick)
+        pybullet.removeBody(body, self.client)
+        del self.names[body], self._sizes[brick]
+        self._masses = {name: mass for name, mass in self._masses.items() if name != brick}
+        # The engine gives the number to the next body, so that count and last number might be what they were.
+        self._noticed = NOT_LOOKED
+
+    def _own_friction(self) -> float:
+        return max(sqrt(self.friction), FRICTIONLESS)
+
+    def _name(self, body: int, name: BodyId, own_friction: float) -> None:
+        parameters = body_parameters(self.settings, own_friction)
+        pybullet.changeDynamics(body, -1, **parameters, physicsClientId=self.client)
+        # Looking at all bodies for each that comes would take minutes for ten thousand; `masses` looks for itself.
+        self.names[body] = name
+        self._bodies[name] = body
+
+
+def _turning_z_to(normal_W: Vec3) -> Quaternion:
+    """The shortest turn that takes the z axis to a unit vector."""
+    nx, ny, nz = normal_W
+    if nz <= -1.0 + 1e-12:
+        return (1.0, 0.0, 0.0, 0.0)
+    half = sqrt(2.0 * (1.0 + nz))
+    return (-ny / half, nx / half, 0.0, half / 2.0)
