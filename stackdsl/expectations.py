@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 
-from stackdsl.judging import moving, proven, standing
+from stackdsl.judging import falling, moving, proven, standing
 from stackdsl.judging.finding import Finding
 from stackdsl.language.claims import Claim
 from stackdsl.language.schema import Scenario
@@ -71,6 +71,8 @@ JUDGES: dict[str, Callable[..., Finding]] = {
     "drift": moving.drift,
     "untouched": moving.untouched,
     "energy": moving.energy,
+    "pivots": falling.pivots,
+    "lands": falling.lands,
     "rests_on": proven.rests_on,
     "verdict": proven.verdict,
     "margin": proven.margin,

@@ -142,6 +142,7 @@ ORDER = {
         "judging.finding",
         "judging.standing",
         "judging.moving",
+        "judging.falling",
         "judging.proven",
         "expectations",
         "snapshots.record",

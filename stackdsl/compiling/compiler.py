@@ -77,7 +77,8 @@ def compile_timeline(scenario: Scenario, source: Source) -> tuple[Timeline | Non
     claims = (*scenario.expect, *scenario.truth)
     watched = not scenario.expect or not all(claim.needs_statics for claim in claims)
     margins = {key for claim in claims if claim.margin is not None for key in claim.margin.asked}
-    return Timeline(world, actions, _hold(scenario), watched, tuple(sorted(margins))), ()
+    closely = any(claim.needs_close_looks for claim in claims)
+    return Timeline(world, actions, _hold(scenario), watched, tuple(sorted(margins)), closely), ()
 
 
 def _placement(time: float, written: WrittenBrick, level: int, name: BodyId, tilt: Quaternion) -> Placement:

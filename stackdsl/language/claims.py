@@ -5,7 +5,7 @@ from typing import Annotated, ClassVar, Final, Literal, Self
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from stackdsl.language import author_types as t
-from stackdsl.language.author_models import AuthorModel, Choice, Shorthand
+from stackdsl.language.author_models import AuthorModel, Choice, Shorthand, default
 from stackdsl.language.layouts import MAX_BRICKS, Levels
 from stackdsl.language.mistakes import MistakeError
 
@@ -60,6 +60,48 @@ class Untouched(Choice):
     one_of: ClassVar[tuple[str, ...]] = ("bricks", "levels", "except_")
 
 
+class Asking(AuthorModel):
+    """A mapping of which at least one key is due."""
+
+    defaults: ClassVar[tuple[str, ...]] = ()  # keys that ask nothing by themselves
+
+    @property
+    def asked(self) -> tuple[str, ...]:
+        """The questions that are written."""
+        return tuple(key for key in self._questions() if getattr(self, key) is not None)
+
+    @classmethod
+    def _questions(cls) -> tuple[str, ...]:
+        return tuple(key for key in cls.model_fields if key not in cls.defaults)
+
+    @model_validator(mode="after")
+    def _ask_something(self) -> Self:
+        if not self.asked:
+            cause = "nothing is asked" if self.model_fields_set else "the mapping is empty"
+            raise MistakeError("SD102", cause, f"give one of {', '.join(self._questions())}")
+        return self
+
+
+class Pivots(Asking):
+    """What falls begins to as the proof says that it does, over the first 5 degrees."""
+
+    about: t.BodyName | None = Field(None, description="what stands still and is turned about; or ground")
+    within: t.Slope | None = Field(None, description="between where bricks go and where the proof says, at most")
+    proportions: t.ShareOfLimit | None = Field(
+        None, description="between how far bricks go and the proof says, both as shares of the furthest, at most"
+    )
+
+
+class Lands(Asking):
+    """Where the common centre of mass of what fell comes down, sideways from where it had been."""
+
+    reach: t.LengthTolerance | None = Field(None, description="how far")
+    bearing: t.Angle | None = Field(None, description="which way: 0 deg = +x, 90 deg = +y")
+    within: t.Slope = default("10 deg", "how far from the bearing, at most")
+
+    defaults: ClassVar[tuple[str, ...]] = ("within",)
+
+
 class EnergyChange(AuthorModel):
     """Kinetic and potential energy of all bricks together, from the last action on."""
 
@@ -99,7 +141,7 @@ class Height(Shorthand):
     scalar_key: ClassVar[str] = "is"
 
 
-class Margin(AuthorModel):
+class Margin(Asking):
     """How much the proof that the structure stands would survive."""
 
     acceleration: t.GravityTolerance | None = Field(
@@ -109,17 +151,6 @@ class Margin(AuthorModel):
     friction: t.FrictionTolerance | None = Field(None, description="the least coefficient with which it stands")
     placement: t.LengthTolerance | None = Field(None, description="the error in the place of every brick")
 
-    @property
-    def asked(self) -> tuple[str, ...]:
-        """The margins that are written."""
-        return tuple(key for key in type(self).model_fields if getattr(self, key) is not None)
-
-    @model_validator(mode="after")
-    def _ask_something(self) -> Self:
-        if not self.asked:
-            raise MistakeError("SD102", "the mapping is empty", f"give one of {', '.join(type(self).model_fields)}")
-        return self
-
 
 class Claim(Choice):
     """One statement about what happened."""
@@ -128,6 +159,8 @@ class Claim(Choice):
     collapses: Collapses | None = Field(None, description="the structure collapses")
     leaves: Leaves | None = Field(None, description="how much of the structure stands at the end")
     falls: Falls | None = Field(None, description="which bricks fall, or how many")
+    pivots: Pivots | None = Field(None, description="how what falls begins to")
+    lands: Lands | None = Field(None, description="where what fell comes down")
     displaced: Displaced | None = Field(None, description="how many bricks have moved")
     drift: Drift | None = Field(None, description="the largest shift of a brick after it came to rest")
     rests_on: RestsOn | None = Field(None, description="one brick is carried by another")
@@ -141,7 +174,20 @@ class Claim(Choice):
     margin: Margin | None = Field(None, description="how much the proof that it stands would survive")
 
     one_of: ClassVar[tuple[str, ...]] = (
-        *("stands", "collapses", "leaves", "falls", "displaced", "drift", "rests_on", "height", "untouched", "energy"),
+        *(
+            "stands",
+            "collapses",
+            "leaves",
+            "falls",
+            "pivots",
+            "lands",
+            "displaced",
+            "drift",
+            "rests_on",
+            "height",
+            "untouched",
+            "energy",
+        ),
         *("verdict", "margin"),
     )
 
@@ -154,6 +200,11 @@ class Claim(Choice):
     def needs_statics(self) -> bool:
         """Whether only a system with proofs can tell."""
         return self.verdict is not None or self.margin is not None
+
+    @property
+    def needs_close_looks(self) -> bool:
+        """Whether it is asked how something begins to fall, or where it lands."""
+        return self.pivots is not None or self.lands is not None
 
 
 def _listed(written: object) -> object:
