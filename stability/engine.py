@@ -48,7 +48,21 @@ class Engine(Protocol):
         """Put a frozen brick somewhere else."""
 
 
-class World(Engine, Protocol):
+class Joining(Protocol):
+    """Bricks that move together as one rigid body, with their true mass, centre and inertia.
+
+    Asked about a joined brick, an engine answers with its own pose, motion, contacts and neighbours; bricks that are
+    joined to each other are no neighbours. Until it is parted, a joined brick is neither frozen nor moved by itself.
+    """
+
+    def join(self, bricks: Collection[BodyId]) -> None:
+        """Let these frozen bricks move from now on as one; they start at rest."""
+
+    def part(self, brick: BodyId) -> tuple[BodyId, ...]:
+        """Let all that a brick is joined to move one by one, each with the motion that it has; these are they."""
+
+
+class World(Engine, Joining, Protocol):
     """An engine's world of one's own: bricks and planes come in, and time goes on."""
 
     @property

@@ -61,6 +61,10 @@ class StackStability:
         """The bricks that the engine moves, by name."""
         return sorted(brick for brick in self.engine.masses() if brick not in self.stack)
 
+    def riding(self) -> Collection[BodyId]:
+        """None: the method lets every brick that it wakes move by itself."""
+        return ()
+
     def is_frozen(self, brick: BodyId) -> bool:
         """Whether a brick is part of the stack."""
         return brick in self.stack

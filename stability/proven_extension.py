@@ -7,33 +7,25 @@ what still stands stays frozen with a proof of its own. Assumes gravity along -z
 Statics knows boxes, fixed or not, and half-spaces. What touches anything else stays with the engine.
 """
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 
-from stability.engine import Engine
+from stability.candidates import boxes, clear_of_strangers, fixed_bodies
+from stability.disturbances import Disturbances, Disturbed, in_words
+from stability.engine import Engine, Joining
 from stability.freezing import RestLimits
 from stability.held_bodies import HeldBodies
-from stability.model import AT_REST, EARTH, BodyId, BodyState, Box, Brick, HalfSpace, Plane, Pose, Vec3
+from stability.judgement import Judgement, followed
+from stability.model import AT_REST, EARTH, BodyId, BodyState, Plane, Pose, Vec3
+from stability.putting_back import Homes
 from stability.refusals import Refusals
-from stability.separation import boxes_apart, in_world
+from stability.region import region
+from stability.riders import Riders
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Placed, Stability, Tolerances, Verdict
+from stability.statics.facts import Placed, Stability, Verdict
 from stability.stillness import Stillness
+from stability.vectors import norm, times
 from stability.watching import Update
-
-NO_MASS = 0.0  # of what is fixed; nobody weighs it
-TOUCHING = Tolerances().gap  # share of the smallest side
-ON_TOP = -0.5  # z of the normal from one body towards another that it lies on
-
-
-@dataclass(frozen=True, slots=True)
-class _Judgement:
-    """A verdict, followed until what is left is proven."""
-
-    first: Verdict
-    last: Verdict  # STABLE, of what stays
-    released: Mapping[BodyId, Pose]  # what does not, and where it is
-    lowest: tuple[BodyId, ...]  # of the bricks that the first verdict names the one furthest down, if there are any
 
 
 @dataclass
@@ -50,6 +42,8 @@ class ProvenStability:
     rest: RestLimits = field(default_factory=RestLimits)
     # Look at every frozen brick each time, and judge again what somebody else has changed. Without it, cheaper.
     guard: bool = True
+    # What lets bricks ride along as one rigid body; None if the engine cannot, and all bricks move one by one.
+    joiner: Joining | None = None
     assembly: Assembly = field(init=False)
     _awake: set[BodyId] = field(default_factory=set, init=False)
     _announced: set[BodyId] = field(default_factory=set, init=False)  # set down since the last pass
@@ -57,17 +51,26 @@ class ProvenStability:
     _stillness: Stillness = field(init=False)
     _refusals: Refusals = field(init=False)
     _held: HeldBodies = field(init=False)
+    _homes: Homes = field(default_factory=Homes, init=False)  # of the bricks that were disturbed
+    _riders: Riders = field(init=False)
+    _disturbances: Disturbances = field(init=False)
 
     def __post_init__(self) -> None:
         self._stillness = Stillness(self.rest)
         self._refusals = Refusals(self.rest.hold_off)
         self._held = HeldBodies(self.engine)
+        self._riders = Riders(self.joiner)
+        self._disturbances = Disturbances(self.engine, self.rest)
         self.assembly = Assembly(self.planes or (), self.friction, self.gravity)
 
     def awake(self) -> list[BodyId]:
         """The bricks that the engine moves, by name."""
         self._notice_new()
         return sorted(self._awake)
+
+    def riding(self) -> Collection[BodyId]:
+        """Those of the awake bricks that move as rigid bodies on others, not one by one."""
+        return self._riders.bricks
 
     def is_frozen(self, brick: BodyId) -> bool:
         """Whether a brick is held fixed, with a proof."""
@@ -90,7 +93,7 @@ class ProvenStability:
             self._stillness.forget(brick)
             self._refusals.forget(brick)
         self._refusals.changed()
-        judgement = self._followed(self.assembly.remove(frozen))
+        judgement = followed(self.assembly, self.assembly.remove(frozen))
         if frozen or not self._awake:  # else nothing was asked that was not proven before
             self._when_changed = judgement.first
         woken = self._give_back(judgement.released)
@@ -101,21 +104,40 @@ class ProvenStability:
         lost = self._answer_changes() if self.guard else Update()
         self._notice_new()
         now = self.engine.time()
-        states = self.engine.states(sorted(self._awake))
+        states = self.engine.states(self._riders.followed(self._awake))
         self._stillness.follow(now, states)
+        lost = _joined(lost, self._answer_disturbances(states))
         coming = self._at_rest(now, states)
         announced, self._announced = self._announced, set()
         if not coming:
             return lost
-        judgement = self._followed(self.assembly.add_all(coming))
+        judgement = self._judged(coming)
         if announced:
             self._when_changed = judgement.first
         found = self._carry_out(judgement, [placed.brick.id for placed in coming], announced)
         return _joined(lost, found)
 
+    def _judged(self, coming: Sequence[Placed]) -> Judgement:
+        """Put bricks to the proof, those that were disturbed and hardly moved where they had been, if that holds."""
+        settled = self._homes.put_back(coming)
+        verdict = self.assembly.add_all(settled)
+        back = [placed for placed, was in zip(settled, coming, strict=True) if placed is not was]
+        if back and verdict.stability is not Stability.STABLE:
+            self.assembly.remove([placed.brick.id for placed in coming])
+            back, verdict = [], self.assembly.add_all(coming)
+        judgement = followed(self.assembly, verdict)
+        for placed in back:
+            self.engine.freeze(placed.brick.id)
+            self.engine.put_at(placed.brick.id, placed.pose)
+        return judgement
+
     def struck(self, brick: BodyId, impulse_W: Vec3) -> Update:
         """Say that a brick is about to be given an impulse [N s]: what that disturbs is woken before."""
-        return Update((), self.wake([brick]), reason="struck")
+        speed = norm(impulse_W) / self.engine.masses()[brick]
+        if speed < self._disturbances.least_speed() or brick not in {*self.assembly.bricks, *self._riders.bricks}:
+            return Update()
+        along_W = times(1.0 / norm(impulse_W), impulse_W)
+        return self._wake_struck(Disturbed({brick: along_W}, f"{brick} pushed to {speed:.3g} m/s"))
 
     def wake(self, bricks: Iterable[BodyId]) -> tuple[BodyId, ...]:
         """Give these bricks back to the engine, and all that cannot stand without them; returns those woken."""
@@ -127,7 +149,7 @@ class ProvenStability:
         if not asked:
             return ()
         self._refusals.changed()
-        judgement = self._followed(self.assembly.remove(asked))
+        judgement = followed(self.assembly, self.assembly.remove(asked))
         return self._give_back({**asked, **judgement.released})
 
     def shares(self, bricks: Collection[BodyId] | None = None) -> Mapping[BodyId, Mapping[BodyId, float]]:
@@ -155,62 +177,30 @@ class ProvenStability:
         """The bricks to be put to the proof, if it is worth while."""
         if not self._announced and not self._refusals.may_ask(now):
             return []
-        resting = {brick: found for brick, found in self._boxes(states) if self._stillness.may_be_judged(brick, now)}
+        resting = self._resting(now, states)
         if not any(
             brick in self._announced or self._refusals.is_news(brick, placed.pose, min(placed.brick.size), now)
             for brick, placed in resting.items()
         ):
             return []
-        return self._clear_of_strangers(resting, states)
-
-    def _boxes(self, states: Mapping[BodyId, BodyState]) -> Iterator[tuple[BodyId, Placed]]:
-        masses = self.engine.masses()
-        for brick, state in states.items():
-            shape = self.engine.shape(brick)
-            if isinstance(shape, Box):
-                yield brick, Placed(Brick(brick, shape.size, masses[brick]), state.pose)
-
-    def _clear_of_strangers(self, resting: Mapping[BodyId, Placed], states: Mapping[BodyId, BodyState]) -> list[Placed]:
-        """Those that touch nothing which statics cannot speak of: what still moves, robots, and other shapes."""
         if self.planes is not None and len(resting) == len(self._awake):
             return list(resting.values())
         tables = (table.brick.id for table in self.assembly.tables)
         known = {*self.assembly.bricks, *tables, *(plane.id for plane in self.assembly.planes)}
-        strange = {brick: [other for other in self.engine.near(brick) if other not in known] for brick in resting}
-        kept = dict(resting)
-        while True:
-            out = [b for b in kept if any(o not in kept and self._hangs_on(kept[b], o, states) for o in strange[b])]
-            if not out:
-                return list(kept.values())
-            for brick in out:
-                del kept[brick]
+        return clear_of_strangers(self.engine, resting, known, self.engine.states(sorted(self._awake)))
 
-    def _hangs_on(self, placed: Placed, other: BodyId, states: Mapping[BodyId, BodyState]) -> bool:
-        size, gap = placed.brick.size, TOUCHING * min(placed.brick.size)
-        shape = self.engine.shape(other) if other in states else None
-        if isinstance(shape, Box):
-            apart = boxes_apart(size, placed.pose, shape.size, states[other].pose)
-            # What still moves on top of a brick is a load to come: it is judged when it has come to rest.
-            return apart.gap <= gap and apart.normal_BA_W[2] > ON_TOP
-        contacts = self.engine.contacts(placed.brick.id)
-        return any(other in (point.a, point.b) and point.gap <= gap for point in contacts)
+    def _resting(self, now: float, states: Mapping[BodyId, BodyState]) -> dict[BodyId, Placed]:
+        """The boxes that have been slow for long enough. What rides rests when all that was woken with it does."""
+        slow = {brick for brick in states if self._stillness.may_be_judged(brick, now)}
+        woken = [brick for brick in states if brick in self._homes]
+        if not slow.issuperset(woken):
+            slow = {brick for brick in slow if brick not in self._riders}
+        ridden = [member for brick in sorted(slow) if brick in self._riders for member in self._riders.part(brick)]
+        return dict(boxes(self.engine, {**{b: states[b] for b in slow}, **self.engine.states(ridden)}))
 
     # --- what follows from a verdict ----------------------------------------------------------------------------------
 
-    def _followed(self, verdict: Verdict) -> _Judgement:
-        """Take out what moves or is in doubt, until what is left is proven."""
-        first = verdict
-        released: dict[BodyId, Pose] = {}
-        lowest: tuple[BodyId, ...] = ()
-        while verdict.stability is not Stability.STABLE:
-            moving = verdict.moving or tuple(self.assembly.bricks)
-            poses = {brick: self.assembly.bricks[brick].pose for brick in moving}
-            lowest = lowest or (min(moving, key=lambda brick: (poses[brick].position_W[2], brick)),)
-            released |= poses
-            verdict = self.assembly.remove(moving)
-        return _Judgement(first, verdict, released, lowest)
-
-    def _carry_out(self, judgement: _Judgement, coming: Sequence[BodyId], announced: set[BodyId]) -> Update:
+    def _carry_out(self, judgement: Judgement, coming: Sequence[BodyId], announced: set[BodyId]) -> Update:
         frozen = tuple(brick for brick in coming if brick not in judgement.released)
         for brick in frozen:
             self._freeze(brick)
@@ -229,9 +219,51 @@ class ProvenStability:
             proof,
         )
 
+    def _answer_disturbances(self, states: Mapping[BodyId, BodyState]) -> Update:
+        """Wake what is about to be hit, or is pressed away; take apart what rides and is hit, or has moved too far."""
+        if not states or not (self.assembly.bricks or self._riders.bricks):
+            return Update()
+        for first in self._riders.strayed(states):
+            self._riders.part(first)
+        found = Update()
+        if hits := self._disturbances.hits(states, {*self.assembly.bricks, *self._riders.bricks}):
+            found = self._wake_struck(Disturbed({hit.brick: hit.normal_W for hit in hits}, in_words(hits)))
+        if pressed := self._disturbances.overloaded(self.assembly, self._awake - self._riders.bricks):
+            found = _joined(found, self._wake_struck(pressed))
+        return found
+
+    def _wake_struck(self, disturbed: Disturbed) -> Update:
+        """Wake what a disturbance reaches, as a region in which some ride along."""
+        for brick in disturbed.struck:
+            if brick in self._riders:
+                self._riders.part(brick)
+        struck = {brick: along_W for brick, along_W in disturbed.struck.items() if self.is_frozen(brick)}
+        if not struck:
+            return Update()
+        reached = region(self.assembly, struck, ride=self.joiner is not None)
+        riding = {brick for group in reached.riding for brick in group}
+        placed = {brick: self.assembly.bricks[brick] for brick in (*reached.one_by_one, *sorted(riding))}
+        judgement = followed(self.assembly, self.assembly.remove(placed))
+        poses = {**{brick: was.pose for brick, was in placed.items()}, **judgement.released}
+        self._homes.left(poses)
+        for group in reached.riding:
+            self._riders.join(group, poses, min(min(placed[brick].brick.size) for brick in group))
+        self._refusals.changed()
+        self._let_go(poses.keys() - riding)
+        self._let_ride(riding)
+        return Update((), tuple(sorted(poses)), reason=disturbed.reason, riding=tuple(sorted(riding)))
+
+    def _let_ride(self, bricks: Iterable[BodyId]) -> None:
+        for brick in bricks:
+            self._awake.add(brick)
+            self._held.let_go(brick)
+            self._stillness.woke(brick)
+
     def _freeze(self, brick: BodyId) -> None:
         self.engine.freeze(brick)
         self._awake.discard(brick)
+        self._homes.settled([brick])
+        self._disturbances.froze([brick])
         self._stillness.froze(brick)
         self._refusals.forget(brick)
         if self.guard:
@@ -239,13 +271,17 @@ class ProvenStability:
 
     def _give_back(self, bricks: Mapping[BodyId, Pose]) -> tuple[BodyId, ...]:
         """Wake frozen bricks that are no longer part of the assembly."""
-        for brick in bricks:
+        self._let_go(bricks)
+        self._refusals.refuse(bricks.items(), self.engine.time())
+        return tuple(sorted(bricks))
+
+    def _let_go(self, bricks: Iterable[BodyId]) -> None:
+        for brick in sorted(bricks):
             self.engine.wake(brick)
             self._awake.add(brick)
             self._held.let_go(brick)
             self._stillness.woke(brick)
-        self._refusals.refuse(bricks.items(), self.engine.time())
-        return tuple(sorted(bricks))
+        self._disturbances.woke()
 
     # --- what somebody else has changed -------------------------------------------------------------------------------
 
@@ -266,7 +302,7 @@ class ProvenStability:
         if verdict is None:
             return Update()
         self._refusals.changed()
-        judgement = self._followed(verdict)
+        judgement = followed(self.assembly, verdict)
         woken = self._give_back({**pushed, **judgement.released})
         return Update((), woken, judgement.lowest, judgement.first.reason or "moved by somebody else" if woken else "")
 
@@ -284,18 +320,7 @@ class ProvenStability:
         return lost
 
     def _fixed(self) -> tuple[tuple[Plane, ...], tuple[Placed, ...]]:
-        """The fixed bodies, as statics knows them: half-spaces and boxes."""
-        if self.planes is not None:
-            return tuple(self.planes), ()
-        shapes = {body: self.engine.shape(body) for body in sorted(self.engine.fixed())}
-        poses = {body: state.pose for body, state in self.engine.states(shapes).items()}
-        planes = [
-            replace(in_world(shape, poses[body]), id=body, friction=self.friction)
-            for body, shape in shapes.items()
-            if isinstance(shape, HalfSpace)
-        ]
-        boxes = [(body, shape) for body, shape in shapes.items() if isinstance(shape, Box)]
-        return tuple(planes), tuple(Placed(Brick(body, box.size, NO_MASS), poses[body]) for body, box in boxes)
+        return fixed_bodies(self.engine, self.friction) if self.planes is None else (tuple(self.planes), ())
 
 
 def _moves(state: BodyState) -> bool:
@@ -310,4 +335,5 @@ def _joined(one: Update, other: Update) -> Update:
         one.failed + other.failed,
         "; ".join(filter(None, (one.reason, other.reason))),
         other.proof,
+        one.riding + other.riding,
     )

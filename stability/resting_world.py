@@ -118,6 +118,14 @@ class RestingWorld:
         if self._world is not None:
             self._world.put_at(brick, pose)
 
+    def join(self, bricks: Collection[BodyId]) -> None:
+        world = self._engine()  # with these bricks frozen
+        self._frozen.difference_update(bricks)
+        world.join(bricks)
+
+    def part(self, brick: BodyId) -> tuple[BodyId, ...]:
+        return self._engine().part(brick)
+
     def _engine(self) -> World:
         """The world that is stepped; it has been going on since the beginning, as far as anybody can tell."""
         if self._world is None:

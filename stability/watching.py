@@ -17,6 +17,7 @@ class Update:
     failed: tuple[BodyId, ...] = ()  # those of `woken` that give way; the rest stood on them
     reason: str = ""  # why bricks were woken
     proof: str = ""  # what proved that the frozen ones stand, where something does
+    riding: tuple[BodyId, ...] = ()  # those of `woken` that move as rigid bodies on others
 
 
 class Extension(Protocol):
@@ -24,6 +25,9 @@ class Extension(Protocol):
 
     def awake(self) -> list[BodyId]:
         """The bricks that the engine moves, by name."""
+
+    def riding(self) -> Collection[BodyId]:
+        """Those of the awake bricks that move as rigid bodies on others, not one by one."""
 
     def is_frozen(self, brick: BodyId) -> bool:
         """Whether a brick is held fixed."""

@@ -5,6 +5,7 @@ from math import cos, radians, sin
 
 import pytest
 
+from stability.geometry import composed
 from stackdsl.timeline import Placement, Removal, Timeline
 from tests.scenes import compiled, mistakes_of, scene, timeline_of
 
@@ -288,6 +289,35 @@ def test_a_structure_cannot_be_stable_and_unstable_at_once() -> None:
 def test_a_support_that_is_misspelt_may_be_meant_for_the_ground() -> None:
     found = mistakes_of("- column: {levels: 1}", "expect:\n  - rests_on: {brick: L1.1, support: grund}")
     assert [(mistake.code, mistake.hint) for mistake in found] == [("SD204", "did you mean 'ground'?")]
+
+
+# --- layouts set down in pairs, or until they fall -------------------------------------------------------------------
+
+
+def test_the_two_planks_of_a_v_are_set_down_at_one_moment() -> None:
+    #  levels 1 and 3 are of Vs, level 2 of the flat plank between them
+    timeline = timeline_of("- card_house: {levels: 2}\n  every: 1 s\n- column: {levels: 1, origin: [1 m, 0 m, 0 m]}")
+    placed = list(zip(names(timeline), times(timeline), strict=True))[:-1]
+    assert placed == [
+        ("L1.1", 0.0), ("L1.2", 0.0), ("L1.3", 1.0), ("L1.4", 1.0), ("L2.1", 2.0), ("L3.1", 3.0), ("L3.2", 3.0),
+    ]  # fmt: skip
+    assert times(timeline)[-1] == 4.0
+
+
+def test_a_card_house_turns_about_its_origin_with_its_heading() -> None:
+    house = "- card_house: {levels: 2, heading: HEADING, origin: [1 m, 2 m, 0 m]}"
+    one, other = (timeline_of(house.replace("HEADING", heading)).placements for heading in ("0 deg", "90 deg"))
+    quarter = (0.0, 0.0, sin(radians(45)), cos(radians(45)))
+    for a, b in zip(one, other, strict=True):
+        (x, y, z), turn = a.pose.position_W, composed(quarter, a.pose.orientation)
+        assert b.pose.position_W == pytest.approx((1.0 - (y - 2.0), 2.0 + (x - 1.0), z), abs=1e-12)
+        assert b.pose.orientation == pytest.approx(turn, abs=1e-12)
+
+
+def test_a_step_until_a_collapse_goes_on_for_a_hundred_levels() -> None:
+    timeline = timeline_of("- four_stack: {step: 1 mm}\n  every: 1 s\n  until: collapse")
+    assert (timeline.levels, len(timeline.placements), timeline.built) == (100, 200, 199.0)
+    assert timeline_of("- column: {levels: 7}\n  every: 1 s\n  until: collapse").levels == 7
 
 
 # --- impacts ----------------------------------------------------------------------------------------------------------

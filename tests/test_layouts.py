@@ -2,16 +2,19 @@
 
 from collections import defaultdict
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import combinations, pairwise
 from math import cos, hypot, inf, pi, sin, tan
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stability.model import Pose, Vec3
-from stability.separation import boxes_apart
-from stackdsl.compiling.written import about_z
+from stability.model import Brick, Plane, Vec3
+from stability.separation import block, boxes_apart
+from stability.statics.assembly import Assembly
+from stability.statics.facts import Placed, Stability
+from stackdsl.compiling.written import pose_of
+from stackdsl.language.card_house import CardHouseParams, card_house
 from stackdsl.language.catalogue import CATALOGUE
 from stackdsl.language.layouts import (
     LAYOUTS,
@@ -30,6 +33,7 @@ from stackdsl.language.layouts import (
     tower,
     wall,
 )
+from stackdsl.language.leaning_structure import LeaningStructureParams, leaning_structure
 from stackdsl.language.mistakes import MistakeError
 
 KAPLA = CATALOGUE["kapla"].size
@@ -54,12 +58,20 @@ def reach(specs: Sequence[BrickSpec], axis: int) -> tuple[float, float]:
     return min(extent(spec, axis)[0] for spec in specs), max(extent(spec, axis)[1] for spec in specs)
 
 
+def lowest(spec: BrickSpec) -> float:
+    """The height of the lowest point of a brick [m]."""
+    made = block(spec.size or KAPLA, pose_of(spec))
+    return made.p_WC[2] - made.reach[2]
+
+
 EXAMPLES: dict[str, tuple[dict[str, object], int]] = {  # parameters, and how many bricks they make
     "four_stack": ({"levels": 5, "step": "11 mm"}, 10),
     "column": ({"levels": 5, "step": "11 mm"}, 5),
     "wall": ({"levels": 3, "bricks": 4}, 13),
     "harmonic": ({"bricks": 5}, 5),
     "tower": ({"levels": 4, "bricks": 7}, 28),
+    "leaning_structure": ({"levels": 5}, 10),
+    "card_house": ({"levels": 3}, 15),
 }
 
 
@@ -84,8 +96,10 @@ def test_levels_are_built_upwards_and_the_first_rests_on_the_ground(name: str) -
     specs = example_of(name)
     assert [spec.level for spec in specs] == sorted(spec.level for spec in specs)
     assert {spec.level for spec in specs} == set(range(1, specs[-1].level + 1))
-    for spec in specs:
-        assert spec.position[2] == pytest.approx((spec.level - 0.5) * THICKNESS, rel=1e-12)
+    assert min(lowest(spec) for spec in specs if spec.level == 1) == pytest.approx(0.0, abs=1e-12)
+    if not any(spec.lean for spec in specs):
+        heights = [spec.position[2] for spec in specs]
+        assert heights == pytest.approx([(spec.level - 0.5) * THICKNESS for spec in specs], rel=1e-12)
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
@@ -96,6 +110,7 @@ def test_origin_and_heading_move_a_layout_as_a_whole(name: str, heading: float, 
         assert hypot(b.position[0] - x, b.position[1] - y) == pytest.approx(hypot(*a.position[:2]), abs=1e-12)
         assert b.position[2] - a.position[2] == pytest.approx(z, abs=1e-12)
         assert b.yaw - a.yaw == pytest.approx(heading * pi / 180, abs=1e-12)
+        assert (b.level, b.lean, b.size, b.together) == (a.level, a.lean, a.size, a.together)
 
 
 def test_a_heading_turns_x_towards_y() -> None:
@@ -208,8 +223,7 @@ def seen_from(spec: BrickSpec, x: float, y: float) -> tuple[float, float]:
 
 
 def gap(one: BrickSpec, other: BrickSpec) -> float:
-    (a, b) = (Pose(spec.position, about_z(spec.yaw)) for spec in (one, other))
-    return boxes_apart(KAPLA, a, KAPLA, b).gap
+    return boxes_apart(KAPLA, pose_of(one), KAPLA, pose_of(other)).gap
 
 
 @pytest.mark.parametrize(("bricks", "overlap"), RINGS)
@@ -263,6 +277,159 @@ def test_a_ring_closes_at_its_largest_overlap(bricks: int) -> None:
         assert mistake.value.hint == f"write an overlap of more than 0 % and less than {100 * most:.3g} %"
 
 
+# --- the card house ---------------------------------------------------------------------------------------------------
+
+
+def house(levels: int, **more: object) -> list[list[BrickSpec]]:
+    return by_level(card_house(CardHouseParams.model_validate({"levels": levels, **more}), KAPLA))
+
+
+def in_touch(specs: Sequence[BrickSpec]) -> set[tuple[int, int]]:
+    """The pairs, by number, that are no farther apart than rounding."""
+    pairs = combinations(enumerate(specs), 2)
+    return {(i, j) for (i, one), (j, other) in pairs if abs(gap(one, other)) < 1e-12}
+
+
+def test_the_planks_of_a_v_meet_along_the_upper_edges_of_their_inner_faces() -> None:
+    #    /\      the inner edge of each top is over the middle, at L sin a; the foot is L cos a beside it, on the ground
+    #   /  \
+    (left, right), a = house(1, angle="70 deg")[0], pi * 70 / 180
+    for spec, side in ((left, -1), (right, 1)):
+        along, inwards = (-side * cos(a), sin(a)), (-side * sin(a), -cos(a))  # in x and z
+        top, foot = (
+            [
+                spec.position[axis] + end * LENGTH / 2 * along[i] + THICKNESS / 2 * inwards[i]
+                for i, axis in ((0, 0), (1, 2))
+            ]
+            for end in (1, -1)
+        )
+        assert top == pytest.approx([0.0, LENGTH * sin(a)], abs=1e-12)
+        assert foot == pytest.approx([side * LENGTH * cos(a), 0.0], abs=1e-12)
+    assert gap(left, right) == pytest.approx(0.0, abs=1e-12)
+    assert (left.together, right.together) == (False, True)
+
+
+@pytest.mark.parametrize("levels", [1, 2, 3, 4])
+def test_a_card_house_of_n_has_n_vs_then_one_flat_plank_and_one_v_less_each_time(levels: int) -> None:
+    counts = [len(level) for level in house(levels)]
+    vs, flats = [2 * n for n in range(levels, 0, -1)], list(range(levels - 1, 0, -1))
+    assert (counts[::2], counts[1::2]) == (vs, flats)
+    assert all((spec.lean != 0.0) is (spec.level % 2 == 1) for level in house(levels) for spec in level)
+
+
+@pytest.mark.parametrize("angle", [61, 65, 70, 75, 86])
+def test_what_touches_in_a_card_house_is_vs_peaks_and_feet_and_nothing_else(angle: float) -> None:
+    #       /\
+    #    ___________
+    #    /\       /\      bricks 0 1 and 2 3, flat 4, and 5 6 on it
+    specs = [spec for level in house(2, angle=f"{angle} deg") for spec in level]
+    assert in_touch(specs) == {(0, 1), (2, 3), (5, 6), (1, 4), (2, 4), (4, 5), (4, 6)}
+    assert min(gap(one, other) for one, other in combinations(specs, 2)) > -1e-12
+    assert [spec.position[0] for spec in specs] == pytest.approx(
+        [-spec.position[0] for spec in mirrored(specs)], abs=1e-12
+    )
+
+
+def mirrored(specs: list[BrickSpec]) -> list[BrickSpec]:
+    return [spec for level in by_level(specs) for spec in reversed(level)]
+
+
+@pytest.mark.parametrize("spacing", ["118 mm", "125 mm", "132 mm"])
+def test_flat_planks_lie_on_the_near_edges_of_two_peaks_and_are_free_of_each_other(spacing: str) -> None:
+    #  ________  ________      the edge of a peak is t sin a = 7.33 mm from the middle of its V, so up to 132.3 mm
+    #  /\      /\      /\
+    specs = [spec for level in house(3, spacing=spacing)[:2] for spec in level]
+    assert in_touch(specs) == {(0, 1), (2, 3), (4, 5), (1, 6), (2, 6), (3, 7), (4, 7)}
+
+
+def test_by_default_vs_are_a_quarter_of_the_way_from_the_least_spacing_to_the_largest() -> None:
+    for angle in (65, 70, 80):
+        c, s = cos(pi * angle / 180), sin(pi * angle / 180)
+        least, most = max(LENGTH, 2 * LENGTH * c + 2 * THICKNESS * s), LENGTH + 2 * THICKNESS * s
+        xs = [spec.position[0] for spec in house(3, angle=f"{angle} deg")[1]]
+        assert xs == pytest.approx([-(3 * least + most) / 8, (3 * least + most) / 8], abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("written", "message", "hint"),
+    [
+        ({"spacing": "117 mm"}, "run into each other", "at least 117.6 mm, and less than 132.3 mm"),
+        ({"spacing": "133 mm"}, "too far apart for flat planks", "less than 132.3 mm"),
+        ({"angle": "62 deg", "spacing": "124 mm"}, "run into each other", "at least 124.2 mm"),
+        ({"angle": "60 deg"}, "feet are too far apart for flat planks", "more than 60 deg"),
+        ({"angle": "0 deg"}, "do not lean", "70 deg"),
+        ({"angle": "86.3 deg"}, "do not lean", "70 deg"),  # past the slope of its diagonal, a plank falls outwards
+    ],
+)
+def test_a_card_house_that_cannot_be_is_refused(written: dict[str, object], message: str, hint: str) -> None:
+    with pytest.raises(MistakeError, match=message) as mistake:
+        house(2, **written)
+    assert hint in mistake.value.hint
+
+
+def test_a_single_v_may_stand_wide() -> None:
+    assert len(house(1, angle="45 deg", spacing="10 mm")[0]) == 2
+
+
+def standing(friction: float, specs: Sequence[BrickSpec]) -> Assembly:
+    """An empty assembly with this friction throughout, and the bricks of a layout set down in it moment by moment."""
+    assembly = Assembly([Plane("ground", (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), friction)], friction)
+    moments: list[list[Placed]] = []
+    for number, spec in enumerate(specs):
+        placed = Placed(Brick(f"{number:03}", KAPLA, 0.0119), pose_of(spec))
+        moments = [*moments[:-1], [*moments[-1], placed]] if spec.together else [*moments, [placed]]
+    for moment in moments:
+        if assembly.add_all(moment).stability is not Stability.STABLE:
+            break
+    return assembly
+
+
+@pytest.mark.parametrize("angle", [45, 65, 70, 75])
+def test_a_v_stands_from_half_the_cotangent_less_its_slenderness(angle: float) -> None:
+    #  By moments about a foot, the planks press on each other with W (cot a - t / L) / 2, which the feet must hold.
+    limit = (1 / tan(pi * angle / 180) - THICKNESS / LENGTH) / 2
+    (specs,) = house(1, angle=f"{angle} deg")
+    assert standing(limit * (1 + 1e-6), specs).verdict().stability is Stability.STABLE
+    assert standing(limit * (1 - 1e-6), specs).verdict().stability is Stability.UNSTABLE
+
+
+@pytest.mark.parametrize("levels", [1, 2, 3, 4])
+@pytest.mark.parametrize("angle", [65, 70, 75])
+def test_a_card_house_stands_at_a_friction_of_a_half_while_it_is_built(levels: int, angle: float) -> None:
+    specs = [spec for level in house(levels, angle=f"{angle} deg") for spec in level]
+    assembly = standing(0.5, specs)
+    assert (assembly.verdict().stability, len(assembly.bricks)) == (Stability.STABLE, len(specs))
+
+
+# --- the leaning structure --------------------------------------------------------------------------------------------
+
+
+def leaning(**written: object) -> tuple[BrickSpec, ...]:
+    return leaning_structure(LeaningStructureParams.model_validate({"levels": 14, **written}), KAPLA)
+
+
+def test_the_leaning_structure_is_a_four_stack_that_steps_by_11_per_cent_of_its_length() -> None:
+    stack = FourStackParams.model_validate({"levels": 14, "step": f"{110 * LENGTH} mm", "spacing": "78.4 mm"})
+    for one, other in zip(leaning(), four_stack(stack, KAPLA), strict=True):
+        assert one.position == pytest.approx(other.position, abs=1e-12)
+        assert (one.level, one.yaw) == (other.level, other.yaw)
+
+
+@pytest.mark.parametrize(("step", "spacing"), [(0.11 * LENGTH, LENGTH * 2 / 3), (0.0121, 0.0784), (0.0105, 0.080)])
+def test_the_leaning_structure_falls_at_the_level_that_moments_give(step: float, spacing: float) -> None:
+    #  The leading plank of level 2 and all above turn about the end of level 1, once their centre is beyond it.
+    xs = [(level - 1) * step for level in range(3, 15) for _ in range(2)]  # plank by plank, from level 3
+    beyond = [(step + spacing / 2 + sum(xs[:count])) / (count + 1) > LENGTH / 2 for count in range(1, len(xs) + 1)]
+    falls_with = 4 + beyond.index(True) + 1  # so many planks
+    assembly = standing(0.5, leaning(step=f"{step} m", spacing=f"{spacing} m"))
+    assert assembly.verdict().stability is Stability.UNSTABLE
+    assert len(assembly.bricks) == falls_with
+
+
+def test_by_default_the_leaning_structure_falls_with_the_first_plank_of_level_9() -> None:
+    assert len(standing(0.5, leaning()).bricks) == 2 * 8 + 1
+
+
 @pytest.mark.parametrize(
     ("params", "size"),
     [
@@ -284,6 +451,7 @@ def test_a_layout_may_be_large(params: type[LayoutParams], size: dict[str, int])
         (HarmonicParams, {"bricks": 10_001}),
         (TowerParams, {"levels": 10_000, "bricks": 3}),
         (TowerParams, {"levels": 1, "bricks": 2}),
+        (CardHouseParams, {"levels": 116}),
         (ColumnParams, {"levels": 0}),
         (ColumnParams, {"levels": True}),
     ],

@@ -110,6 +110,29 @@ def test_a_brick_that_is_frozen_when_the_engine_opens_has_its_mass_when_it_is_wo
     world.close()
 
 
+def test_joined_bricks_fall_as_one_and_may_be_frozen_again_when_they_are_parted() -> None:
+    world = Opened().world()
+    for name, height in (("low", 1.0), ("top", 1.008)):
+        world.add_brick(Brick(name, SIZE, 0.012), Pose((0.0, 0.0, height)))
+        world.freeze(name)
+    world.join(["low", "top"])
+    assert not world.holds("low")
+    for _ in range(96):
+        world.step()
+    assert world.part("top") == ("low", "top")
+    heights = {name: state.pose.position_W[2] for name, state in world.states(["low", "top"]).items()}
+    world.freeze("low")
+    assert world.holds("low")
+    for _ in range(96):
+        world.step()
+    states = world.states(["low", "top"])
+    world.close()
+    fall = 0.5 * 9.81 * 0.1**2
+    assert heights == pytest.approx({"low": 1.0 - fall, "top": 1.008 - fall}, abs=0.001)
+    assert states["low"].pose.position_W[2] == pytest.approx(heights["low"], abs=1e-9)
+    assert states["top"].velocity_W[2] == pytest.approx(0.0, abs=0.1)  # it lies on the other
+
+
 def test_exact_imports_no_engine_while_all_is_proven() -> None:
     code = """
 import sys

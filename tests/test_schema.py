@@ -12,7 +12,7 @@ from stackdsl.language.author_types import SYSTEMS
 from stackdsl.language.bricks import BrickKind
 from stackdsl.language.catalogue import CATALOGUE
 from stackdsl.language.layouts import LAYOUTS, ColumnParams
-from stackdsl.language.schema import BuildStep, Scenario
+from stackdsl.language.schema import UNTIL_COLLAPSE, BuildStep, Scenario
 from stackdsl.language.tolerances import Tolerance
 from stackdsl.language.validation import json_schema, keys_at, schema_text
 from stackdsl.language.variants import expand
@@ -48,10 +48,15 @@ build:
   - harmonic: {bricks: 5, share: 0.9, origin: [2 m, 0 m, 0 m]}
     after: built
   - tower: {levels: 3, bricks: 16, overlap: 40 %, origin: [5 m, 0 m, 0 m]}
+  - card_house: {levels: 2, angle: 70 deg, spacing: 120 mm, origin: [6 m, 0 m, 0 m]}
+    name: cards
   - bricks:
       - {name: roof, at: [0 mm, 0 mm, 100 mm], rotate: [0 deg, 0 deg, 90 deg], drop: true, level: 5}
       - {at: [3 m, 0 m, 4 mm], brick: {size: [60 mm, 24 mm, 8 mm], mass: 6 g}}
     after: brick L2.1 + 500 ms
+  - leaning_structure: {step: 12 mm, spacing: 80 mm, origin: [7 m, 0 m, 0 m]}
+    every: 1 s
+    until: collapse
 impacts:
   - remove: {brick: L2.1}
     at: 4 s
@@ -118,13 +123,15 @@ def test_the_least_scenario_has_defaults_for_all_the_rest() -> None:
 
 def test_a_scenario_may_use_everything() -> None:
     first, *_, last = (Scenario.model_validate(values) for values in variants(EVERYTHING))
-    tower, column, _, _, _, single = first.build
+    tower, column, _, _, _, _, single, leaning = first.build
     assert tower.layout == ("four_stack", tower.four_stack)  # type: ignore[attr-defined]
     origin = ["1 m", "0 m", "0 m"]
     assert column.layout == ("column", ColumnParams.model_validate({"levels": 2, "step": "1 cm", "origin": origin}))
     assert single.layout is None
     assert single.bricks is not None
     assert (single.bricks[0].name, single.bricks[0].drop, single.bricks[0].level) == ("roof", True, 5)
+    assert leaning.layout is not None
+    assert (leaning.until, leaning.layout[1].levels) == ("collapse", UNTIL_COLLAPSE)  # type: ignore[attr-defined]
     assert [expectation.kind for expectation in first.expect] == [
         *["stands"] * 2, *["collapses"] * 2, "displaced", *["drift"] * 2, *["rests_on"] * 2, *["height"] * 2,
     ]  # fmt: skip
@@ -202,7 +209,7 @@ def test_the_schema_is_a_valid_one() -> None:
 
 
 def test_a_layout_of_the_registry_is_a_key_of_a_step() -> None:
-    assert set(LAYOUTS) | {"bricks", "name", "brick", "every", "at", "after"} == set(BuildStep.model_fields)
+    assert set(LAYOUTS) | {"bricks", "name", "brick", "every", "until", "at", "after"} == set(BuildStep.model_fields)
     assert set(keys_at(("build", 0))) == set(BuildStep.model_fields)
     assert set(keys_at(("build", 0, "wall"))) == {"levels", "bricks", "gap", "origin", "heading"}
 

@@ -112,6 +112,15 @@ def told(text: str) -> list[tuple[str, str, str]]:
         (HEAD + "build: [{column: {levels: '${n}'}}]", "SD109", "'${n}'", "unknown variable 'n'", "define it above"),
         (HEAD + "build: [{column: {levels: 1}, after: 2 s}]", "SD110", "2 s", "'2 s' is not an event", "there is `at`"),
         (HEAD + "build: [{wall: {levels: 9999, bricks: 99}}]", "SD206", "{levels", "999900 bricks", "several steps"),
+        (HEAD + "build: [{column: {}, every: 1 s}]", "SD102", "{}", "missing key 'levels'", "how many planks"),
+        (HEAD + "build: [{harmonic: {}, every: 1 s}]", "SD102", "{}", "missing key 'bricks'", "how many planks"),
+        (HEAD + "build: [{wall: {}, every: 1 s, until: collapse}]", "SD102", "{}", "missing key 'bricks'", "a full"),
+        (HEAD + "build: [{column: {}, until: collapse}]", "SD102", "{column", "needs `every`", "every: 1 s"),
+        (HEAD + "build: [{column: {}, every: 1 s, until: fall}]", "SD104", "fall", "not one of", "collapse"),
+        (HEAD + "build: [{bricks: [{at: [0 m, 0 m, 3.9 mm]}], every: 1 s, until: collapse}]",
+         "SD108", "{bricks", "goes on with a layout", "write one"),
+        (HEAD + "build: [{column: {}, every: 1 s, until: collapse}, {column: {levels: 1}}]",
+         "SD104", "collapse", "nothing is built after a collapse", "last step"),
         (HEAD + BUILD + "expect: [{stands: all}]\ntruth: [{stands: all, system: stock, source: x}]",
          "SD101", "system", "unknown key 'system'", ""),
     ],
@@ -177,6 +186,22 @@ def test_keys_are_known_along_a_path() -> None:
     assert keys_at(("expect", 0, "stands")) == ("levels", "bricks", "for")
     assert keys_at(("build", 0, "bricks", 0, "at", 1)) == ()
     assert keys_at(("nowhere", "at", "all")) == ()
+
+
+@pytest.mark.parametrize(
+    ("step", "right"),
+    [
+        ("{column: {}, every: 1 s, until: collapse}", True),
+        ("{harmonic: {share: 1.1}, every: 1 s, until: collapse}", True),
+        ("{card_house: {levels: 4, angle: 65 deg}, every: 1 s, until: collapse}", True),
+        ("{column: {}, every: 1 s}", False),
+        ("{harmonic: {share: 1.1}}", False),
+    ],
+)
+def test_how_much_is_built_may_be_left_to_the_collapse_and_to_nothing_else(step: str, right: bool) -> None:
+    text = f"{HEAD}build: [{step}]"
+    assert (diagnosed(text) == []) is right
+    assert EDITOR.is_valid(source(text).values) is right
 
 
 def test_the_example_of_all_keys_has_no_mistake() -> None:

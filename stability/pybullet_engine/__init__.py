@@ -4,6 +4,6 @@
 """
 
 from stability.pybullet_engine.bodies import PyBulletBodies
-from stability.pybullet_engine.world import PyBulletWorld
+from stability.pybullet_engine.joining import PyBulletWorld
 
 __all__ = ["PyBulletBodies", "PyBulletWorld"]

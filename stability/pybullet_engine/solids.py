@@ -5,11 +5,19 @@ twice the friction that they should. The convex hull of eight corners does not s
 radius inside the box, and the collision margin of that radius makes the outer size exact (docs/decisions/0012).
 """
 
+import os
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from itertools import product
+from tempfile import NamedTemporaryFile
 
-from stability.model import Vec3
+from stability.geometry import box_corners
+from stability.model import Pose, Vec3
 from stability.pybullet_engine.binding import pybullet
+
+# [engine m] What PyBullet gives the parts of a file as collision margin. It must stay: the tree of the parts' bounds is
+# made with it, and parts whose margin grows later are not noticed before they have sunk into what they touch.
+PART_MARGIN = 1e-3
 
 
 @dataclass
@@ -39,3 +47,36 @@ class Solids:
                 pybullet.GEOM_MESH, vertices=corners, physicsClientId=self.client
             )
         return self._hulls[half_extents, radius]
+
+    def rounded_boxes(self, boxes: Iterable[tuple[Vec3, Pose]]) -> int:
+        """The number of several rounded boxes in one shape, by their full lengths and their poses in it.
+
+        PyBullet takes no more than 16 parts in a call, and drops the others without a word; from a file it takes any
+        number of convex parts.
+        """
+        with NamedTemporaryFile("w", suffix=".obj", encoding="ascii", delete=False) as file:
+            file.writelines(_obj(boxes))
+        try:
+            return int(
+                pybullet.createCollisionShape(pybullet.GEOM_MESH, fileName=file.name, physicsClientId=self.client)
+            )
+        finally:
+            os.unlink(file.name)
+
+
+# Corners of a box, in the order of `box_corners`; PyBullet needs only that some face names each of them.
+FACES = ((1, 2, 4, 3), (5, 6, 8, 7))
+
+
+def _obj(boxes: Iterable[tuple[Vec3, Pose]]) -> Iterable[str]:
+    """The lines of a Wavefront file with the hulls of boxes with rounded edges."""
+    for part, (size, pose) in enumerate(boxes):
+        a, b, c = size
+        inner = (a - 2.0 * PART_MARGIN, b - 2.0 * PART_MARGIN, c - 2.0 * PART_MARGIN)
+        yield f"o {part}\n"
+        yield from (f"v {x!r} {y!r} {z!r}\n" for x, y, z in box_corners(inner, pose))
+        yield from (_face(8 * part, corners) for corners in FACES)
+
+
+def _face(offset: int, corners: Sequence[int]) -> str:
+    return f"f {' '.join(str(offset + corner) for corner in corners)}\n"

@@ -1,13 +1,16 @@
-"""A PyBullet world of one's own, with every setting that matters made explicit."""
+"""A PyBullet world of one's own, with every setting that matters made explicit; every brick moves by itself."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import ceil, log10, sqrt
+from types import MappingProxyType
+from typing import Self
 
 from stability.engine_settings import EngineSettings
 from stability.impulse import moments, pushed
 from stability.model import AT_REST, BodyId, Box, Brick, Plane, Pose, Quaternion, Shape, Vec3
 from stability.pybullet_engine.binding import pybullet
-from stability.pybullet_engine.bodies import NOT_LOOKED, PyBulletBodies
+from stability.pybullet_engine.bodies import PyBulletBodies
 from stability.pybullet_engine.parameters import body_parameters, engine_parameters
 from stability.pybullet_engine.solids import Solids
 from stability.vectors import times
@@ -17,9 +20,9 @@ FRICTIONLESS = 1e-6
 # Half the side of the box that stands for a half-space [m]. A box, because PyBullet gives a box on a plane one contact
 # point a step, and a box on a box all four at once.
 HALF_SPACE = 1e5
-# [m] The same beside bricks with rounded edges: what a larger box does to them loses its precision, and a ladder then
-# stands 1 deg lower than it should.
-HALF_SPACE_BESIDE_HULLS = 1e3
+# [m] The same beside bricks with rounded edges: contacts with a larger box lose their precision. At 1e5 a ladder stands
+# 1 deg lower than it should; at 1e3 bricks that are joined stick to a slope.
+HALF_SPACE_BESIDE_HULLS = 1e2
 # Edges are not rounded by more than this share of a brick's smallest side, however small it is.
 MOST_ROUNDED = 0.02
 # [engine kg] for the heaviest brick: far above the thresholds, and even ten thousand press far below the cap of 1e10.
@@ -27,22 +30,21 @@ HEAVIEST = 1e4
 
 
 @dataclass
-class PyBulletWorld(PyBulletBodies):
+class PlainWorld(PyBulletBodies):
     """A world of its own for bricks and planes; close it after use."""
 
     settings: EngineSettings = field(kw_only=True)
     friction: float = field(kw_only=True)  # Coulomb coefficient of brick on brick
     _parts: int = field(default=1, init=False)  # engine steps in one step
     _solids: Solids = field(init=False)
-    _sizes: dict[BodyId, Vec3] = field(default_factory=dict, init=False)  # of the bricks [m]
+    _bricks: dict[BodyId, Brick] = field(default_factory=dict, init=False)
+    _told: Mapping[BodyId, float] = field(default_factory=dict, init=False)  # what `masses` answers with
 
     def __post_init__(self) -> None:
         self._solids = Solids(self.client)
 
     @classmethod
-    def opened(
-        cls, settings: EngineSettings, gravity: float, friction: float, heaviest: float | None = None
-    ) -> "PyBulletWorld":
+    def opened(cls, settings: EngineSettings, gravity: float, friction: float, heaviest: float | None = None) -> Self:
         """A new, empty world with gravity [m/s2] along -z.
 
         Nothing depends on the unit of mass but the solver's absolute thresholds and its cap on impulses, so with scaled
@@ -82,8 +84,17 @@ class PyBulletWorld(PyBulletBodies):
         """Let time pass in which nothing can move."""
         self._clock += duration
 
+    def masses(self) -> Mapping[BodyId, float]:
+        return self._told
+
+    def _notice_bodies(self) -> None:
+        """Nobody else brings bodies into this world."""
+
     def shape(self, body: BodyId) -> Shape:
-        return Box(self._sizes[body]) if body in self._sizes else super().shape(body)
+        return Box(self._bricks[body].size) if body in self._bricks else super().shape(body)
+
+    def holds(self, brick: BodyId) -> bool:
+        return float(pybullet.getDynamicsInfo(self._bodies[brick], -1, self.client)[0]) == 0.0
 
     def add_plane(self, plane: Plane) -> None:
         """Put up the ground or a wall."""
@@ -97,12 +108,13 @@ class PyBulletWorld(PyBulletBodies):
             baseOrientation=_turning_z_to(plane.normal_W),
             physicsClientId=self.client,
         )
+        self._fixed |= {plane.id}
         self._name(body, plane.id, plane.friction / self._own_friction())
 
     def add_brick(self, brick: Brick, pose: Pose, velocity_W: Vec3 = AT_REST) -> None:
         """Set a brick down at rest, or let it go with a velocity of its centre [m/s]."""
         half = times(0.5 * self.scale, brick.size)
-        radius = self.scale * min(self.settings.edge_radius, MOST_ROUNDED * min(brick.size))
+        radius = self.scale * self._edge_radius(brick)
         body = pybullet.createMultiBody(
             baseMass=brick.mass * self._mass_unit,
             baseCollisionShapeIndex=self._solids.rounded_box(half, radius) if radius else self._solids.box(half),
@@ -111,26 +123,33 @@ class PyBulletWorld(PyBulletBodies):
             physicsClientId=self.client,
         )
         self._name(body, brick.id, self._own_friction())
-        self._sizes[brick.id] = brick.size
+        self._bricks[brick.id] = brick
+        self._masses[brick.id] = brick.mass
+        self._told = MappingProxyType(self._masses)  # another object says that a brick has come
         if radius:
             pybullet.changeDynamics(body, -1, collisionMargin=radius, physicsClientId=self.client)
-            self._weigh(body, brick.size, brick.mass)
+            self._weigh(body, moments(brick.size, brick.mass))
         if velocity_W != AT_REST:
             self._set_motion(body, velocity_W, AT_REST)
+
+    def _edge_radius(self, brick: Brick) -> float:
+        """How much the edges of a brick are rounded [m]."""
+        return min(self.settings.edge_radius, MOST_ROUNDED * min(brick.size))
 
     def wake(self, brick: BodyId) -> None:
         super().wake(brick)
         if self.settings.edge_radius:
-            self._weigh(self._bodies[brick], self._sizes[brick], self._masses[brick])
+            self._weigh(self._bodies[brick], moments(self._bricks[brick].size, self._bricks[brick].mass))
 
-    def _weigh(self, body: int, size: Vec3, mass: float) -> None:
-        """Give a body the inertia of a brick: PyBullet takes that of a bounding box with margins."""
-        inertia = moments(times(self.scale, size), mass * self._mass_unit)
-        pybullet.changeDynamics(body, -1, localInertiaDiagonal=inertia, physicsClientId=self.client)
+    def _weigh(self, body: int, inertia: Vec3) -> None:
+        """Give a body its moments of inertia [kg m2]: PyBullet takes those of a bounding box with margins."""
+        diagonal = times(self._mass_unit * self.scale**2, inertia)
+        pybullet.changeDynamics(body, -1, localInertiaDiagonal=diagonal, physicsClientId=self.client)
 
     def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:
         """Give a brick that is not frozen an impulse [N s] at a point [m]."""
-        after = pushed(self.states([brick])[brick], self._sizes[brick], self.masses()[brick], impulse_W, at_W)
+        size, mass = self._bricks[brick].size, self._bricks[brick].mass
+        after = pushed(self.states([brick])[brick], size, mass, impulse_W, at_W)
         self._set_motion(self._bodies[brick], after.velocity_W, after.angular_velocity_W)
 
     def _set_motion(self, body: int, velocity_W: Vec3, angular_velocity_W: Vec3) -> None:
@@ -143,10 +162,8 @@ class PyBulletWorld(PyBulletBodies):
         """Take a brick out; its name is free again."""
         body = self._bodies.pop(brick)
         pybullet.removeBody(body, self.client)
-        del self.names[body], self._sizes[brick]
-        self._masses = {name: mass for name, mass in self._masses.items() if name != brick}
-        # The engine gives the number to the next body, so that count and last number might be what they were.
-        self._noticed = NOT_LOOKED
+        del self.names[body], self._bricks[brick], self._masses[brick]
+        self._told = MappingProxyType(self._masses)
 
     def _own_friction(self) -> float:
         return max(sqrt(self.friction), FRICTIONLESS)
@@ -154,7 +171,6 @@ class PyBulletWorld(PyBulletBodies):
     def _name(self, body: int, name: BodyId, own_friction: float) -> None:
         parameters = body_parameters(self.settings, own_friction)
         pybullet.changeDynamics(body, -1, **parameters, physicsClientId=self.client)
-        # Looking at all bodies for each that comes would take minutes for ten thousand; `masses` looks for itself.
         self.names[body] = name
         self._bodies[name] = body
 

@@ -13,6 +13,8 @@ from dataclasses import replace
 from time import perf_counter
 from types import MappingProxyType
 
+from stability.contact_graph import reached
+from stability.geometry import Point2
 from stability.model import EARTH, GROUND, BodyId, Brick, Plane, Pose
 from stability.statics.admission import admit_brick, admit_names, admit_site
 from stability.statics.brick_graph import brick_graph, rests_on
@@ -20,6 +22,7 @@ from stability.statics.cascade import Partners, judge
 from stability.statics.certificate import total_forces
 from stability.statics.facts import Contact, Forces, Placed, Problem, Stability, Stage, Tolerances, Verdict
 from stability.statics.ledger import Ledger
+from stability.statics.polygons import depth
 from stability.statics.proof import check_forces
 from stability.statics.structure import Structure
 
@@ -219,6 +222,21 @@ class Assembly:
     def all_contacts(self) -> Sequence[Contact]:
         """Every contact, each once."""
         return self._structure.contacts_of(self._structure.bricks)
+
+    def with_all_above(self, bricks: Collection[BodyId]) -> set[BodyId]:
+        """These bricks, and all that they can carry, directly or through others."""
+        self._reject_unknown(sorted(bricks))
+        return self._structure.with_all_above(bricks)
+
+    def with_all_below(self, bricks: Collection[BodyId]) -> set[BodyId]:
+        """These bricks, and all that can carry them, directly or through others."""
+        self._reject_unknown(sorted(bricks))
+        return reached(bricks, lambda brick: self._structure.below([brick]))
+
+    def core_depth(self, brick: BodyId, point: Point2) -> float:
+        """How deep a point in plan lies inside the load core of a brick [m]; negative outside, -inf if it has none."""
+        self._reject_unknown([brick])
+        return depth(point, self._structure.cores[brick].polygon)
 
     def rests_on(self, brick: BodyId) -> tuple[BodyId, ...]:
         """The bodies that a brick rests on or leans on, by name."""

@@ -22,6 +22,8 @@ from stackdsl.language.mistakes import MistakeError
 
 SHARE_OF_ROOM: Final = 0.25  # of what the spacing may be; nearer to neighbours than to the ends of the flat planks
 
+ROUNDING: Final = 1e-9  # of a length: at 60 deg there is no room, whatever the last digit says
+
 
 class CardHouseParams(LayoutParams):
     """A pyramid of leaning pairs of planks."""
@@ -84,7 +86,7 @@ def _pitch(params: CardHouseParams, size: Vec3) -> float:
     """
     (length, _, thickness), c, s = size, cos(params.angle), sin(params.angle)
     least, most = max(length, 2 * (length * c + thickness * s)), length + 2 * thickness * s
-    if params.levels > 1 and least >= most:
+    if params.levels > 1 and least >= most * (1.0 - ROUNDING):
         message = f"at {_deg(params.angle)} the feet are too far apart for flat planks on the peaks"
         raise MistakeError("SD104", message, "write an angle of more than 60 deg")
     if params.spacing is None:

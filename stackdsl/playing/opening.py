@@ -50,7 +50,9 @@ def extension_for(timeline: Timeline, system: System, world: World) -> Extension
         case Method.PROVEN:
             from stability.proven_extension import ProvenStability  # noqa: PLC0415 -- other systems need no statics
 
-            return ProvenStability(world, scene.planes, scene.friction, scene.gravity, limits, guard=False)
+            return ProvenStability(
+                world, scene.planes, scene.friction, scene.gravity, limits, guard=False, joiner=world
+            )
         case Method.PUBLISHED:
             return StackStability(
                 world, limits, guard=False, friction=scene.friction, planes=scene.planes, gravity=scene.gravity

@@ -1,0 +1,73 @@
+"""What moves disturbs what is frozen: by hitting it, or by pressing harder than the proof says that it can take."""
+
+from collections.abc import Container, Iterable, Mapping
+from dataclasses import dataclass, field
+
+from stability.approach import Approaches, Hit
+from stability.engine import Engine
+from stability.freezing import RestLimits
+from stability.model import BodyId, BodyState, Vec3
+from stability.overload import Overloads
+from stability.statics.assembly import Assembly
+
+NO_LINE: Vec3 = (0.0, 0.0, 0.0)  # the direction of what is pressed, not hit
+# Shares of the hold-off, a tenth of a second for planks, and of the speed at rest.
+HORIZON = 0.05
+PERIOD = 0.02
+HITS = 4.0  # a plank that is hit at 20 mm/s and slides on wood moves by 0.05 mm
+
+
+@dataclass(frozen=True, slots=True)
+class Disturbed:
+    """Frozen bricks that have to be woken, each with the direction of the hit [unit, W]."""
+
+    struck: Mapping[BodyId, Vec3]
+    reason: str
+
+
+@dataclass
+class Disturbances:
+    """Looks out for what disturbs the frozen bricks of one engine."""
+
+    engine: Engine
+    rest: RestLimits
+    _approaches: Approaches = field(init=False)
+    _overloads: Overloads = field(init=False)
+    _looked: float = field(default=0.0, init=False)  # when loads were last looked at [s]
+
+    def __post_init__(self) -> None:
+        self._approaches = Approaches(self.engine, HORIZON * self.rest.hold_off, HITS * self.rest.speed)
+        self._overloads = Overloads(self.engine, PERIOD * self.rest.hold_off)
+
+    def least_speed(self) -> float:
+        """A brick that is hit more slowly, or pushed to less, stays where it is [m/s]."""
+        return HITS * self.rest.speed
+
+    def hits(self, states: Mapping[BodyId, BodyState], still: Container[BodyId]) -> list[Hit]:
+        """Who is about to hit which of the bricks `still`."""
+        return self._approaches.hits(states, still)
+
+    def overloaded(self, assembly: Assembly, moving: Iterable[BodyId]) -> Disturbed | None:
+        """The frozen bricks that are pressed away, if any are."""
+        step = self.engine.time() - self._looked
+        if step < PERIOD * self.rest.hold_off or not assembly.bricks:
+            return None
+        self._looked = self.engine.time()
+        found = self._overloads.found(assembly, moving, min(step, 2.0 * PERIOD * self.rest.hold_off))
+        return Disturbed(dict.fromkeys(found, NO_LINE), f"{', '.join(found)} pressed away") if found else None
+
+    def froze(self, bricks: Iterable[BodyId]) -> None:
+        """These bricks are frozen now."""
+        for brick in bricks:
+            self._approaches.forget(brick)
+        self._overloads.forget()
+
+    def woke(self) -> None:
+        """Frozen bricks were woken."""
+        self._overloads.forget()
+
+
+def in_words(hits: Iterable[Hit]) -> str:
+    """Who hits what, and how fast."""
+    told = sorted({(hit.brick, hit.by): hit.speed for hit in hits}.items())
+    return ", ".join(f"{brick} hit by {by} at {speed:.3g} m/s" for (brick, by), speed in told)

@@ -1,0 +1,102 @@
+"""Which frozen bricks are pressed by what moves beyond what the proof says that they can take.
+
+Straight down a brick takes any load inside its load core (statics/load_core.py). Sideways it gives way when friction
+below and above it is used up: with an impulse J beyond the friction F that holds it, and its mass M, it has moved by
+J^2 / (2 M F). A moment's excess is what every solver has, so both must show for a while.
+"""
+
+from collections import defaultdict
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass, field
+from math import hypot
+
+from stability.engine import Engine
+from stability.model import BodyId, ContactPoint, Vec3
+from stability.statics.assembly import Assembly
+from stability.vectors import moved, plus
+
+MOVED = 0.0064  # share of the smallest side, 0.05 mm for a plank: it has given way when it would have moved so far
+OUTSIDE = 0.04  # share of the smallest side by which a load must lie outside the core
+COUNTS = 0.05  # share of its weight from which on a load straight down may tip a brick
+NO_FORCE: Vec3 = (0.0, 0.0, 0.0)
+
+
+@dataclass
+class Overloads:
+    """Sums up what moving bricks do to the frozen ones that they touch."""
+
+    engine: Engine
+    tips_after: float  # [s] of a load outside the core
+    _excess: dict[BodyId, float] = field(default_factory=dict, init=False)  # impulse beyond friction [N s]
+    _outside: dict[BodyId, float] = field(default_factory=dict, init=False)  # how long the load has been there [s]
+    _holding: dict[BodyId, float] = field(
+        default_factory=dict, init=False
+    )  # normal forces that hold it by friction [N]
+
+    def found(self, assembly: Assembly, moving: Iterable[BodyId], step: float) -> list[BodyId]:
+        """The frozen bricks of an assembly that give way, after one more step of the engine [s]."""
+        pressing: dict[BodyId, list[ContactPoint]] = defaultdict(list)
+        for brick in moving:
+            for point in self.engine.contacts(brick):
+                other = point.b if point.a == brick else point.a
+                if other in assembly.bricks:
+                    pressing[other].append(point)
+        return [brick for brick in sorted(pressing) if self._gives_way(assembly, brick, pressing[brick], step)]
+
+    def forget(self) -> None:
+        """What is frozen has changed."""
+        self._excess.clear()
+        self._outside.clear()
+        self._holding.clear()
+
+    def _gives_way(self, assembly: Assembly, brick: BodyId, points: Collection[ContactPoint], step: float) -> bool:
+        forces = [(point, _force_on(brick, point)) for point in points]
+        return self._slides(assembly, brick, forces, step) or self._tips(assembly, brick, forces, step)
+
+    def _slides(
+        self, assembly: Assembly, brick: BodyId, forces: Collection[tuple[ContactPoint, Vec3]], step: float
+    ) -> bool:
+        placed = assembly.bricks[brick].brick
+        x, y, z = NO_FORCE
+        for _, force in forces:
+            x, y, z = plus((x, y, z), force)
+        if brick not in self._holding:
+            self._holding[brick] = _held_by(assembly, brick)
+        friction = assembly.friction * (self._holding[brick] + max(0.0, -z))
+        excess = max(0.0, self._excess.get(brick, 0.0) + (hypot(x, y) - friction) * step)
+        self._excess[brick] = excess
+        return excess * excess > 2.0 * placed.mass * friction * MOVED * min(placed.size)
+
+    def _tips(
+        self, assembly: Assembly, brick: BodyId, forces: Collection[tuple[ContactPoint, Vec3]], step: float
+    ) -> bool:
+        placed = assembly.bricks[brick].brick
+        down = sum(-force[2] for _, force in forces)
+        if down < COUNTS * placed.mass * assembly.gravity:
+            self._outside.pop(brick, None)
+            return False
+        x = sum(-force[2] * point.position_W[0] for point, force in forces) / down
+        y = sum(-force[2] * point.position_W[1] for point, force in forces) / down
+        if assembly.core_depth(brick, (x, y)) >= -OUTSIDE * min(placed.size):
+            self._outside.pop(brick, None)
+            return False
+        self._outside[brick] = self._outside.get(brick, 0.0) + step
+        return self._outside[brick] > self.tips_after
+
+
+def _force_on(brick: BodyId, point: ContactPoint) -> Vec3:
+    """The force of a contact on one of its two bodies [N]."""
+    on_a = moved(point.friction_W, point.normal_force, point.normal_BA_W)
+    return on_a if point.a == brick else (-on_a[0], -on_a[1], -on_a[2])
+
+
+def _held_by(assembly: Assembly, brick: BodyId) -> float:
+    """The normal forces below and above a brick, without what moves: 2 N + w, N what it carries, w its weight [N]."""
+    above = assembly.with_all_above([brick])
+    shares = assembly.all_shares(above)
+    loads = {name: assembly.bricks[name].brick.mass * assembly.gravity for name in above}
+    for name in sorted(above - {brick}, key=lambda name: (-assembly.bricks[name].pose.position_W[2], name)):
+        for lower, share in shares[name].items():
+            if lower in loads and share == share:  # noqa: PLR0124 -- not where nothing says which share
+                loads[lower] += share * loads[name]
+    return 2.0 * loads[brick] - assembly.bricks[brick].brick.mass * assembly.gravity

@@ -1,0 +1,150 @@
+"""A PyBullet world of one's own in which bricks can be joined, to move as one rigid body.
+
+A group is a body of its own with the shapes of its bricks. The bodies of the bricks stay where they were, without mass,
+and collide with nothing until they are parted: that costs less than to make them anew.
+"""
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, field
+
+from stability.contact import TOUCHING
+from stability.geometry import box_corners
+from stability.model import BodyId, BodyState, ContactPoint, Pose, Vec3
+from stability.pybullet_engine.binding import pybullet
+from stability.pybullet_engine.world import PlainWorld
+from stability.rigid_group import RigidGroup, Surfaces, grouped, member_state, seen_from, surfaces
+from stability.vectors import minus, plus, times
+
+MOVING_THINGS, ALL = 1, -1  # PyBullet's own collision group and mask of what is made with mass
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Joined:
+    """A group in the engine."""
+
+    group: RigidGroup
+    surfaces: Surfaces
+    name: BodyId  # of its body
+    shape: int  # the engine's number of its shape, which nobody else uses
+    own_bodies: dict[BodyId, int]  # of its bricks
+
+
+@dataclass
+class PyBulletWorld(PlainWorld):
+    """A world of its own for bricks and planes; close it after use."""
+
+    _joined: dict[BodyId, Joined] = field(default_factory=dict, init=False)  # by brick
+    _groups: dict[BodyId, Joined] = field(default_factory=dict, init=False)  # by the name of the group's body
+
+    def join(self, bricks: Collection[BodyId]) -> None:
+        poses = self.states(bricks)
+        group = grouped((self._bricks[brick], poses[brick].pose) for brick in bricks)
+        own = {brick: self._bodies.pop(brick) for brick in group.bricks}
+        for body in own.values():
+            pybullet.setCollisionFilterGroupMask(body, -1, 0, 0, self.client)
+        shape = self._solids.rounded_boxes(
+            (times(self.scale, group.bricks[brick].size), _scaled(self.scale, place))
+            for brick, place in group.places_G.items()
+        )
+        joined = Joined(group, surfaces(group), f"group of {next(iter(own))}", shape, own)
+        self._add_group(joined)
+        self._groups[joined.name] = joined
+        self._joined |= dict.fromkeys(own, joined)
+
+    def _add_group(self, joined: Joined) -> None:
+        group = joined.group
+        body = pybullet.createMultiBody(
+            baseMass=group.mass * self._mass_unit,
+            baseCollisionShapeIndex=joined.shape,
+            basePosition=times(self.scale, group.pose.position_W),
+            baseOrientation=group.pose.orientation,
+            physicsClientId=self.client,
+        )
+        self._name(body, joined.name, self._own_friction())
+        self._weigh(body, group.moments)
+
+    def part(self, brick: BodyId) -> tuple[BodyId, ...]:
+        joined = self._joined[brick]
+        states = self.states(joined.group.bricks)
+        self._remove_group(joined)
+        for name, state in states.items():
+            body = self._bodies[name] = joined.own_bodies[name]
+            pybullet.setCollisionFilterGroupMask(body, -1, MOVING_THINGS, ALL, self.client)
+            self.put_at(name, state.pose)
+            self.wake(name)
+            self._set_motion(body, state.velocity_W, state.angular_velocity_W)
+        return tuple(states)
+
+    def _remove_group(self, joined: Joined) -> None:
+        body = self._bodies.pop(joined.name)
+        pybullet.removeBody(body, self.client)
+        pybullet.removeCollisionShape(joined.shape, self.client)
+        del self.names[body], self._groups[joined.name]
+        for name in joined.group.bricks:
+            del self._joined[name]
+
+    def holds(self, brick: BodyId) -> bool:
+        return brick not in self._joined and super().holds(brick)
+
+    def states(self, bodies: Collection[BodyId]) -> dict[BodyId, BodyState]:
+        own = [body for body in bodies if body not in self._joined]
+        found = super().states(own + sorted({self._joined[b].name for b in bodies if b in self._joined}))
+        return {body: found[body] if body in found else self._member_state(found, body) for body in bodies}
+
+    def _member_state(self, found: dict[BodyId, BodyState], brick: BodyId) -> BodyState:
+        joined = self._joined[brick]
+        return member_state(found[joined.name], joined.group.places_G[brick])
+
+    def contacts(self, brick: BodyId) -> Sequence[ContactPoint]:
+        asked = self._joined[brick].name if brick in self._joined else brick
+        poses = {name: state.pose for name, state in super().states(self._groups).items()}
+        points = [self._of_bricks(point, poses) for point in super().contacts(asked)]
+        return [point for point in points if brick in (point.a, point.b)]
+
+    def _of_bricks(self, point: ContactPoint, poses: dict[BodyId, Pose]) -> ContactPoint:
+        """A contact point by the names of bricks: PyBullet names groups."""
+        on_a = plus(point.position_W, times(point.gap, point.normal_BA_W))
+        return ContactPoint(
+            self._brick_at(point.a, on_a, poses),
+            self._brick_at(point.b, point.position_W, poses),
+            point.position_W,
+            point.normal_BA_W,
+            point.gap,
+            point.normal_force,
+            point.friction_W,
+        )
+
+    def _brick_at(self, body: BodyId, point_W: Vec3, poses: dict[BodyId, Pose]) -> BodyId:
+        if body not in self._groups:
+            return body
+        return self._groups[body].surfaces.brick_at(seen_from(poses[body], Pose(point_W)).position_W)
+
+    def near(self, brick: BodyId, within: float = TOUCHING) -> Sequence[BodyId]:
+        if not self._groups:
+            return super().near(brick, within)
+        low, high = self._bounds(brick, self.states([brick])[brick].pose, within)
+        around = pybullet.getOverlappingObjects(
+            times(self.scale, low), times(self.scale, high), physicsClientId=self.client
+        )
+        names = {self.names[body] for body, _ in around or ()}
+        others = {name for name in names if name in self._bodies} - self._groups.keys()
+        members = {member for name in names & self._groups.keys() for member in self._groups[name].group.bricks}
+        if brick in self._joined:
+            members -= self._joined[brick].group.bricks.keys()
+        return sorted((others | set(self._overlapping(members, low, high, within))) - {brick})
+
+    def _overlapping(self, bricks: Collection[BodyId], low: Vec3, high: Vec3, within: float) -> Iterator[BodyId]:
+        for brick, state in self.states(sorted(bricks)).items():
+            lowest, highest = self._bounds(brick, state.pose, within)
+            if max(minus(lowest, high)) <= 0.0 and max(minus(low, highest)) <= 0.0:
+                yield brick
+
+    def _bounds(self, brick: BodyId, pose: Pose, within: float) -> tuple[Vec3, Vec3]:
+        """Lowest and highest coordinates of a brick, and so much more [m]."""
+        corners, around = box_corners(self._bricks[brick].size, pose), (within, within, within)
+        (a, b, c), (d, e, f) = map(min, zip(*corners, strict=True)), map(max, zip(*corners, strict=True))
+        return minus((a, b, c), around), plus((d, e, f), around)
+
+
+def _scaled(factor: float, pose: Pose) -> Pose:
+    return Pose(times(factor, pose.position_W), pose.orientation)

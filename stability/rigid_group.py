@@ -1,0 +1,121 @@
+"""Bricks that move as one rigid body: its mass, centre and inertia, and where each of them is as it moves.
+
+Frame G of a group: its origin is the centre of mass, its axes are the principal axes of inertia.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stability.geometry import body_axes, composed, turned
+from stability.impulse import moments
+from stability.model import BodyId, BodyState, Brick, Pose, Quaternion, Vec3
+from stability.vectors import cross, minus, plus, times
+
+Matrix = NDArray[np.float64]
+EQUALLY_NEAR = 1e-7  # [m] far above rounding, far below the gaps of contacts
+
+
+@dataclass(frozen=True, slots=True)
+class RigidGroup:
+    """Some bricks as one body."""
+
+    bricks: Mapping[BodyId, Brick]
+    places_G: Mapping[BodyId, Pose]  # of the bricks in the group
+    pose: Pose  # of the group, when it was made
+    mass: float  # [kg]
+    moments: Vec3  # principal moments of inertia [kg m2]
+
+
+def grouped(bricks: Iterable[tuple[Brick, Pose]]) -> RigidGroup:
+    """Bricks at their poses, taken together."""
+    placed = sorted(bricks, key=lambda one: one[0].id)
+    mass = sum(brick.mass for brick, _ in placed)
+    centre = (0.0, 0.0, 0.0)
+    for brick, pose in placed:
+        centre = plus(centre, times(brick.mass / mass, pose.position_W))
+    principal, axes = np.linalg.eigh(sum(_inertia(brick, pose, centre) for brick, pose in placed))
+    if np.linalg.det(axes) < 0.0:
+        axes[:, 2] *= -1.0
+    pose_WG = Pose(centre, orientation_of(axes))
+    a, b, c = (float(moment) for moment in principal)
+    return RigidGroup(
+        {brick.id: brick for brick, _ in placed},
+        {brick.id: seen_from(pose_WG, pose) for brick, pose in placed},
+        pose_WG,
+        mass,
+        (a, b, c),
+    )
+
+
+def _inertia(brick: Brick, pose: Pose, centre: Vec3) -> Matrix:
+    """The inertia of a brick about a point of W (3, 3) [kg m2], by the parallel axis theorem."""
+    axes = np.array(body_axes(pose.orientation)).T
+    arm = np.array(minus(pose.position_W, centre))
+    own: Matrix = axes @ np.diag(moments(brick.size, brick.mass)) @ axes.T
+    about: Matrix = own + brick.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+    return about
+
+
+def seen_from(frame: Pose, pose: Pose) -> Pose:
+    """A pose of W as it is in the axes of another."""
+    x, y, z, w = frame.orientation
+    back = (-x, -y, -z, w)
+    return Pose(turned(back, minus(pose.position_W, frame.position_W)), composed(back, pose.orientation))
+
+
+def within(frame: Pose, pose: Pose) -> Pose:
+    """The pose in W of what is at `pose` in the axes of a frame."""
+    return Pose(
+        plus(frame.position_W, turned(frame.orientation, pose.position_W)),
+        composed(frame.orientation, pose.orientation),
+    )
+
+
+def member_state(group: BodyState, place_G: Pose) -> BodyState:
+    """Pose and motion of a brick of a group that moves: v + w x r."""
+    pose = within(group.pose, place_G)
+    arm = minus(pose.position_W, group.pose.position_W)
+    return BodyState(pose, plus(group.velocity_W, cross(group.angular_velocity_W, arm)), group.angular_velocity_W)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Surfaces:
+    """Where the bricks of a group end, in arrays: an engine names only the group that it touches, and that often."""
+
+    names: tuple[BodyId, ...]
+    centres_G: Matrix  # (n, 3) [m]
+    axes_G: Matrix  # (n, 3, 3), rows are the axes of a brick
+    halves: Matrix  # (n, 3) half lengths along these axes [m]
+
+    def brick_at(self, point_G: Vec3) -> BodyId:
+        """The brick whose surface is nearest to a point that is not deep inside."""
+        local = np.einsum("nij,nj->ni", self.axes_G, np.array(point_G) - self.centres_G)
+        outside = np.max(np.abs(local) - self.halves, axis=1)
+        # Of bricks that are equally near, rounding must not choose.
+        return self.names[int(np.argmax(outside <= outside.min() + EQUALLY_NEAR))]
+
+
+def surfaces(group: RigidGroup) -> Surfaces:
+    """The surfaces of the bricks of a group."""
+    places = group.places_G.values()
+    return Surfaces(
+        tuple(group.places_G),
+        np.array([place.position_W for place in places]),
+        np.array([body_axes(place.orientation) for place in places]),
+        np.array([group.bricks[name].size for name in group.places_G]) / 2.0,
+    )
+
+
+def orientation_of(axes: Matrix) -> Quaternion:
+    """The turn whose matrix (3, 3) this is: an eigenvector (Bar-Itzhack), which no angle makes singular."""
+    xx, yy, zz = np.diag(axes)
+    skew = (axes[2, 1] - axes[1, 2], axes[0, 2] - axes[2, 0], axes[1, 0] - axes[0, 1])
+    of = np.zeros((4, 4))
+    of[:3, :3] = axes + axes.T
+    of[0, 0], of[1, 1], of[2, 2], of[3, 3] = xx - yy - zz, yy - xx - zz, zz - xx - yy, xx + yy + zz
+    of[3, :3] = of[:3, 3] = skew
+    x, y, z, w = np.linalg.eigh(of)[1][:, 3]
+    return (float(x), float(y), float(z), float(w))
