@@ -6,7 +6,7 @@ J^2 / (2 M F). A moment's excess is what every solver has, so both must show for
 """
 
 from collections import defaultdict
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 from math import hypot
 
@@ -35,13 +35,19 @@ class Overloads:
 
     def found(self, assembly: Assembly, moving: Iterable[BodyId], step: float) -> list[BodyId]:
         """The frozen bricks of an assembly that give way, after one more step of the engine [s]."""
-        pressing: dict[BodyId, list[ContactPoint]] = defaultdict(list)
-        for brick in moving:
-            for point in self.engine.contacts(brick):
-                other = point.b if point.a == brick else point.a
-                if other in assembly.bricks:
-                    pressing[other].append(point)
+        pressing = self._pressing(assembly, sorted(moving))
         return [brick for brick in sorted(pressing) if self._gives_way(assembly, brick, pressing[brick], step)]
+
+    def _pressing(self, assembly: Assembly, moving: Sequence[BodyId]) -> dict[BodyId, list[ContactPoint]]:
+        """The contact points of frozen bricks with those that move: the engine has none of two that are frozen."""
+        found: dict[BodyId, list[ContactPoint]] = defaultdict(list)
+        fewer = assembly.bricks if len(assembly.bricks) < len(moving) else moving
+        for brick in fewer:
+            for point in self.engine.contacts(brick):
+                pressed = brick if fewer is assembly.bricks else point.b if point.a == brick else point.a
+                if pressed in assembly.bricks:
+                    found[pressed].append(point)
+        return found
 
     def forget(self) -> None:
         """What is frozen has changed."""

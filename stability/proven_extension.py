@@ -187,7 +187,10 @@ class ProvenStability:
             return list(resting.values())
         tables = (table.brick.id for table in self.assembly.tables)
         known = {*self.assembly.bricks, *tables, *(plane.id for plane in self.assembly.planes)}
-        return clear_of_strangers(self.engine, resting, known, self.engine.states(sorted(self._awake)))
+        clear = clear_of_strangers(self.engine, resting, known, self.engine.states(sorted(self._awake)))
+        if not clear:
+            self._refusals.wait(now)
+        return clear
 
     def _resting(self, now: float, states: Mapping[BodyId, BodyState]) -> dict[BodyId, Placed]:
         """The boxes that have been slow for long enough. What rides rests when all that was woken with it does."""
@@ -196,7 +199,8 @@ class ProvenStability:
         if not slow.issuperset(woken):
             slow = {brick for brick in slow if brick not in self._riders}
         ridden = [member for brick in sorted(slow) if brick in self._riders for member in self._riders.part(brick)]
-        return dict(boxes(self.engine, {**{b: states[b] for b in slow}, **self.engine.states(ridden)}))
+        single = [brick for brick in slow if brick not in ridden]
+        return dict(boxes(self.engine, self.engine.states(sorted([*single, *ridden]))))
 
     # --- what follows from a verdict ----------------------------------------------------------------------------------
 

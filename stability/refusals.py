@@ -9,6 +9,7 @@ from stability.model import BodyId, Pose
 # Share of its smallest side that a brick must move by to be news: a quarter of the gap that still counts as contact,
 # so that a contact which the engine is closing is not missed.
 MOVED = 0.005
+MOMENT = 0.1  # of the hold-off
 RETRY = 10.0  # times the hold-off after which everything is news again
 
 
@@ -44,6 +45,10 @@ class Refusals:
         for brick, pose in poses:
             self._of[brick] = _Refusal(pose, now, self._changes)
             self._not_before = now + self.hold_off
+
+    def wait(self, now: float) -> None:
+        """What is at rest hangs on what moves: there is nothing to ask for a moment."""
+        self._not_before = max(self._not_before, now + MOMENT * self.hold_off)
 
     def changed(self) -> None:
         """What is frozen is no longer what it was when bricks were refused."""

@@ -28,6 +28,7 @@ class RestingWorld:
     _told: Mapping[BodyId, float] = field(default_factory=dict, init=False)  # what `masses` answers with
     _moving: dict[BodyId, Vec3] = field(default_factory=dict, init=False)  # those let go with a velocity [m/s]
     _frozen: set[BodyId] = field(default_factory=set, init=False)
+    _fastest: float = field(default=0.0, init=False)  # that bodies will be, as was said [m/s]
     _world: World | None = field(default=None, init=False)
 
     def time(self) -> float:
@@ -37,6 +38,7 @@ class RestingWorld:
         self._engine().step()
 
     def limit_travel(self, fastest: float) -> None:
+        self._fastest = fastest
         if self._world is not None:
             self._world.limit_travel(fastest)
 
@@ -137,4 +139,5 @@ class RestingWorld:
             for name in sorted(self._frozen):
                 self._world.freeze(name)
             self._world.skip(self._clock)
+            self._world.limit_travel(self._fastest)
         return self._world

@@ -291,7 +291,7 @@ def test_a_support_that_is_misspelt_may_be_meant_for_the_ground() -> None:
     assert [(mistake.code, mistake.hint) for mistake in found] == [("SD204", "did you mean 'ground'?")]
 
 
-# --- layouts set down in pairs, or until they fall -------------------------------------------------------------------
+# --- layouts set down in pairs, or until they fall --------------------------------------------------------------------
 
 
 def test_the_two_planks_of_a_v_are_set_down_at_one_moment() -> None:

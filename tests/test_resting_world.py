@@ -50,6 +50,19 @@ def test_nothing_is_opened_while_nothing_is_stepped() -> None:
     assert opened.engines == []
 
 
+def test_how_fast_bodies_will_be_is_passed_on_to_an_engine_that_is_opened_later(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    told: list[float] = []
+    monkeypatch.setattr(PyBulletWorld, "limit_travel", lambda _, fastest: told.append(fastest))
+    world = Opened().world()
+    world.limit_travel(20.0)
+    assert told == []
+    world.step()
+    assert told == [20.0]
+    world.close()
+
+
 def test_another_object_tells_of_masses_when_a_brick_has_come() -> None:
     world = Opened().world()
     before = world.masses()

@@ -14,7 +14,7 @@ import pytest
 from stability.model import Brick, Plane, Pose, Quaternion, Vec3
 from stackdsl.snapshots.canonical import canonical_text, document
 from stackdsl.snapshots.comparison import compare
-from stackdsl.snapshots.record import UNCLEAR, Identity, Removing, Snapshot
+from stackdsl.snapshots.record import UNCLEAR, Identity, Pushing, Removing, Snapshot
 from stackdsl.snapshots.snapshot import take
 from stackdsl.timeline import World
 from stackdsl.trace import BrickState, BrickTrack, Collapse, Cost, Edge, Event, EventKind, Trace
@@ -336,3 +336,68 @@ def test_the_same_turn_is_written_the_same_way(orientation: Quaternion, turn: li
     turned = replace(track("L1.1", 1), placed=Pose((0.0, 0.0, 0.004), orientation))
     placing = taken(tower(turned)).placings[0].placed["L1.1"]
     assert list(placing.turn_deg) == turn
+
+
+# --- hits -------------------------------------------------------------------------------------------------------------
+
+
+def struck(name: str, level: int, shift: float, sunk: float = 0.0, state: BrickState = BrickState.FROZEN) -> BrickTrack:
+    """A plank of a tower that was hit, which shifted and sank by so much [m]."""
+    return replace(track(name, level, state, shift), sunk=sunk)
+
+
+def hit_tower(*changed: BrickTrack, collapse: Collapse | None = None) -> Trace:
+    """A missile comes at 3 s; what is not among `changed` it did not move."""
+    missile = replace(track("shot", 0, BrickState.THROWN), shift=0.0)
+    still = [struck(name, level, 0.0) for level, name in enumerate(("L1.1", "L2.1", "L3.1"), start=1)]
+    trace = tower(*still, *changed, missile, collapse=collapse)
+    return replace(trace, events=(*trace.events, Event(3.0, EventKind.PLACED, ("shot",))))
+
+
+def test_where_nothing_was_moved_by_a_hit_all_is_locked_as_ever() -> None:
+    snapshot = taken(hit_tower())
+    assert states(snapshot) == {"shot": "thrown", "L1.1": "frozen", "L2.1": "frozen", "L3.1": "frozen"}
+    assert snapshot.bricks["L2.1"].at_mm == (0.0, 0.0, 12.0)
+    assert snapshot.bricks["L2.1"].rests_on == {"L1.1": 1.0}
+    assert (snapshot.bricks["shot"].at_mm, snapshot.bricks["shot"].rests_on) == (None, None)
+    assert (snapshot.height_mm, snapshot.levels_standing) == (24.0, 3)
+
+
+@pytest.mark.parametrize(
+    ("shift", "sunk", "state", "expected"),
+    [
+        (0.25, 0.0, BrickState.FROZEN, "frozen"),
+        (0.5, 0.0, BrickState.FROZEN, UNCLEAR),  # half of the threshold: another engine may shift it beyond
+        (1.5, 0.0, BrickState.DISPLACED, UNCLEAR),
+        (3.5, 0.0, BrickState.DISPLACED, "displaced"),
+        (3.5, 0.5, BrickState.DISPLACED, UNCLEAR),  # it might have sunk
+        (9.0, 1.5, BrickState.FALLEN, UNCLEAR),
+        (9.0, 3.5, BrickState.FALLEN, "fallen"),
+    ],
+)
+def test_what_a_hit_did_to_a_brick_is_locked_where_it_is_clear_cut(
+    shift: float, sunk: float, state: BrickState, expected: str
+) -> None:
+    moved = struck("L3.1", 3, shift * THRESHOLD, sunk * THRESHOLD, state)
+    snapshot = taken(hit_tower(moved))
+    assert snapshot.bricks["L3.1"].state == expected
+    assert snapshot.bricks["L3.1"].at_mm in (None, (UNCLEAR, UNCLEAR, UNCLEAR))
+    assert snapshot.bricks["L2.1"].at_mm == (0.0, 0.0, 12.0)
+    assert {brick.rests_on for brick in snapshot.bricks.values()} == {None}
+
+
+def test_a_hit_after_a_collapse_changes_nothing_of_what_was_told_before_it() -> None:
+    fallen = track("L3.1", 3, BrickState.FALLEN, 5.0 * THRESHOLD)
+    margins = [event.margin_mm for event in taken(hit_tower(fallen, collapse=FALL)).placings]
+    assert margins == [12.0, 12.0, None, None]  # neither of what brought it down nor of what came later
+
+
+def test_a_push_is_locked_with_its_time() -> None:
+    trace = tower()
+    pushed = taken(replace(trace, events=(*trace.events, Event(3.0, EventKind.PUSHED, ("L3.1",)))))
+    assert pushed.events[-1] == Pushing(3.0, ("L3.1",))
+    assert compare(document(pushed), pushed) == ()
+    later = replace(pushed, events=(*pushed.events[:-1], Pushing(3.5, ("L3.1",))))
+    assert [found.quantity for found in compare(document(pushed), later)] == ["pushed at"]
+    twice = replace(pushed, events=(*pushed.events, Pushing(4.0, ("L3.1",))))
+    assert [found.expected for found in compare(document(pushed), twice)] == ["none"]

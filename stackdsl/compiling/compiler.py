@@ -63,7 +63,7 @@ def compile_timeline(scenario: Scenario, source: Source) -> tuple[Timeline | Non
         gone = {i: schedule.impacts[step - len(scenario.build)] for i, step in removed.items()}
         found = fits(_sited(written, schedule, gone, order), planes)
         mistakes += _misfits([written[i] for i in order], [names[i] for i in order], found, planes, source)
-        standing = tuple(standing_bricks(written, levels, names, schedule.bricks, gone))
+        standing = tuple(standing_bricks(written, levels, names, schedule.bricks, gone)) if scenario.impacts else ()
         scene = Scene(Moment(0.0), standing, planes, scenario.world.gravity, tilt)
         hit, missed = hits(scenario, hitting, schedule.impacts, scene, source)
         mistakes += missed

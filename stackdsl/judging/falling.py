@@ -6,7 +6,7 @@ followed as far as the brick that turns fastest was seen to turn, each brick alo
 is compared with what was seen.
 """
 
-from math import acos, cos, degrees, pi, remainder, sin
+from math import acos, cos, degrees, inf, pi, remainder, sin
 
 from stability.geometry import turn_between
 from stability.model import Vec3
@@ -34,7 +34,7 @@ def pivots(claim: Pivots, trace: Trace) -> Finding:
     if claim.about is not None:
         found = ", ".join(onset.about) or "nothing"
         held = claim.about in onset.about
-        parts.append(Finding(f"about {found}", 0.0 if held else -1.0, "bodies", passed=held))
+        parts.append(Finding(f"about {found}", inf if held else -1.0, "" if held else "bodies", passed=held))
     if claim.within is not None:
         angle = _widest_angle(pairs)
         parts.append(at_most(claim.within, angle, "deg", f"within {degrees(angle):.3g} deg"))
