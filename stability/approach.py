@@ -56,6 +56,7 @@ class Approaches:
     engine: Engine
     horizon: float  # [s] in which gravity alone brings nothing close
     least: float = 0.02  # [m/s] slower, nothing is a hit
+    gravity: float = 0.0  # [m/s2]: what a step of free fall gives a brick that the engine keeps bouncing is no hit
     _now: float | None = field(default=None, init=False)  # [s] of the last look
     _look_at: dict[BodyId, float] = field(default_factory=dict, init=False)  # [s] when to look next
 
@@ -65,19 +66,20 @@ class Approaches:
         since = now - self._now if self._now is not None else LONGEST_STEP
         step = since if 0.0 < since < LONGEST_STEP else LONGEST_STEP  # time may have been skipped
         self._now = now
+        least = max(self.least, STEPS * self.gravity * step)
         found = []
         for brick, state in moving.items():
             if now < self._look_at.get(brick, now):
                 continue
             fastest = _fastest(state, size) if (size := self._size(brick)) else 0.0
-            if size and fastest > self.least:
+            if size and fastest > least:
                 near = self._near(brick, state, still, max(AHEAD * min(size), _close(size, fastest, step)))
                 free = min((other.apart.gap for other in near), default=AHEAD * min(size))
                 # Half the way, for whatever makes it faster meanwhile.
                 rest = 0.5 * max(0.0, free - _close(size, fastest, step)) / fastest
                 self._look_at[brick] = now + min(self.horizon, rest)
                 found += [hit for other in near if (hit := _hit(_Box(brick, size, state), other, step))]
-        return [hit for hit in found if hit.speed > self.least]
+        return [hit for hit in found if hit.speed > least]
 
     def forget(self, brick: BodyId) -> None:
         """A brick was frozen, or is gone."""

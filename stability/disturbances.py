@@ -1,6 +1,6 @@
 """What moves disturbs what is frozen: by hitting it, or by pressing harder than the proof says that it can take."""
 
-from collections.abc import Container, Iterable, Mapping
+from collections.abc import Collection, Container, Iterable, Mapping
 from dataclasses import dataclass, field
 
 from stability.approach import Approaches, Hit
@@ -31,12 +31,13 @@ class Disturbances:
 
     engine: Engine
     rest: RestLimits
+    gravity: float  # [m/s2]
     _approaches: Approaches = field(init=False)
     _overloads: Overloads = field(init=False)
     _looked: float = field(default=0.0, init=False)  # when loads were last looked at [s]
 
     def __post_init__(self) -> None:
-        self._approaches = Approaches(self.engine, HORIZON * self.rest.hold_off, HITS * self.rest.speed)
+        self._approaches = Approaches(self.engine, HORIZON * self.rest.hold_off, HITS * self.rest.speed, self.gravity)
         self._overloads = Overloads(self.engine, PERIOD * self.rest.hold_off)
 
     def least_speed(self) -> float:
@@ -47,10 +48,10 @@ class Disturbances:
         """Who is about to hit which of the bricks `still`."""
         return self._approaches.hits(states, still)
 
-    def overloaded(self, assembly: Assembly, moving: Iterable[BodyId]) -> Disturbed | None:
+    def overloaded(self, assembly: Assembly, moving: Collection[BodyId]) -> Disturbed | None:
         """The frozen bricks that are pressed away, if any are."""
         step = self.engine.time() - self._looked
-        if step < PERIOD * self.rest.hold_off or not assembly.bricks:
+        if step < PERIOD * self.rest.hold_off or not assembly.bricks or not moving:
             return None
         self._looked = self.engine.time()
         found = self._overloads.found(assembly, moving, min(step, 2.0 * PERIOD * self.rest.hold_off))

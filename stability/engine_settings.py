@@ -14,8 +14,10 @@ class EngineSettings:
     # Froude scaling: the engine sees lengths x scale and times x sqrt(scale), which leaves gravity and physics as they
     # are and lifts small bricks clear of the solver's absolute thresholds.
     scale: float = 1.0
-    linear_damping: float = 0.0  # [1/s] share of the velocity lost a second
-    angular_damping: float = 0.0  # [1/s]
+    # Shares of a velocity lost in a second of the engine, which is 1 / sqrt(scale) of a second of the scene. PyBullet
+    # takes 1 + velocity times as much, in its own units.
+    linear_damping: float = 0.0
+    angular_damping: float = 0.0
     residual_threshold: float = 0.0  # the solver stops early below this; 0 makes it use all its iterations
     friction_anchor: bool = False  # springs in the contact plane that hold resting contacts in place
     # [m] A body must not get further in one step, or it passes through a plank; steps are split while one is that fast.

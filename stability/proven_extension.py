@@ -60,7 +60,7 @@ class ProvenStability:
         self._refusals = Refusals(self.rest.hold_off)
         self._held = HeldBodies(self.engine)
         self._riders = Riders(self.joiner)
-        self._disturbances = Disturbances(self.engine, self.rest)
+        self._disturbances = Disturbances(self.engine, self.rest, self.gravity)
         self.assembly = Assembly(self.planes or (), self.friction, self.gravity)
 
     def awake(self) -> list[BodyId]:
@@ -232,7 +232,8 @@ class ProvenStability:
         found = Update()
         if hits := self._disturbances.hits(states, {*self.assembly.bricks, *self._riders.bricks}):
             found = self._wake_struck(Disturbed({hit.brick: hit.normal_W for hit in hits}, in_words(hits)))
-        if pressed := self._disturbances.overloaded(self.assembly, self._awake - self._riders.bricks):
+        pressing = self._awake - self._riders.bricks - self._announced  # what was set down has not been stepped yet
+        if pressed := self._disturbances.overloaded(self.assembly, pressing):
             found = _joined(found, self._wake_struck(pressed))
         return found
 

@@ -96,7 +96,7 @@ def test_unlike_bricks_balance_about_their_common_centre_of_mass() -> None:
 
 @pytest.mark.parametrize("joined", [True, False])
 def test_a_joined_pair_slides_like_one_brick_of_twice_the_mass(joined: bool) -> None:
-    #   30 deg against an angle of friction of 26.6 deg: g (sin a - mu cos a)
+    #   30 deg against an angle of friction of 26.6 deg: g (sin a - mu cos a), of which 3 % are 0.5 % of the friction
     tilt, seconds = radians(30.0), 0.5
     turn = (0.0, sin(tilt / 2.0), 0.0, cos(tilt / 2.0))
     size = SIZE if joined else (LENGTH, WIDTH, 2.0 * THICKNESS)
@@ -109,7 +109,7 @@ def test_a_joined_pair_slides_like_one_brick_of_twice_the_mass(joined: bool) -> 
             engine.wake("low")
         stepped(engine, round(seconds / MOVING.time_step))
         speeds = [norm(state.velocity_W) for state in engine.states(heights).values()]
-    assert speeds == pytest.approx([9.81 * (sin(tilt) - 0.5 * cos(tilt)) * seconds] * len(heights), rel=0.01)
+    assert speeds == pytest.approx([9.81 * (sin(tilt) - 0.5 * cos(tilt)) * seconds] * len(heights), rel=0.03)
 
 
 @pytest.mark.parametrize(("beyond", "tips"), [(-1.0, False), (1.0, True)])
@@ -192,6 +192,37 @@ def test_a_joined_tower_presses_on_an_awake_level_with_its_weight(levels: int) -
         assert engine.near("L02.1") == ["L01.1", "L01.2"]
         for name, state in engine.states(carried).items():
             assert state.pose.position_W == pytest.approx(carried[name].position_W, abs=1e-4)
+
+
+def test_a_hit_turns_a_joined_tower_as_its_inertia_says() -> None:
+    #   It is hollow, so unlike its bounding box. A plank hits the long side of its top level: what it loses in angular
+    #   momentum about where the centre of the tower was, the tower turns with.
+    carried, speed, height = four_stack(range(1, 14)), 2.0, 12.5 * THICKNESS
+    opened = PyBulletWorld.opened(MOVING, 0.0, 0.5, heaviest=MASS)
+    put(opened, carried)
+    opened.join(list(carried))
+    group, name = opened._joined["L01.1"].group, opened._joined["L01.1"].name
+    opened.add_brick(Brick("shot", SIZE, MASS), Pose((0.0, LENGTH + 0.003, height), CROSSED), (0.0, -speed, 0.0))
+    stepped(opened, 48)
+    shot, tower = opened.states(["shot", name]).values()
+    opened.close()
+    centre = group.pose.position_W
+    turning = plus(_orbital(shot, MASS, centre), plus(spin(shot, SIZE, MASS), _orbital(tower, group.mass, centre)))
+    lost = MASS * speed * (height - centre[2]) - turning[0]
+    about_x = sum(_about_x(brick, carried[member], group.pose) for member, brick in group.bricks.items())
+    assert tower.angular_velocity_W[0] == pytest.approx(lost / about_x, rel=0.01)
+
+
+def _orbital(state: BodyState, mass: float, about: Vec3) -> Vec3:
+    """Angular momentum of a body's centre about a point."""
+    return cross(minus(state.pose.position_W, about), times(mass, state.velocity_W))
+
+
+def _about_x(brick: Brick, pose: Pose, about: Pose) -> float:
+    """The moment of inertia of a level plank about an axis along x, by Steiner."""
+    along_x, along_y, _ = moments(brick.size, brick.mass)
+    _, y, z = minus(pose.position_W, about.position_W)
+    return (along_y if pose.orientation == CROSSED else along_x) + brick.mass * (y * y + z * z)
 
 
 def test_a_plank_that_lands_on_a_group_lies_on_the_brick_under_it() -> None:

@@ -119,3 +119,14 @@ def test_rounded_bricks_stand_at_their_height_and_creep_less_than_a_quarter_of_a
             engine.step()
         for name, state in engine.states(before).items():
             assert state.pose.position_W == pytest.approx(before[name].pose.position_W, abs=2.5e-4)
+
+
+def test_the_ground_goes_on_under_bricks_far_away() -> None:
+    with world() as engine:
+        for name, x in (("here", 0.0), ("there", 3000.0)):
+            engine.add_brick(Brick(name, SIZE, MASS), Pose((x, 0.0, THICKNESS / 2.0)))
+        for _ in range(240):
+            engine.step()
+        heights = [state.pose.position_W[2] for state in engine.states(["here", "there"]).values()]
+        assert heights == pytest.approx([THICKNESS / 2.0] * 2, abs=2e-4)
+        assert engine.fixed() == {GROUND}

@@ -25,7 +25,6 @@ class Joined:
     group: RigidGroup
     surfaces: Surfaces
     name: BodyId  # of its body
-    shape: int  # the engine's number of its shape, which nobody else uses
     own_bodies: dict[BodyId, int]  # of its bricks
 
 
@@ -42,20 +41,21 @@ class PyBulletWorld(PlainWorld):
         own = {brick: self._bodies.pop(brick) for brick in group.bricks}
         for body in own.values():
             pybullet.setCollisionFilterGroupMask(body, -1, 0, 0, self.client)
-        shape = self._solids.rounded_boxes(
-            (times(self.scale, group.bricks[brick].size), _scaled(self.scale, place))
-            for brick, place in group.places_G.items()
-        )
-        joined = Joined(group, surfaces(group), f"group of {next(iter(own))}", shape, own)
+        joined = Joined(group, surfaces(group), f"group of {next(iter(own))}", own)
         self._add_group(joined)
         self._groups[joined.name] = joined
         self._joined |= dict.fromkeys(own, joined)
 
     def _add_group(self, joined: Joined) -> None:
         group = joined.group
+        # PyBullet counts a shape as used for ever, so it goes only with the world.
+        shape = self._solids.rounded_boxes(
+            (times(self.scale, group.bricks[brick].size), _scaled(self.scale, place))
+            for brick, place in group.places_G.items()
+        )
         body = pybullet.createMultiBody(
             baseMass=group.mass * self._mass_unit,
-            baseCollisionShapeIndex=joined.shape,
+            baseCollisionShapeIndex=shape,
             basePosition=times(self.scale, group.pose.position_W),
             baseOrientation=group.pose.orientation,
             physicsClientId=self.client,
@@ -78,7 +78,6 @@ class PyBulletWorld(PlainWorld):
     def _remove_group(self, joined: Joined) -> None:
         body = self._bodies.pop(joined.name)
         pybullet.removeBody(body, self.client)
-        pybullet.removeCollisionShape(joined.shape, self.client)
         del self.names[body], self._groups[joined.name]
         for name in joined.group.bricks:
             del self._joined[name]

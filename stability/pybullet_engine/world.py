@@ -23,6 +23,8 @@ HALF_SPACE = 1e5
 # [m] The same beside bricks with rounded edges: contacts with a larger box lose their precision. At 1e5 a ladder stands
 # 1 deg lower than it should; at 1e3 bricks that are joined stick to a slope.
 HALF_SPACE_BESIDE_HULLS = 1e2
+# How many times further than any brick was set down such a box must reach, or it is made anew.
+ROOM = 10.0
 # Edges are not rounded by more than this share of a brick's smallest side, however small it is.
 MOST_ROUNDED = 0.02
 # [engine kg] for the heaviest brick: far above the thresholds, and even ten thousand press far below the cap of 1e10.
@@ -37,11 +39,15 @@ class PlainWorld(PyBulletBodies):
     friction: float = field(kw_only=True)  # Coulomb coefficient of brick on brick
     _parts: int = field(default=1, init=False)  # engine steps in one step
     _solids: Solids = field(init=False)
+    _planes: dict[BodyId, Plane] = field(default_factory=dict, init=False)
+    _reach: float = field(default=HALF_SPACE, init=False)  # half the side of the boxes that stand for planes [m]
     _bricks: dict[BodyId, Brick] = field(default_factory=dict, init=False)
     _told: Mapping[BodyId, float] = field(default_factory=dict, init=False)  # what `masses` answers with
 
     def __post_init__(self) -> None:
         self._solids = Solids(self.client)
+        if self.settings.edge_radius:
+            self._reach = HALF_SPACE_BESIDE_HULLS
 
     @classmethod
     def opened(cls, settings: EngineSettings, gravity: float, friction: float, heaviest: float | None = None) -> Self:
@@ -98,7 +104,24 @@ class PlainWorld(PyBulletBodies):
 
     def add_plane(self, plane: Plane) -> None:
         """Put up the ground or a wall."""
-        depth = self.scale * (HALF_SPACE_BESIDE_HULLS if self.settings.edge_radius else HALF_SPACE)
+        self._planes[plane.id] = plane
+        self._fixed |= {plane.id}
+        self._put_up(plane)
+
+    def _reach_beyond(self, brick: Brick, pose: Pose) -> None:
+        """Make the boxes that stand for planes anew if a brick comes near their ends."""
+        needed = ROOM * (max(map(abs, pose.position_W)) + max(brick.size))
+        if needed <= self._reach or not self.settings.edge_radius:
+            return
+        self._reach = 2.0 * needed
+        for plane in self._planes.values():
+            body = self._bodies.pop(plane.id)
+            pybullet.removeBody(body, self.client)
+            del self.names[body]
+            self._put_up(plane)
+
+    def _put_up(self, plane: Plane) -> None:
+        depth = self._reach * self.scale
         nx, ny, nz = plane.normal_W
         px, py, pz = times(self.scale, plane.point_W)
         body = pybullet.createMultiBody(
@@ -108,11 +131,11 @@ class PlainWorld(PyBulletBodies):
             baseOrientation=_turning_z_to(plane.normal_W),
             physicsClientId=self.client,
         )
-        self._fixed |= {plane.id}
         self._name(body, plane.id, plane.friction / self._own_friction())
 
     def add_brick(self, brick: Brick, pose: Pose, velocity_W: Vec3 = AT_REST) -> None:
         """Set a brick down at rest, or let it go with a velocity of its centre [m/s]."""
+        self._reach_beyond(brick, pose)
         half = times(0.5 * self.scale, brick.size)
         radius = self.scale * self._edge_radius(brick)
         body = pybullet.createMultiBody(
