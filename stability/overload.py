@@ -1,8 +1,8 @@
 """Which frozen bricks are pressed by what moves beyond what the proof says that they can take.
 
-Straight down a brick takes any load inside its load core (statics/load_core.py); of others, statics are asked. Sideways it
-gives way when friction below and above it is used up: with an impulse J beyond the friction F that holds it, and its mass
-M, it has moved by J^2 / (2 M F). A moment's excess is what every solver has, so both must show for a while.
+Straight down a brick takes any load inside its load core (statics/load_core.py); of others, statics are asked.
+Sideways it gives way when friction below and above it is used up: with an impulse J beyond the friction F that holds
+it, and its mass M, it has moved by J^2 / (2 M F). A moment's excess is what every solver has, so both must last.
 """
 
 from collections import defaultdict
