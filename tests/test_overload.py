@@ -35,7 +35,7 @@ class Pressing:
 
 def gives_way_after(assembly: Assembly, pressing: Pressing) -> float:
     """When it is found first [s]."""
-    overloads = Overloads(pressing, TIPS_AFTER)  # type: ignore[arg-type] -- nothing else of an engine is asked
+    overloads = Overloads(pressing, TIPS_AFTER)  # type: ignore[arg-type]  # nothing else of an engine is asked
     for steps in range(1, round(LONG / STEP) + 1):
         if overloads.found(assembly, ["pusher"], STEP) == [pressing.brick]:
             return steps * STEP
@@ -106,7 +106,7 @@ def test_a_touch_outside_its_core_does_not() -> None:
 def test_a_load_that_lifts_now_and_then_starts_again() -> None:
     beam = standing({"a": lying(1), "b": lying(2, OVERHANG)})
     pressing = Pressing("b", (0.0, 0.0, 1.0), WEIGHT, (EDGE + 0.001, 0.0, 2.0 * THICKNESS))
-    overloads = Overloads(pressing, TIPS_AFTER)  # type: ignore[arg-type] -- nothing else of an engine is asked
+    overloads = Overloads(pressing, TIPS_AFTER)  # type: ignore[arg-type]  # nothing else of an engine is asked
     found = []
     for step in range(round(LONG / STEP)):
         pressing.force = 0.0 if step % 10 == 0 else WEIGHT

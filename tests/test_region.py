@@ -67,9 +67,11 @@ def test_planks_end_to_end_in_line_with_a_hit_wake_with_it(along_W: Vec3, reache
     assert "".join(hit(row, "a", along_W).one_by_one) == reached
 
 
-def test_a_gap_ends_the_line() -> None:
-    row = standing({name: lying(1, x=(LENGTH + 0.001) * place) for place, name in enumerate("abc")})
-    assert hit(row, "a", ALONG_X).one_by_one == ("a",)
+@pytest.mark.parametrize(("gap", "reached"), [(0.2e-3, "abc"), (0.9e-3, "abc"), (1.1e-3, "a")])
+def test_a_gap_that_a_hit_closes_within_a_step_does_not_end_the_line(gap: float, reached: str) -> None:
+    #   ==> |-a-| |-b-| |-c-|      a wall has gaps of 0.2 mm, in which no contact is
+    row = standing({name: lying(1, x=(LENGTH + gap) * place) for place, name in enumerate("abc")})
+    assert "".join(hit(row, "a", ALONG_X).one_by_one) == reached
 
 
 def test_two_hits_are_one_region() -> None:
@@ -87,6 +89,21 @@ def test_on_a_slope_nothing_rides() -> None:
     stack = {name: Pose(times(pose.position_W[2], up), turn) for name, pose in column(6).items()}
     assert hit(standing(stack, slope), "L1").riding == ()
     assert hit(standing(column(6)), "L1").riding != ()
+
+
+def test_in_a_wall_nothing_rides_as_one_body_would_bridge_what_gives_way() -> None:
+    #        |--|--|           the two planks of a level above lie on different ones of the level below
+    #       |--|--|--|
+    #      |--|--|--|--|
+    rows = range(1, 7)
+    poses = {
+        f"L{level}.{place}": lying(level, (LENGTH + 0.2e-3) * (place + 0.5 * level))
+        for level in rows
+        for place in range(8 - level)
+    }
+    reached = hit(standing(poses), "L1.3")
+    assert reached.riding == ()
+    assert {"L6.0", "L6.1"} <= set(reached.one_by_one)
 
 
 def test_a_region_does_not_depend_on_the_order_of_the_bricks() -> None:
