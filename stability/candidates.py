@@ -11,7 +11,6 @@ from stability.statics.facts import Placed, Tolerances
 NO_MASS = 0.0  # of what is fixed; nobody weighs it
 TOUCHING = Tolerances().gap  # share of the smallest side
 ON_TOP = -0.5  # z of the normal from one body towards another that it lies on
-ANYWHERE = -2.0  # less than any z of a normal
 
 
 def boxes(engine: Engine, states: Mapping[BodyId, BodyState]) -> Iterator[tuple[BodyId, Placed]]:
@@ -24,38 +23,26 @@ def boxes(engine: Engine, states: Mapping[BodyId, BodyState]) -> Iterator[tuple[
 
 
 def clear_of_strangers(
-    engine: Engine,
-    resting: Mapping[BodyId, Placed],
-    known: Collection[BodyId],
-    states: Mapping[BodyId, BodyState],
-    pressed: Collection[BodyId] = (),
+    engine: Engine, resting: Mapping[BodyId, Placed], known: Collection[BodyId], states: Mapping[BodyId, BodyState]
 ) -> list[Placed]:
-    """Those of the resting bricks that touch only each other and what is known: no robots, and nothing that moves.
-
-    What still moves on top of a brick is a load to come: it is judged when it has come to rest. Not so on bricks that
-    such a load has `pressed` away before.
-    """
+    """Those of the resting bricks that touch only each other and what is known: no robots, and nothing that moves."""
     strange = {brick: [other for other in engine.near(brick) if other not in known] for brick in resting}
     kept = dict(resting)
     while True:
-        out = [
-            brick
-            for brick in kept
-            for above in [ANYWHERE if brick in pressed else ON_TOP]
-            if any(o not in kept and _hangs_on(engine, kept[brick], o, states, above) for o in strange[brick])
-        ]
+        out = [b for b in kept if any(o not in kept and _hangs_on(engine, kept[b], o, states) for o in strange[b])]
         if not out:
             return list(kept.values())
         for brick in out:
             del kept[brick]
 
 
-def _hangs_on(engine: Engine, placed: Placed, other: BodyId, states: Mapping[BodyId, BodyState], above: float) -> bool:
+def _hangs_on(engine: Engine, placed: Placed, other: BodyId, states: Mapping[BodyId, BodyState]) -> bool:
     size, gap = placed.brick.size, TOUCHING * min(placed.brick.size)
     shape = engine.shape(other) if other in states else None
     if isinstance(shape, Box):
         apart = boxes_apart(size, placed.pose, shape.size, states[other].pose)
-        return apart.gap <= gap and apart.normal_BA_W[2] > above
+        # What still moves on top of a brick is a load to come: it is judged when it has come to rest.
+        return apart.gap <= gap and apart.normal_BA_W[2] > ON_TOP
     contacts = engine.contacts(placed.brick.id)
     return any(other in (point.a, point.b) and point.gap <= gap for point in contacts)
 

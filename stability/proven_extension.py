@@ -8,8 +8,7 @@ Statics knows boxes, fixed or not, and half-spaces. What touches anything else s
 """
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from math import inf
+from dataclasses import dataclass, field
 
 from stability.candidates import boxes, clear_of_strangers, fixed_bodies
 from stability.disturbances import Disturbances, Disturbed, in_words
@@ -53,8 +52,6 @@ class ProvenStability:
     _refusals: Refusals = field(init=False)
     _held: HeldBodies = field(init=False)
     _homes: Homes = field(default_factory=Homes, init=False)  # of the bricks that were disturbed
-    _pressed: set[BodyId] = field(default_factory=set, init=False)  # away as soon as frozen, and not frozen since
-    _froze_at: dict[BodyId, float] = field(default_factory=dict, init=False)  # [s] those that had been woken
     _riders: Riders = field(init=False)
     _disturbances: Disturbances = field(init=False)
 
@@ -126,26 +123,11 @@ class ProvenStability:
         if back and verdict.stability is not Stability.STABLE:
             self.assembly.remove([placed.brick.id for placed in coming])
             back, verdict = [], self.assembly.add_all(coming)
-        judgement = self._without_pressed(coming, followed(self.assembly, verdict))
+        judgement = followed(self.assembly, verdict)
         for placed in back:
-            if placed.brick.id in judgement.released:
-                continue
             self.engine.freeze(placed.brick.id)
             self.engine.put_at(placed.brick.id, placed.pose)
         return judgement
-
-    def _without_pressed(self, coming: Sequence[Placed], judgement: Judgement) -> Judgement:
-        """What was pressed away before is not frozen while something that touches it cannot be proven."""
-        pressed = {
-            placed.brick.id: placed.pose
-            for placed in coming
-            if placed.brick.id in self._pressed - judgement.released.keys()
-            and not judgement.released.keys().isdisjoint(self.engine.near(placed.brick.id))
-        }
-        if not pressed:
-            return judgement
-        rest = followed(self.assembly, self.assembly.remove(pressed))
-        return replace(judgement, last=rest.last, released={**judgement.released, **pressed, **rest.released})
 
     def struck(self, brick: BodyId, impulse_W: Vec3) -> Update:
         """Say that a brick is about to be given an impulse [N s]: what that disturbs is woken before."""
@@ -205,8 +187,7 @@ class ProvenStability:
             return list(resting.values())
         tables = (table.brick.id for table in self.assembly.tables)
         known = {*self.assembly.bricks, *tables, *(plane.id for plane in self.assembly.planes)}
-        states = self.engine.states(sorted(self._awake))
-        clear = clear_of_strangers(self.engine, resting, known, states, self._pressed)
+        clear = clear_of_strangers(self.engine, resting, known, self.engine.states(sorted(self._awake)))
         if not clear:
             self._refusals.wait(now)
         return clear
@@ -253,10 +234,7 @@ class ProvenStability:
             found = self._wake_struck(Disturbed({hit.brick: hit.normal_W for hit in hits}, in_words(hits)))
         pressing = self._awake - self._riders.bricks - self._announced  # what was set down has not been stepped yet
         if pressed := self._disturbances.overloaded(self.assembly, pressing):
-            woken = self._wake_struck(pressed)
-            soon = self.engine.time() - self.rest.hold_off
-            self._pressed.update(b for b in woken.woken if self._froze_at.get(b, -inf) > soon)
-            found = _joined(found, woken)
+            found = _joined(found, self._wake_struck(pressed))
         return found
 
     def _wake_struck(self, disturbed: Disturbed) -> Update:
@@ -291,10 +269,7 @@ class ProvenStability:
     def _freeze(self, brick: BodyId) -> None:
         self.engine.freeze(brick)
         self._awake.discard(brick)
-        if brick in self._homes:
-            self._froze_at[brick] = self.engine.time()
         self._homes.settled([brick])
-        self._pressed.discard(brick)
         self._disturbances.froze([brick])
         self._stillness.froze(brick)
         self._refusals.forget(brick)
@@ -354,8 +329,6 @@ class ProvenStability:
         if brick in self._riders:
             self._riders.parted(brick)
         self._homes.settled([brick])
-        self._pressed.discard(brick)
-        self._froze_at.pop(brick, None)
         self._disturbances.forget(brick)
         self._held.let_go(brick)
         self._stillness.forget(brick)

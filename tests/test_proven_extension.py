@@ -297,21 +297,6 @@ def test_without_a_guard_an_update_does_not_look_at_what_is_frozen(
     assert set_down(engine, stability, top=(9, 0.0)).frozen == ("top",)
 
 
-def test_what_a_moving_load_has_pressed_away_twice_waits_until_that_rests(
-    engine: BoxEngine, stability: ProvenStability, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    #   b moves about on top of a, and shoves it as soon as it is frozen; without that, a may be frozen below b.
-    shove = ContactPoint("b", "a", (0.0, 0.0, 0.004), (0.0, 1.0, 0.0), 0.0, 100.0)
-    monkeypatch.setattr(engine, "contacts", lambda brick: [shove] if "a" in engine.frozen else [])
-    engine.put("a", 1)
-    engine.put("b", 2, velocity=(0.02, 0.0, 0.0))
-    frozen = [update for _ in range(100) if "a" in (update := after(engine, stability, STEP)).frozen]
-    assert len(frozen) <= 2
-    assert stability.awake() == ["a", "b"]
-    engine.put("b", 2)
-    assert after(engine, stability, 0.5).frozen == ("a", "b")
-
-
 # --- in a world that somebody else runs -------------------------------------------------------------------------------
 
 

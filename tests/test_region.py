@@ -5,7 +5,8 @@ from math import atan, cos, sin
 import pytest
 
 from stability.model import GROUND, BodyId, Plane, Pose, Vec3
-from stability.region import FEWEST, Region, region
+from stability.region import Region, region
+from stability.riders import FEWEST
 from stability.statics.assembly import Assembly
 from stability.vectors import times
 from tests.planks import LENGTH, WOOD, column, four_stack, lying, standing

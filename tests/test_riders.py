@@ -14,6 +14,9 @@ from tests.planks import GRAVITY, MASS, THICKNESS, WOOD, column, plank
 TOWER = column(4)
 
 
+TOUCHING = {name: [other for other in TOWER if other != name] for name in TOWER}
+
+
 @pytest.fixture
 def world() -> Iterator[PyBulletWorld]:
     """Four planks in the air, all frozen."""
@@ -30,7 +33,7 @@ def world() -> Iterator[PyBulletWorld]:
 @pytest.fixture
 def riders(world: PyBulletWorld) -> Riders:
     riding = Riders(world)
-    riding.join(["L4", "L3", "L2"], TOWER, THICKNESS)
+    riding.join({name: TOWER[name] for name in ("L4", "L3", "L2")}, TOUCHING, THICKNESS)
     return riding
 
 
@@ -84,4 +87,20 @@ def test_what_an_engine_has_parted_rides_no_more(world: PyBulletWorld, riders: R
 
 def test_nothing_rides_where_the_engine_cannot_join() -> None:
     with pytest.raises(TypeError, match="joins no bricks"):
-        Riders(None).join(["L1", "L2"], TOWER, THICKNESS)
+        Riders(None).join(TOWER, TOUCHING, THICKNESS)
+
+
+def test_a_brick_that_is_hit_leaves_with_its_neighbours_and_the_rest_rides_on(world: PyBulletWorld) -> None:
+    #   Of seven planks in a row the third and those that touch it move one by one, and the last three ride on.
+    riding = Riders(world)
+    column = {f"C{number}": Pose((1.0, 0.0, number * THICKNESS)) for number in range(1, 8)}
+    for name, pose in column.items():
+        world.add_brick(plank(name), pose)
+        world.freeze(name)
+    touching = {f"C{number}": [f"C{number - 1}", f"C{number + 1}"] for number in range(1, 8)}
+    riding.join(column, touching, THICKNESS)
+    world.step()
+    riding.release("C3")
+    assert riding.bricks == {"C5", "C6", "C7"}
+    for state in world.states(sorted(column)).values():
+        assert state.velocity_W[2] == pytest.approx(-GRAVITY * world.time(), rel=1e-6)
