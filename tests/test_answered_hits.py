@@ -10,8 +10,8 @@ from math import asin, degrees, hypot
 
 import pytest
 
-from stability.judgement import followed
 from stability.geometry import turn_between
+from stability.judgement import followed
 from stability.model import BodyId, Plane, Pose, Quaternion, Vec3
 from stability.proven_extension import ProvenStability
 from stability.pybullet_engine import PyBulletWorld
