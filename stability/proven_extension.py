@@ -250,7 +250,9 @@ class ProvenStability:
         found = Update()
         if hits := self._disturbances.hits(states, {*self.assembly.bricks, *self._riders.bricks}):
             found = self._wake_struck(Disturbed({hit.brick: hit.normal_W for hit in hits}, in_words(hits)))
-        if pressed := self._disturbances.overloaded(self.assembly, self._awake - self._riders.bricks):
+        # What was just set down presses on nothing yet, and an engine that is not open need not be asked.
+        pressing = self._awake - self._riders.bricks - self._announced
+        if pressed := self._disturbances.overloaded(self.assembly, pressing):
             woken = self._wake_struck(pressed)
             soon = self.engine.time() - self.rest.hold_off
             self._pressed.update(b for b in woken.woken if self._froze_at.get(b, -inf) > soon)
