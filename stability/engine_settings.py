@@ -25,3 +25,7 @@ class EngineSettings:
     # [m] Bricks get edges rounded by this, within their outer size, so that what touches along an edge is pushed in the
     # right direction; 0 leaves them sharp, and edges are then taken for faces.
     edge_radius: float = 0.0
+    # Contact forces start from nothing, so that bodies which begin to press fall freely for a step, and the kick by
+    # which that is taken back grows with the step: so many of the first steps are split into so many parts.
+    first_steps: int = 0
+    first_parts: int = 1

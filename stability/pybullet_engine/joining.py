@@ -1,7 +1,8 @@
 """A PyBullet world of one's own in which bricks can be joined, to move as one rigid body.
 
 A group is a body of its own with the shapes of its bricks. The bodies of the bricks stay where they were, without mass,
-and collide with nothing until they are parted: that costs less than to make them anew.
+and collide with nothing until they are parted: that costs less than to make them anew. The shape of a group that was
+parted stays with the client until it is closed: PyBullet counts it as used for good, and refuses to remove it.
 """
 
 from collections.abc import Collection, Iterator, Sequence
@@ -12,7 +13,7 @@ from stability.geometry import box_corners
 from stability.model import BodyId, BodyState, ContactPoint, Pose, Vec3
 from stability.pybullet_engine.binding import pybullet
 from stability.pybullet_engine.world import PlainWorld
-from stability.rigid_group import RigidGroup, Surfaces, grouped, member_state, seen_from, surfaces
+from stability.rigid_group import RigidGroup, Surfaces, common_motion, grouped, member_state, seen_from, surfaces
 from stability.vectors import minus, plus, times
 
 MOVING_THINGS, ALL = 1, -1  # PyBullet's own collision group and mask of what is made with mass
@@ -36,8 +37,10 @@ class PyBulletWorld(PlainWorld):
     _groups: dict[BodyId, Joined] = field(default_factory=dict, init=False)  # by the name of the group's body
 
     def join(self, bricks: Collection[BodyId]) -> None:
-        poses = self.states(bricks)
-        group = grouped((self._bricks[brick], poses[brick].pose) for brick in bricks)
+        states = self.states(bricks)
+        group = grouped((self._bricks[brick], states[brick].pose) for brick in bricks)
+        for brick in group.bricks:
+            self.freeze(brick)
         own = {brick: self._bodies.pop(brick) for brick in group.bricks}
         for body in own.values():
             pybullet.setCollisionFilterGroupMask(body, -1, 0, 0, self.client)
@@ -45,6 +48,7 @@ class PyBulletWorld(PlainWorld):
         self._add_group(joined)
         self._groups[joined.name] = joined
         self._joined |= dict.fromkeys(own, joined)
+        self._set_motion(self._bodies[joined.name], *common_motion(group, states))
 
     def _add_group(self, joined: Joined) -> None:
         group = joined.group
@@ -81,6 +85,16 @@ class PyBulletWorld(PlainWorld):
         del self.names[body], self._groups[joined.name]
         for name in joined.group.bricks:
             del self._joined[name]
+
+    def freeze(self, brick: BodyId) -> None:
+        if brick in self._joined:
+            self.part(brick)
+        super().freeze(brick)
+
+    def remove_brick(self, brick: BodyId) -> None:
+        if brick in self._joined:
+            self.part(brick)
+        super().remove_brick(brick)
 
     def holds(self, brick: BodyId) -> bool:
         return brick not in self._joined and super().holds(brick)

@@ -38,6 +38,8 @@ class PlainWorld(PyBulletBodies):
     settings: EngineSettings = field(kw_only=True)
     friction: float = field(kw_only=True)  # Coulomb coefficient of brick on brick
     _parts: int = field(default=1, init=False)  # engine steps in one step
+    _split: int = field(default=1, init=False)  # and so the engine was told
+    _eased: int = field(default=0, init=False)  # steps to come that are split because bodies begin to press
     _solids: Solids = field(init=False)
     _planes: dict[BodyId, Plane] = field(default_factory=dict, init=False)
     _reach: float = field(default=HALF_SPACE, init=False)  # half the side of the boxes that stand for planes [m]
@@ -72,19 +74,24 @@ class PlainWorld(PyBulletBodies):
         pybullet.disconnect(self.client)
 
     def step(self) -> None:
-        for _ in range(self._parts):
+        parts = max(self._parts, self.settings.first_parts if self._eased else 1)
+        if parts != self._split:
+            self._split = parts
+            engine_step = self.settings.time_step * sqrt(self.scale) / parts
+            pybullet.setPhysicsEngineParameter(fixedTimeStep=engine_step, physicsClientId=self.client)
+        for _ in range(parts):
             pybullet.stepSimulation(self.client)
+        self._eased = max(0, self._eased - 1)
         self._clock += self.settings.time_step
 
     def limit_travel(self, fastest: float) -> None:
         """Split the coming steps so that a body of this speed [m/s] gets no further in one than the settings allow."""
-        if self.settings.most_travel is None:
-            return
-        parts = max(1, ceil(fastest * self.settings.time_step / self.settings.most_travel))
-        if parts != self._parts:
-            self._parts = parts
-            engine_step = self.settings.time_step * sqrt(self.scale) / parts
-            pybullet.setPhysicsEngineParameter(fixedTimeStep=engine_step, physicsClientId=self.client)
+        if self.settings.most_travel is not None:
+            self._parts = max(1, ceil(fastest * self.settings.time_step / self.settings.most_travel))
+
+    def ease_in(self) -> None:
+        """Say that bodies which did not press on each other begin to: split the first steps, as the settings say."""
+        self._eased = self.settings.first_steps
 
     def skip(self, duration: float) -> None:
         """Let time pass in which nothing can move."""
