@@ -93,6 +93,7 @@ ORDER = {
         "statics.extra_load",
         "judgement",
         "candidates",
+        "foreign_changes",
         "overload",
         "disturbances",
         "riders",
