@@ -44,19 +44,22 @@ def load_engine(settings: EngineSettings) -> None:
 
 def opened_world(timeline: Timeline, system: System) -> World:
     """An empty world with the planes of the timeline; close it after use."""
+    scene, heaviest = timeline.world, max(placement.brick.mass for placement in timeline.placements)
 
     def engine() -> World:
-        return _stepped_world(timeline, system.engine)
+        return stepped_world(system.engine, scene.gravity, scene.friction, heaviest)
 
     world = RestingWorld(system.engine, engine) if system.method is Method.PROVEN else engine()
-    for plane in timeline.world.planes:
+    for plane in scene.planes:
         world.add_plane(plane)
     return world
 
 
-def _stepped_world(timeline: Timeline, settings: EngineSettings) -> World:
-    """An empty world of the engine that these are settings of; it is imported here, when something must be stepped."""
-    gravity, friction = timeline.world.gravity, timeline.world.friction
+def stepped_world(settings: EngineSettings, gravity: float, friction: float, heaviest: float) -> World:
+    """An empty world of the engine that these are settings of; it is imported here, when something must be stepped.
+
+    Gravity [m/s2] is along -z, friction that of brick on brick, `heaviest` the mass of the heaviest brick to come [kg].
+    """
     match settings:
         case MuJoCoSettings():
             from stability.mujoco_engine.world import MuJoCoWorld  # noqa: PLC0415 -- not before
@@ -69,7 +72,6 @@ def _stepped_world(timeline: Timeline, settings: EngineSettings) -> World:
         case _:
             from stability.pybullet_engine import PyBulletWorld  # noqa: PLC0415 -- likewise
 
-            heaviest = max(placement.brick.mass for placement in timeline.placements)
             return PyBulletWorld.opened(settings, gravity, friction, heaviest)
 
 
