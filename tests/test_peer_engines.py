@@ -9,6 +9,7 @@ import pytest
 
 from stability.engine import World
 from stability.model import GROUND, Box, Brick, HalfSpace, Plane, Pose, Quaternion, Vec3
+from stability.vectors import cross, minus, plus
 from stackdsl.playing.opening import stepped_world
 from stackdsl.playing.peers import PEERS, missing, system_named
 
@@ -18,6 +19,8 @@ WEIGHT = 9.81 * MASS
 MANY = 200
 CROSSED: Quaternion = (0.0, 0.0, 0.5**0.5, 0.5**0.5)
 BARE = [name for name, peer in PEERS.items() if peer.system.method is None]
+# SAPIEN joins no bricks, and does not tell of friction.
+MUJOCO_ALONE = pytest.mark.parametrize("opened", ["mujoco", "mujoco-stiff"], indirect=True)
 Opened: TypeAlias = Callable[..., AbstractContextManager[World]]
 
 
@@ -170,9 +173,8 @@ def test_contacts_carry_the_weight_and_push_each_brick_away_from_the_other(opene
             assert abs(point.gap) < 1e-4
 
 
-@pytest.mark.parametrize("opened", ["mujoco", "mujoco-stiff"], indirect=True)
+@MUJOCO_ALONE
 def test_friction_on_a_sliding_brick_is_against_its_motion_and_mu_times_the_press(opened: Opened) -> None:
-    #   SAPIEN does not tell of friction.
     with opened(friction=0.4) as engine:
         engine.add_brick(plank(), Pose((0.0, 0.0, THICKNESS / 2.0)), (1.0, 0.0, 0.0))
         for _ in range(20):
@@ -180,6 +182,45 @@ def test_friction_on_a_sliding_brick_is_against_its_motion_and_mu_times_the_pres
             x, y, z = force_on(engine, "plank")
             assert x == pytest.approx(-0.4 * z, rel=1e-3)
             assert y == pytest.approx(0.0, abs=1e-9)
+
+
+@MUJOCO_ALONE
+def test_joined_bricks_stand_with_the_weight_of_all_and_are_no_neighbours(opened: Opened) -> None:
+    with opened() as engine:
+        column(engine, "a", "b", "c")
+        for brick in ("b", "c"):
+            engine.freeze(brick)
+        engine.join(["b", "c"])
+        play(engine, 0.3)
+        assert list(engine.near("b")) == ["a"]
+        assert not engine.holds("b")
+        forces = [point.normal_force for point in engine.contacts("b") if "a" in (point.a, point.b)]
+        assert sum(forces) == pytest.approx(2.0 * WEIGHT, rel=0.01)
+
+
+@MUJOCO_ALONE
+def test_parted_bricks_go_on_with_the_motion_that_they_had(opened: Opened) -> None:
+    #   |------|------|      hung over an edge, they turn as one, and what is parted turns on
+    #   |held|
+    with opened() as engine:
+        engine.add_brick(Brick("held", (WIDTH, WIDTH, WIDTH), MASS), Pose((0.0, 0.0, 0.3)))
+        engine.freeze("held")
+        for number, brick in enumerate(("near", "far")):
+            engine.add_brick(plank(brick), Pose((number * LENGTH, 0.0, 0.3 + (WIDTH + THICKNESS) / 2.0)))
+            engine.freeze(brick)
+        engine.join(["near", "far"])
+        play(engine, 0.15)
+        before = engine.states(["near", "far"])
+        turning = before["near"].angular_velocity_W
+        arm = minus(before["far"].pose.position_W, before["near"].pose.position_W)
+        assert turning[1] > 1.0
+        assert before["far"].velocity_W == pytest.approx(plus(before["near"].velocity_W, cross(turning, arm)), rel=1e-9)
+        assert engine.part("far") == ("far", "near")
+        after = engine.states(["near", "far"])
+        for brick, state in before.items():
+            assert after[brick].pose.position_W == pytest.approx(state.pose.position_W, abs=1e-12)
+            assert after[brick].velocity_W == pytest.approx(state.velocity_W, rel=1e-9, abs=1e-12)
+            assert after[brick].angular_velocity_W == pytest.approx(turning, rel=1e-9, abs=1e-12)
 
 
 def test_a_frozen_brick_is_exactly_where_it_was_whatever_hits_it(opened: Opened) -> None:

@@ -96,6 +96,24 @@ def test_a_stepped_column_on_mujoco_falls_with_the_first_plank_beyond_l_by_d() -
 
 
 @NEEDS_MUJOCO
+def test_a_hit_on_mujoco_moves_what_it_reaches_while_the_levels_above_ride_along() -> None:
+    trace = mujoco_exact(
+        "- four_stack: {levels: 9}",
+        """
+        impacts:
+          - after: built + 0.5 s
+            throw: {brick: kapla, at: level 3, from: {bearing: 90 deg, distance: 10 mm}, speed: 1 m/s}
+        """,
+    )
+    assert trace.collapse is None
+    woken = {brick for event in trace.events if event.kind is EventKind.WOKEN for brick in event.bricks}
+    assert {"L3.2", "L9.1", "L9.2"} <= woken  # bearing 90 deg: the hit comes from the far side
+    assert 0 < trace.cost.one_by_one < len(woken)
+    assert trace.drift > 1e-3
+    assert trace.tracks["L1.1"].shift == 0.0
+
+
+@NEEDS_MUJOCO
 def test_what_lands_on_a_stack_on_mujoco_is_frozen_with_a_proof() -> None:
     trace = mujoco_exact(LATE)
     frozen = [brick for event in trace.events if event.kind is EventKind.FROZEN for brick in event.bricks]

@@ -64,7 +64,7 @@ class Model:
         for _ in range(parts):
             mujoco.mj_step(self.model, self.data)
         self._touching = self._bounds = None
-        if any(warning.number for warning in self.data.warning):
+        if self.data.warning.number.any():
             raise RuntimeError(f"MuJoCo failed: {_warnings(self.data)}")
 
     def state(self, name: BodyId) -> BodyState:
