@@ -53,7 +53,10 @@ class MuJoCoWorld(KeptBodies):
 
     def contacts(self, brick: BodyId) -> Sequence[ContactPoint]:
         points = self._stepped.contacts(brick) if self._stepped is not None else ()
-        return [point for point in points if {point.a, point.b} <= self._told.keys() | self._fixed]
+        return [point for point in points if self._is_there(point.a) and self._is_there(point.b)]
+
+    def _is_there(self, body: BodyId) -> bool:
+        return body in self._bricks or body in self._planes
 
     def near(self, brick: BodyId, within: float = TOUCHING) -> Sequence[BodyId]:
         fellows = self._groups[brick][1].bricks.keys() if brick in self._groups else ()
