@@ -182,7 +182,8 @@ def _numerics(engine: EngineSettings) -> Iterator[str]:
             yield f"impedance {' '.join(f'{part:g}' for part in engine.impedance_range)}"
             yield f"friction {engine.friction_impedance:g} times as stiff, tolerance {engine.tolerance:g}"
         case SapienSettings():
-            yield f"{engine.velocity_iterations} of velocities, contact offset {1000.0 * engine.breaking_threshold:g} mm"
+            yield f"{engine.velocity_iterations} of velocities"
+            yield f"contact offset {1000.0 * engine.breaking_threshold:g} mm"
         case _:
             yield f"contact ERP {engine.contact_erp:g}"
             yield f"breaking threshold {1000.0 * engine.breaking_threshold:g} mm, scale {engine.scale:g}"
