@@ -7,6 +7,7 @@ import pytest
 from click.testing import CliRunner
 
 from stackdsl.cli import app
+from stackdsl.expectations import judge
 from stackdsl.gathering import Selection
 from stackdsl.playing.peers import PEERS, missing, system_named
 from stackdsl.playing.runner import play
@@ -54,6 +55,19 @@ def test_a_peer_is_played_wherever_it_is_asked_for_and_nowhere_else() -> None:
     assert [case.system for case in Selection(("mujoco", "tuned")).of(cases)] == ["tuned", "mujoco"]
     assert [case.name for case in Selection(("sapien",)).of(cases)] == ["scene[sapien]"]
     assert Selection(("sapien",), keyword="other").of(cases) == []
+
+
+def test_a_peer_that_proves_nothing_is_not_asked_for_proofs_nor_for_what_others_are_expected_to_do() -> None:
+    asked = "expect: [verdict: stable, stands: all, {stands: all, system: exact}]\n"
+    (case,), _ = compiled(scene("- column: {levels: 2}", asked))
+    trace = play(case.timeline, system_named("exact"))
+
+    def judged(system: str) -> list[str]:
+        return [outcome.name for outcome in judge(trace, case.scenario, case.variant, case.source, system)]
+
+    assert judged("exact") == ["verdict", "stands", "stands"]
+    assert judged("mujoco-exact") == ["verdict", "stands"]
+    assert judged("sapien") == ["stands"]
 
 
 @pytest.mark.usefixtures("without_mujoco")
