@@ -15,6 +15,7 @@ NO_LINE: Vec3 = (0.0, 0.0, 0.0)  # the direction of what is pressed, not hit
 HORIZON = 0.05
 AHEAD = 0.1  # contacts of what is woken start without force, and have found it by then
 PERIOD = 0.02
+PRESSES = 0.1  # before, forces that have just begun say little
 HITS = 4.0  # a plank that is hit at 20 mm/s and slides on wood moves by 0.05 mm
 
 
@@ -45,7 +46,7 @@ class Disturbances:
             AHEAD * self.rest.hold_off,
             self.gravity,
         )
-        self._overloads = Overloads(self.engine, PERIOD * self.rest.hold_off)
+        self._overloads = Overloads(self.engine, PRESSES * self.rest.hold_off)
 
     def least_speed(self) -> float:
         """A brick that is hit more slowly, or pushed to less, stays where it is [m/s]."""

@@ -56,7 +56,7 @@ class Joining(Protocol):
     """
 
     def join(self, bricks: Collection[BodyId]) -> None:
-        """Let these frozen bricks move from now on as one; they start at rest."""
+        """Let these bricks move from now on as one, with the momentum and angular momentum that they have."""
 
     def part(self, brick: BodyId) -> tuple[BodyId, ...]:
         """Let all that a brick is joined to move one by one, each with the motion that it has; these are they."""

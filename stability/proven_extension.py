@@ -19,7 +19,7 @@ from stability.judgement import Judgement, followed
 from stability.model import AT_REST, EARTH, BodyId, BodyState, Plane, Pose, Vec3
 from stability.putting_back import Homes
 from stability.refusals import Refusals
-from stability.region import region
+from stability.region import region, touching
 from stability.riders import Riders
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability, Verdict
@@ -241,18 +241,20 @@ class ProvenStability:
         """Wake what a disturbance reaches, as a region in which some ride along."""
         for brick in disturbed.struck:
             if brick in self._riders:
-                self._riders.part(brick)
+                self._riders.release(brick)
         struck = {brick: along_W for brick, along_W in disturbed.struck.items() if self.is_frozen(brick)}
         if not struck:
             return Update()
         reached = region(self.assembly, struck, ride=self.joiner is not None)
         riding = {brick for group in reached.riding for brick in group}
         placed = {brick: self.assembly.bricks[brick] for brick in (*reached.one_by_one, *sorted(riding))}
+        touched = {brick: sorted(touching(self.assembly, brick)) for brick in riding}
         judgement = followed(self.assembly, self.assembly.remove(placed))
         poses = {**{brick: was.pose for brick, was in placed.items()}, **judgement.released}
         self._homes.left(poses)
         for group in reached.riding:
-            self._riders.join(group, poses, min(min(placed[brick].brick.size) for brick in group))
+            side = min(min(placed[brick].brick.size) for brick in group)
+            self._riders.join({brick: poses[brick] for brick in group}, touched, side)
         self._refusals.changed()
         self._let_go(poses.keys() - riding)
         self._let_ride(riding)

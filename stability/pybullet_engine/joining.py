@@ -13,7 +13,7 @@ from stability.geometry import box_corners
 from stability.model import BodyId, BodyState, ContactPoint, Pose, Vec3
 from stability.pybullet_engine.binding import pybullet
 from stability.pybullet_engine.world import PlainWorld
-from stability.rigid_group import RigidGroup, Surfaces, grouped, member_state, seen_from, surfaces
+from stability.rigid_group import RigidGroup, Surfaces, common_motion, grouped, member_state, seen_from, surfaces
 from stability.vectors import minus, plus, times
 
 MOVING_THINGS, ALL = 1, -1  # PyBullet's own collision group and mask of what is made with mass
@@ -37,8 +37,10 @@ class PyBulletWorld(PlainWorld):
     _groups: dict[BodyId, Joined] = field(default_factory=dict, init=False)  # by the name of the group's body
 
     def join(self, bricks: Collection[BodyId]) -> None:
-        poses = self.states(bricks)
-        group = grouped((self._bricks[brick], poses[brick].pose) for brick in bricks)
+        states = self.states(bricks)
+        group = grouped((self._bricks[brick], states[brick].pose) for brick in bricks)
+        for brick in group.bricks:
+            self.freeze(brick)
         own = {brick: self._bodies.pop(brick) for brick in group.bricks}
         for body in own.values():
             pybullet.setCollisionFilterGroupMask(body, -1, 0, 0, self.client)
@@ -46,6 +48,7 @@ class PyBulletWorld(PlainWorld):
         self._add_group(joined)
         self._groups[joined.name] = joined
         self._joined |= dict.fromkeys(own, joined)
+        self._set_motion(self._bodies[joined.name], *common_motion(group, states))
 
     def _add_group(self, joined: Joined) -> None:
         group = joined.group

@@ -233,6 +233,8 @@ class _Run:
             self._tell(Event(now, EventKind.WOKEN, update.woken, update.reason))
         if update.failed:
             self._let_fall()
+        elif update.woken:
+            self.world.ease_in()
         if update.failed and self.gave_way is None:
             self.gave_way = min(update.failed, key=list(self.watch.bricks).index)
 

@@ -61,6 +61,7 @@ MOVING = replace(
     edge_radius=1e-4,  # leaning planks slip where statics say, and stacks creep a fifth as much
     contact_erp=0.2,  # what flies into a brick is pushed out of it half as fast, and stacks creep no more
     angular_damping=0.005,  # 0.02 takes 15 % of a falling tower's energy of rotation in 0.2 s
+    most_travel=0.001,  # so deep at most it enters what it hits
     first_steps=20,  # so that what is let go starts as it should (docs/decisions/0014)
     first_parts=8,
 )
