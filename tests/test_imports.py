@@ -104,6 +104,7 @@ ORDER = {
         "statics.extra_load",
         "judgement",
         "candidates",
+        "foreign_changes",
         "overload",
         "disturbances",
         "riders",
