@@ -31,11 +31,12 @@ test-slow: $(READY) ## the tests that take minutes
 # Scenarios with a known answer that every system can play within the 20 minutes that a bench may take.
 BENCHED := $(addprefix scenarios/,four-stack.yaml slant-tower.yaml columns.yaml harmonic.yaml incline.yaml leaning.yaml \
   drop.yaml) $(wildcard scenarios/hard)
+BENCHED_ON := $(addprefix --system ,exact thesis tuned stock mujoco sapien)
 BENCH_OPTIONS ?= --resolutions 2,1,1/2
 
 bench: $(READY) ## speed against error: every system at several time steps; table and plot in bench/
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --editable '.[bench]'
-	$(BIN)/stackdsl bench $(BENCHED) --tag '!long' --time-limit 240 --output bench $(BENCH_OPTIONS)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --editable '.[bench,mujoco,sapien]'
+	$(BIN)/stackdsl bench $(BENCHED) --tag '!long' $(BENCHED_ON) --time-limit 240 --output bench $(BENCH_OPTIONS)
 
 bench-stack: $(READY) ## the four-stack alone, every system in one run
 	$(BIN)/python -m benchmarks.four_stack
@@ -44,7 +45,7 @@ bench-statics: $(READY) ## what exact statics cost, and how far each answer is o
 	$(BIN)/python -m benchmarks.statics
 
 bench-compas: $(READY) ## the same towers and walls with compas_cra, side by side; installs it first
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check '.[peers]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check '.[cra]'
 	$(BIN)/python -m benchmarks.against_compas
 
 lint: $(READY)  ## format check, lint and types

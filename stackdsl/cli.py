@@ -20,7 +20,9 @@ from stackdsl.diagnostics import Diagnostic
 from stackdsl.gathering import Case, Gathered, Selection, cases_of, gather
 from stackdsl.language.author_types import SYSTEMS
 from stackdsl.language.validation import schema_text
+from stackdsl.options import playable
 from stackdsl.outcome import ExitCode, Report, exit_code
+from stackdsl.playing.peers import PEERS
 from stackdsl.pool import INTERRUPTS
 from stackdsl.reading.source import parse
 from stackdsl.report.diagnostic_text import diagnostic_text
@@ -33,7 +35,14 @@ from stackdsl.terminal import paper, progress, show_error, silence, tell, write
 
 FilePath = click.Path(path_type=Path)
 ONE_FILE = click.argument("file", type=FilePath)
-ON_SYSTEMS = click.option("--system", "systems", multiple=True, type=click.Choice(SYSTEMS), help="Only these systems.")
+ON_SYSTEMS = click.option(
+    "--system",
+    "systems",
+    multiple=True,
+    type=click.Choice([*SYSTEMS, *PEERS]),
+    callback=lambda *given: playable(given[-1]),
+    help="Only these systems. Those on other engines than PyBullet are played wherever they are asked for.",
+)
 ON_KEYWORD = click.option("-k", "keyword", default="", help="Only cases whose name contains this.")
 LONGEST_LIMIT = 1e6  # [s] eleven days; waiting takes a number of milliseconds in 31 bits
 GOLDEN = Path("golden")
@@ -87,7 +96,7 @@ def check_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     terms = Terms(golden, update, jobs, time_limit, _update_command(paths, selection, golden, time_limit), refine)
     paths = paths or (Path("scenarios"),)
     gathered = gather(paths)
-    selected = [case for case in gathered.cases if selection.takes(case)]
+    selected = selection.of(gathered.cases)
     if list_only:
         _list(gathered, selected)
         context.exit(_exit_code(Report(diagnostics=gathered.diagnostics), selected))
@@ -191,7 +200,7 @@ def _selected(file: Path, selection: Selection) -> tuple[Gathered, Sequence[Case
     """What one file holds, and the cases selected of it; its mistakes are told."""
     gathered = gather([file])
     _complain(gathered.diagnostics)
-    return gathered, [case for case in gathered.cases if selection.takes(case)]
+    return gathered, selection.of(gathered.cases)
 
 
 def _update_command(paths: Sequence[Path], selection: Selection, golden: Path, time_limit: float) -> str:

@@ -7,13 +7,14 @@ from pathlib import Path
 import click
 
 from stackdsl.bench.conduct import Bench, Plan, bench, jobs_of
-from stackdsl.bench.entrants import ENTRANTS
+from stackdsl.bench.entrants import ENTRANTS, installed
 from stackdsl.bench.journal import Journal
 from stackdsl.bench.page import bench_page
 from stackdsl.bench.plot import PlotMissingError, draw
 from stackdsl.bench.summary import bench_json
 from stackdsl.bench.table import bench_text
 from stackdsl.gathering import Selection, gather
+from stackdsl.options import playable
 from stackdsl.outcome import ExitCode, RunStatus
 from stackdsl.report.diagnostic_text import diagnostic_text
 from stackdsl.terminal import paper, progress, tell, write
@@ -38,7 +39,14 @@ def _factors(context: click.Context, parameter: click.Parameter, text: str) -> t
 
 @click.command("bench")
 @click.argument("paths", nargs=-1, type=FilePath)
-@click.option("--system", "systems", multiple=True, type=click.Choice(list(ENTRANTS)), help="Only these; default: all.")
+@click.option(
+    "--system",
+    "systems",
+    multiple=True,
+    type=click.Choice(list(ENTRANTS)),
+    callback=lambda *given: playable(given[-1]),
+    help="Only these systems; default: all that are installed.",
+)
 @click.option("-k", "keyword", default="", help="Only cases whose name contains this.")
 @click.option("--tag", "tags", multiple=True, help="Only scenarios with this tag; with ! in front, without it.")
 @click.option(
@@ -83,7 +91,7 @@ def bench_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
         tell(diagnostic_text(diagnostic))
     selection = Selection(keyword=keyword, tags=tags)
     cases = [case for case in gathered.cases if selection.takes(case)]
-    jobs = jobs_of(cases, systems or tuple(ENTRANTS), resolutions)
+    jobs = jobs_of(cases, systems or installed(), resolutions)
     if not jobs:
         tell("nothing selected")
         context.exit(ExitCode.INVALID if gathered.diagnostics else ExitCode.USAGE)
