@@ -10,7 +10,7 @@ import pytest
 
 from stackdsl.bench import conduct
 from stackdsl.bench.answers import Answer, Source, answer_of
-from stackdsl.bench.conduct import Job, Plan, bench, jobs_of, versions
+from stackdsl.bench.conduct import Bench, Job, Plan, bench, jobs_of, versions
 from stackdsl.bench.journal import Journal
 from stackdsl.bench.measuring import ENOUGH, MOST_RUNS, enough
 from stackdsl.bench.page import bench_page
@@ -380,6 +380,16 @@ def test_what_did_not_finish_is_told_in_every_form(tmp_path: Path, monkeypatch: 
     assert "interrupted, go on with --resume" in text.splitlines()[-1]
     assert '"interrupted": true' in bench_json(found)
     assert "0 of 4 runs done" in bench_page(found)
+
+
+def test_the_page_tells_paces_in_times_of_exact() -> None:
+    runs = [replace(run(system="exact"), wall_time=0.01), run()]  # 4 s in 0.01 s, and in 2 s
+    scores = tuple(scores_of(runs, {"tower": SHOULD_STAND}))
+    page = bench_page(Bench(scores, tuple(points_of(scores)), {"tower": SHOULD_STAND}, {}, wanted=2, interrupted=False))
+    assert "### tower: stands, truth" in page
+    exact, tuned = (line.split(" | ") for line in page.splitlines()[-2:])
+    assert exact[-1].startswith("1 ")
+    assert tuned[-1].startswith("200 ")
 
 
 # --- the plot ---------------------------------------------------------------------------------------------------------

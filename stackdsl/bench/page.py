@@ -5,11 +5,13 @@ from itertools import groupby
 
 from stackdsl.bench.conduct import Bench
 from stackdsl.bench.plot import FILES
+from stackdsl.bench.points import pace_of
 from stackdsl.bench.scoring import Score, numerical_reason
 from stackdsl.bench.table import closing_line, number, point_rows, run_row
 from stackdsl.report.blocks import Row
 from stackdsl.trace import NUMERICAL_COLLAPSE
 
+COMPARED_WITH = "exact"  # whose pace those of others are told in, case by case
 READING = """\
 One row is one system at one time step: its own, times or divided by a number; iterations and all else stay as they are.
 `wrong` counts verdicts (stands or falls) against those known from the scenarios' `truth`, from exact statics, or from
@@ -57,21 +59,28 @@ def _cases(bench: Bench) -> Iterator[str]:
     if own:
         yield ""
         yield "## Case by case, at each system's own time step"
-    for case, scores in groupby(own, key=lambda score: score.record.case):
+        yield ""
+        yield f"`x {COMPARED_WITH}` is the wall time for a simulated second, in times of what `{COMPARED_WITH}` takes."
+    for case, group in groupby(own, key=lambda score: score.record.case):
+        scores = list(group)
         answer = bench.answers[case]
         known = "" if answer is None else f": {'stands' if answer.stands else 'falls'}, {answer.source}"
         yield ""
         yield f"### {case}{known}"
         yield ""
-        yield from markdown_table([_case_row(score) for score in scores])
+        fastest = next((pace_of(score.record) for score in scores if score.record.system == COMPARED_WITH), None)
+        yield from markdown_table([_case_row(score, fastest) for score in scores])
 
 
-def _case_row(score: Score) -> Row:
+def _case_row(score: Score, compared_with: float | None) -> Row:
+    """One run, with its pace in times of another."""
     row = run_row(score)
     kept = ("system", "verdict", "levels", "creep mm", "mm", "deg", "s", "wall s", "steps", "solves", "MiB")
     told = {key: row[key] for key in kept}
     told["verdict"] += ", wrong" if score.wrong else ""
     fell = score.record.seen("collapse level")
+    pace = pace_of(score.record) if score.record.done else None
+    told[f"x {COMPARED_WITH}"] = number(pace / compared_with if pace and compared_with else None)
     told["levels"] = told["levels"] if fell is None else f"{told['levels']} (falls at {number(fell)})"
     return told
 
