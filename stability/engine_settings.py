@@ -25,3 +25,16 @@ class EngineSettings:
     # [m] Bricks get edges rounded by this, within their outer size, so that what touches along an edge is pushed in the
     # right direction; 0 leaves them sharp, and edges are then taken for faces.
     edge_radius: float = 0.0
+    # Bodies by themselves, not as roots of trees of links: another solver, whose friction acts against the sliding
+    # whatever its direction, which steps in half the time, and which keeps warm starts.
+    maximal_coordinates: bool = False
+    warm_start: float = 0.1  # share of the last step's contact impulses that a step starts from, in maximal coordinates
+    # A body that is let go is given half a step of gravity in its first one, so that the way that it falls is exact.
+    exact_fall: bool = False
+    # [m/s] While something is faster, what overlaps is parted without being given speed, by this many iterations.
+    lively_speed: float | None = None
+    lively_iterations: int = 0
+    # Steps are split while the heaviest that is awake has more than this many times the mass of the lightest, by the
+    # root of what it has more, into no more than so many parts.
+    most_mass_ratio: float | None = None
+    most_parts: int = 16

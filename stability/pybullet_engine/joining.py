@@ -44,6 +44,7 @@ class PyBulletWorld(PlainWorld):
         joined = Joined(group, surfaces(group), f"group of {next(iter(own))}", own)
         self._add_group(joined)
         self._groups[joined.name] = joined
+        self._comes_free(joined.name)
         self._joined |= dict.fromkeys(own, joined)
 
     def _add_group(self, joined: Joined) -> None:
@@ -53,15 +54,9 @@ class PyBulletWorld(PlainWorld):
             (times(self.scale, group.bricks[brick].size), _scaled(self.scale, place))
             for brick, place in group.places_G.items()
         )
-        body = pybullet.createMultiBody(
-            baseMass=group.mass * self._mass_unit,
-            baseCollisionShapeIndex=shape,
-            basePosition=times(self.scale, group.pose.position_W),
-            baseOrientation=group.pose.orientation,
-            physicsClientId=self.client,
-        )
+        body = self._body(group.mass, shape, times(self.scale, group.pose.position_W), group.pose.orientation)
         self._name(body, joined.name, self._own_friction())
-        self._weigh(body, group.moments)
+        self._weigh(body, group.mass, group.moments)
 
     def part(self, brick: BodyId) -> tuple[BodyId, ...]:
         joined = self._joined[brick]
@@ -72,15 +67,21 @@ class PyBulletWorld(PlainWorld):
             pybullet.setCollisionFilterGroupMask(body, -1, MOVING_THINGS, ALL, self.client)
             self.put_at(name, state.pose)
             self.wake(name)
+            self._let_go.discard(name)  # it falls already
             self._set_motion(body, state.velocity_W, state.angular_velocity_W)
         return tuple(states)
 
     def _remove_group(self, joined: Joined) -> None:
         body = self._bodies.pop(joined.name)
         pybullet.removeBody(body, self.client)
+        self._let_go.discard(joined.name)
         del self.names[body], self._groups[joined.name]
         for name in joined.group.bricks:
             del self._joined[name]
+
+    def _awake_masses(self) -> list[float]:
+        free = [mass for name, mass in self._masses.items() if name not in self._joined and not self.holds(name)]
+        return free + [joined.group.mass for joined in self._groups.values()]
 
     def holds(self, brick: BodyId) -> bool:
         return brick not in self._joined and super().holds(brick)

@@ -4,6 +4,7 @@ from math import sqrt
 
 from stability.engine_settings import EngineSettings
 from stability.pybullet_engine.binding import pybullet
+from stability.stepping import Stepping
 
 # [engine m/s], for bodies as well as joints. By default PyBullet clamps speeds at 100, which is 10 m/s at scale 100.
 TOP_SPEED = 1e4
@@ -29,7 +30,25 @@ def engine_parameters(settings: EngineSettings) -> dict[str, float]:
         "enableConeFriction": 1,
         "deterministicOverlappingPairs": 1,
         "constraintSolverType": pybullet.CONSTRAINT_SOLVER_LCP_SI,
+        "useSplitImpulse": 0 if settings.maximal_coordinates else 1,
+        "warmStartingFactor": settings.warm_start,
+        "enableSAT": 0,
+        "collisionFilterMode": 1,
+        "minimumSolverIslandSize": 128,
+        "allowedCcdPenetration": 0.04,
     }
+
+
+def step_parameters(settings: EngineSettings, how: Stepping) -> dict[str, float]:
+    """What `setPhysicsEngineParameter` must be told when the stepping changes."""
+    parameters = {
+        "fixedTimeStep": settings.time_step * sqrt(settings.scale) / how.parts,
+        "numSolverIterations": how.iterations,
+    }
+    if settings.maximal_coordinates:
+        # What overlaps is then parted without being given speed. Stacks at rest creep by it.
+        parameters |= {"useSplitImpulse": int(how.lively), "splitImpulsePenetrationThreshold": 0.0}
+    return parameters
 
 
 def body_parameters(settings: EngineSettings, own_friction: float) -> dict[str, float]:

@@ -50,6 +50,12 @@ TUNED = EngineSettings(
     most_travel=0.004,  # half a plank's thickness
     friction_anchor=True,  # without it tall stacks creep until they fall
 )
+# trial
+MAXI = replace(
+    TUNED, iterations=50, contact_erp=0.2, angular_damping=0.0, friction_anchor=False, edge_radius=1e-4,
+    maximal_coordinates=True, warm_start=0.7, exact_fall=True, lively_speed=0.3, lively_iterations=100,
+    most_mass_ratio=16.0,
+)
 
 # What stands is held by an extension, so the engine below it needs no anchor, which costs collapses their energy
 # balance, and can afford iterations for the few bricks that move.
