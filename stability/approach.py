@@ -7,23 +7,23 @@ looked at; bricks in contact press on each other, and do not hit.
 
 from collections.abc import Container, Mapping
 from dataclasses import dataclass, field
-from math import hypot
+from math import hypot, sqrt
 
 from stability.engine import Engine
-from stability.geometry import box_corners
+from stability.geometry import composed
 from stability.model import BodyId, BodyState, Box, Pose, Vec3
 from stability.separation import Separation, boxes_apart
-from stability.vectors import cross, dot, minus, moved, plus, times
+from stability.vectors import moved, times
 
 # Shares of the smallest side of the flying brick.
 IN_TOUCH = 0.03  # closer, two bricks press on each other: what engines leave between bricks at rest, and a little more
 CLOSE = 0.125  # a millimetre for a plank: so much closer than its speed brings it, a brick counts as about to hit
 AHEAD = 1.0  # how far around a brick is looked
+GLANCE = 0.05  # of the time ahead, over which the speed of closing is taken
 LONGEST_STEP = 1.0 / 240.0  # [s] of an engine whose first step is not over
 STEPS = 2.0  # how many steps ahead, as speed may grow
 MOST_GAPS = 8  # that a flight is followed through; two boxes seldom have more than three
 ROUNDING = 1e-9  # [m]
-ALMOST_TOUCHES = 0.06  # corners within this of the foremost one hit with it
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +56,7 @@ class Approaches:
     engine: Engine
     horizon: float  # [s] in which gravity alone brings nothing close
     least: float = 0.02  # [m/s] slower, nothing is a hit
+    ahead: float = 0.0  # [s] how long before it happens a hit is told, if that is more than two steps
     gravity: float = 0.0  # [m/s2]: what a step of free fall gives a brick that the engine keeps bouncing is no hit
     _now: float | None = field(default=None, init=False)  # [s] of the last look
     _look_at: dict[BodyId, float] = field(default_factory=dict, init=False)  # [s] when to look next
@@ -67,18 +68,19 @@ class Approaches:
         step = since if 0.0 < since < LONGEST_STEP else LONGEST_STEP  # time may have been skipped
         self._now = now
         least = max(self.least, STEPS * self.gravity * step)
+        ahead = max(self.ahead, STEPS * step)
         found = []
         for brick, state in moving.items():
             if now < self._look_at.get(brick, now):
                 continue
             fastest = _fastest(state, size) if (size := self._size(brick)) else 0.0
             if size and fastest > least:
-                near = self._near(brick, state, still, max(AHEAD * min(size), _close(size, fastest, step)))
+                near = self._near(brick, state, still, max(AHEAD * min(size), _close(size, fastest, ahead)))
                 free = min((other.apart.gap for other in near), default=AHEAD * min(size))
                 # Half the way, for whatever makes it faster meanwhile.
-                rest = 0.5 * max(0.0, free - _close(size, fastest, step)) / fastest
+                rest = 0.5 * max(0.0, free - _close(size, fastest, ahead)) / fastest
                 self._look_at[brick] = now + min(self.horizon, rest)
-                found += [hit for other in near if (hit := _hit(_Box(brick, size, state), other, step))]
+                found += [hit for other in near if (hit := _hit(_Box(brick, size, state), other, ahead))]
         return [hit for hit in found if hit.speed > least]
 
     def forget(self, brick: BodyId) -> None:
@@ -103,26 +105,34 @@ class Approaches:
         return found
 
 
-def _close(size: Vec3, speed: float, step: float) -> float:
+def _close(size: Vec3, speed: float, ahead: float) -> float:
     """How near a brick of this speed must be to be about to hit [m]."""
-    return CLOSE * min(size) + STEPS * speed * step
+    return CLOSE * min(size) + ahead * speed
 
 
-def _hit(flying: _Box, other: _Near, step: float) -> Hit | None:
+def _hit(flying: _Box, other: _Near, within: float) -> Hit | None:
     """Follow a flight from gap to gap: while one direction closes, another may keep the bricks apart, and for good."""
     apart, ahead = other.apart, 0.0  # [s]
     for _ in range(MOST_GAPS):
-        towards = times(-1.0, apart.normal_BA_W)
-        speed = _closing(flying.state, flying.size, towards)
-        close = CLOSE * min(flying.size) + ahead * _turning_speed(flying.state, flying.size)
-        if speed <= 0.0 or apart.gap >= close + (STEPS * step - ahead) * speed:
+        speed = (apart.gap - _apart(flying, other.box, ahead + GLANCE * within).gap) / (GLANCE * within)
+        close = CLOSE * min(flying.size)
+        if speed <= 0.0 or apart.gap >= close + (within - ahead) * speed:
             return None
         if apart.gap <= close + ROUNDING:
-            return Hit(flying.id, other.box.id, speed, towards)
+            return Hit(flying.id, other.box.id, speed, times(-1.0, apart.normal_BA_W))
         ahead += (apart.gap - close) / speed
-        then = Pose(moved(flying.state.pose.position_W, ahead, flying.state.velocity_W), flying.state.pose.orientation)
-        apart = boxes_apart(flying.size, then, other.box.size, other.box.state.pose)
-    return Hit(flying.id, other.box.id, speed, towards)
+        apart = _apart(flying, other.box, ahead)
+    return Hit(flying.id, other.box.id, speed, times(-1.0, apart.normal_BA_W))
+
+
+def _apart(flying: _Box, other: _Box, ahead: float) -> Separation:
+    """The separation of two bricks when the one has flown and turned on for a while [s]."""
+    pose, turning = flying.state.pose, times(0.5 * ahead, flying.state.angular_velocity_W)
+    turn = composed((*turning, 1.0), pose.orientation)
+    size = sqrt(sum(part * part for part in turn))
+    x, y, z, w = (part / size for part in turn)
+    then = Pose(moved(pose.position_W, ahead, flying.state.velocity_W), (x, y, z, w))
+    return boxes_apart(flying.size, then, other.size, other.state.pose)
 
 
 def _fastest(state: BodyState, size: Vec3) -> float:
@@ -133,18 +143,3 @@ def _fastest(state: BodyState, size: Vec3) -> float:
 def _turning_speed(state: BodyState, size: Vec3) -> float:
     """A bound on how fast points of a brick move about its centre [m/s]."""
     return 0.5 * hypot(*size) * hypot(*state.angular_velocity_W)
-
-
-def _closing(state: BodyState, size: Vec3, towards_W: Vec3) -> float:
-    """The largest speed, in a direction, of the corners that are foremost in it [m/s]."""
-    corners = box_corners(size, state.pose)
-    foremost = max(dot(corner, towards_W) for corner in corners) - ALMOST_TOUCHES * min(size)
-    return max(
-        dot(plus(state.velocity_W, _turning(state, corner)), towards_W)
-        for corner in corners
-        if dot(corner, towards_W) >= foremost
-    )
-
-
-def _turning(state: BodyState, point_W: Vec3) -> Vec3:
-    return cross(state.angular_velocity_W, minus(point_W, state.pose.position_W))

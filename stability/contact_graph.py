@@ -1,6 +1,6 @@
 """Who rests on whom: orders and neighbourhoods of the brick graph. Nodes are bricks, edges point down to supports."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from heapq import heapify, heappop, heappush
 
 from stability.model import BodyId
@@ -47,4 +47,14 @@ def reached(roots: Iterable[BodyId], onwards: Callable[[BodyId], Iterable[BodyId
         if brick not in found:
             found.add(brick)
             waiting.extend(onwards(brick))
+    return found
+
+
+def components(bricks: Collection[BodyId], touching: Callable[[BodyId], Iterable[BodyId]]) -> list[set[BodyId]]:
+    """Bricks that touch one another, directly or through others of them."""
+    left, found = set(bricks), list[set[BodyId]]()
+    for brick in sorted(bricks):
+        if brick in left:
+            found.append(reached([brick], lambda name: [other for other in touching(name) if other in bricks]))
+            left -= found[-1]
     return found

@@ -13,7 +13,9 @@ from stability.statics.assembly import Assembly
 NO_LINE: Vec3 = (0.0, 0.0, 0.0)  # the direction of what is pressed, not hit
 # Shares of the hold-off, a tenth of a second for planks, and of the speed at rest.
 HORIZON = 0.05
+AHEAD = 0.1  # contacts of what is woken start without force, and have found it by then
 PERIOD = 0.02
+PRESSES = 0.1  # before, forces that have just begun say little
 HITS = 4.0  # a plank that is hit at 20 mm/s and slides on wood moves by 0.05 mm
 
 
@@ -37,8 +39,14 @@ class Disturbances:
     _looked: float = field(default=0.0, init=False)  # when loads were last looked at [s]
 
     def __post_init__(self) -> None:
-        self._approaches = Approaches(self.engine, HORIZON * self.rest.hold_off, HITS * self.rest.speed, self.gravity)
-        self._overloads = Overloads(self.engine, PERIOD * self.rest.hold_off)
+        self._approaches = Approaches(
+            self.engine,
+            HORIZON * self.rest.hold_off,
+            HITS * self.rest.speed,
+            AHEAD * self.rest.hold_off,
+            self.gravity,
+        )
+        self._overloads = Overloads(self.engine, PRESSES * self.rest.hold_off)
 
     def least_speed(self) -> float:
         """A brick that is hit more slowly, or pushed to less, stays where it is [m/s]."""
@@ -61,6 +69,11 @@ class Disturbances:
         """These bricks are frozen now."""
         for brick in bricks:
             self._approaches.forget(brick)
+        self._overloads.forget()
+
+    def forget(self, brick: BodyId) -> None:
+        """A brick is gone; its name is free again."""
+        self._approaches.forget(brick)
         self._overloads.forget()
 
     def woke(self) -> None:

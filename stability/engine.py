@@ -56,7 +56,7 @@ class Joining(Protocol):
     """
 
     def join(self, bricks: Collection[BodyId]) -> None:
-        """Let these frozen bricks move from now on as one; they start at rest."""
+        """Let these bricks move from now on as one, with the momentum and angular momentum that they have."""
 
     def part(self, brick: BodyId) -> tuple[BodyId, ...]:
         """Let all that a brick is joined to move one by one, each with the motion that it has; these are they."""
@@ -75,6 +75,9 @@ class World(Engine, Joining, Protocol):
     def limit_travel(self, fastest: float) -> None:
         """Say how fast the bodies of the coming steps are at most [m/s], so that none passes through another."""
 
+    def ease_in(self) -> None:
+        """Say that bodies which did not press on each other begin to with the coming step."""
+
     def skip(self, duration: float) -> None:
         """Let time pass in which nothing can move [s]."""
 
@@ -88,7 +91,7 @@ class World(Engine, Joining, Protocol):
         """Give a brick that is not frozen an impulse [N s] at a point [m]."""
 
     def remove_brick(self, brick: BodyId) -> None:
-        """Take a brick out; its name is free again."""
+        """Take a brick out; its name is free again. What it was joined to is parted."""
 
     def close(self) -> None:
         """End the world; nothing of it is left."""

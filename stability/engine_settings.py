@@ -38,3 +38,7 @@ class EngineSettings:
     # root of what it has more, into no more than so many parts.
     most_mass_ratio: float | None = None
     most_parts: int = 16
+    # Contact forces start from nothing, so that bodies which begin to press fall freely for a step, and the kick by
+    # which that is taken back grows with the step: so many of the first steps are split into so many parts.
+    first_steps: int = 0
+    first_parts: int = 1

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from stability.model import BodyId, Pose
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Stability, Verdict
+from stability.statics.onset import as_it_begins
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,8 +20,8 @@ class Judgement:
 
 
 def followed(assembly: Assembly, verdict: Verdict) -> Judgement:
-    """Take out of an assembly what moves or is in doubt, until what is left is proven."""
-    first = verdict
+    """Take out of an assembly what begins to move or is in doubt, until what is left is proven."""
+    first = verdict = as_it_begins(assembly, verdict)
     released: dict[BodyId, Pose] = {}
     lowest: tuple[BodyId, ...] = ()
     while verdict.stability is not Stability.STABLE:
@@ -28,5 +29,5 @@ def followed(assembly: Assembly, verdict: Verdict) -> Judgement:
         poses = {brick: assembly.bricks[brick].pose for brick in moving}
         lowest = lowest or (min(moving, key=lambda brick: (poses[brick].position_W[2], brick)),)
         released |= poses
-        verdict = assembly.remove(moving)
+        verdict = as_it_begins(assembly, assembly.remove(moving))
     return Judgement(first, verdict, released, lowest)

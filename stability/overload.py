@@ -1,8 +1,8 @@
 """Which frozen bricks are pressed by what moves beyond what the proof says that they can take.
 
-Straight down a brick takes any load inside its load core (statics/load_core.py). Sideways it gives way when friction
-below and above it is used up: with an impulse J beyond the friction F that holds it, and its mass M, it has moved by
-J^2 / (2 M F). A moment's excess is what every solver has, so both must show for a while.
+Straight down a brick takes any load inside its load core (statics/load_core.py); of others, statics are asked.
+Sideways it gives way when friction below and above it is used up: with an impulse J beyond the friction F that holds
+it, and its mass M, it has moved by J^2 / (2 M F). A moment's excess is what every solver has, so both must last.
 """
 
 from collections import defaultdict
@@ -13,7 +13,9 @@ from math import hypot
 from stability.engine import Engine
 from stability.model import BodyId, ContactPoint, Vec3
 from stability.statics.assembly import Assembly
-from stability.vectors import moved, plus
+from stability.statics.extra_load import withstands
+from stability.statics.facts import Placed, Wrench
+from stability.vectors import cross, minus, moved, plus, times
 
 MOVED = 0.0064  # share of the smallest side, 0.05 mm for a plank: it has given way when it would have moved so far
 OUTSIDE = 0.04  # share of the smallest side by which a load must lie outside the core
@@ -28,7 +30,7 @@ class Overloads:
     engine: Engine
     tips_after: float  # [s] of a load outside the core
     _excess: dict[BodyId, float] = field(default_factory=dict, init=False)  # impulse beyond friction [N s]
-    _outside: dict[BodyId, float] = field(default_factory=dict, init=False)  # how long the load has been there [s]
+    _outside: dict[BodyId, "_Load"] = field(default_factory=dict, init=False)  # loads outside the core
     _holding: dict[BodyId, float] = field(
         default_factory=dict, init=False
     )  # normal forces that hold it by friction [N]
@@ -76,18 +78,52 @@ class Overloads:
     def _tips(
         self, assembly: Assembly, brick: BodyId, forces: Collection[tuple[ContactPoint, Vec3]], step: float
     ) -> bool:
-        placed = assembly.bricks[brick].brick
-        down = sum(-force[2] for _, force in forces)
-        if down < COUNTS * placed.mass * assembly.gravity:
+        """Whether a load outside the core has been there for a while, and is more than statics allow."""
+        placed = assembly.bricks[brick]
+        load = _wrench(placed.pose.position_W, forces)
+        down = -load.force_W[2]
+        if down < COUNTS * placed.brick.mass * assembly.gravity or _within_core(assembly, placed, forces, down):
             self._outside.pop(brick, None)
             return False
-        x = sum(-force[2] * point.position_W[0] for point, force in forces) / down
-        y = sum(-force[2] * point.position_W[1] for point, force in forces) / down
-        if assembly.core_depth(brick, (x, y)) >= -OUTSIDE * min(placed.size):
-            self._outside.pop(brick, None)
+        seen = self._outside.setdefault(brick, _Load())
+        seen.add(load, step)
+        if seen.span <= self.tips_after:
             return False
-        self._outside[brick] = self._outside.get(brick, 0.0) + step
-        return self._outside[brick] > self.tips_after
+        del self._outside[brick]
+        return not withstands(assembly, {brick: seen.mean()})
+
+
+@dataclass
+class _Load:
+    """A load over a while."""
+
+    span: float = 0.0  # [s]
+    force_W: Vec3 = NO_FORCE  # summed over time [N s]
+    torque_W: Vec3 = NO_FORCE  # [N m s]
+
+    def add(self, load: Wrench, step: float) -> None:
+        self.span += step
+        self.force_W = moved(self.force_W, step, load.force_W)
+        self.torque_W = moved(self.torque_W, step, load.torque_W)
+
+    def mean(self) -> Wrench:
+        return Wrench(times(1.0 / self.span, self.force_W), times(1.0 / self.span, self.torque_W))
+
+
+def _wrench(centre_W: Vec3, forces: Collection[tuple[ContactPoint, Vec3]]) -> Wrench:
+    force, torque = NO_FORCE, NO_FORCE
+    for point, part in forces:
+        force = plus(force, part)
+        torque = plus(torque, cross(minus(point.position_W, centre_W), part))
+    return Wrench(force, torque)
+
+
+def _within_core(
+    assembly: Assembly, placed: Placed, forces: Collection[tuple[ContactPoint, Vec3]], down: float
+) -> bool:
+    x = sum(-force[2] * point.position_W[0] for point, force in forces) / down
+    y = sum(-force[2] * point.position_W[1] for point, force in forces) / down
+    return assembly.core_depth(placed.brick.id, (x, y)) >= -OUTSIDE * min(placed.brick.size)
 
 
 def _force_on(brick: BodyId, point: ContactPoint) -> Vec3:

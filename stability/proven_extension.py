@@ -19,7 +19,7 @@ from stability.judgement import Judgement, followed
 from stability.model import AT_REST, EARTH, BodyId, BodyState, Plane, Pose, Vec3
 from stability.putting_back import Homes
 from stability.refusals import Refusals
-from stability.region import region
+from stability.region import region, touching
 from stability.riders import Riders
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability, Verdict
@@ -89,9 +89,7 @@ class ProvenStability:
         for brick in gone:
             self._awake.discard(brick)
             self._announced.discard(brick)
-            self._held.let_go(brick)
-            self._stillness.forget(brick)
-            self._refusals.forget(brick)
+            self._forget(brick)
         self._refusals.changed()
         judgement = followed(self.assembly, self.assembly.remove(frozen))
         if frozen or not self._awake:  # else nothing was asked that was not proven before
@@ -133,8 +131,10 @@ class ProvenStability:
 
     def struck(self, brick: BodyId, impulse_W: Vec3) -> Update:
         """Say that a brick is about to be given an impulse [N s]: what that disturbs is woken before."""
+        if brick in self._riders:
+            self._riders.part(brick)  # a push moves one brick of a group, however gently
         speed = norm(impulse_W) / self.engine.masses()[brick]
-        if speed < self._disturbances.least_speed() or brick not in {*self.assembly.bricks, *self._riders.bricks}:
+        if speed < self._disturbances.least_speed() or not self.is_frozen(brick):
             return Update()
         along_W = times(1.0 / norm(impulse_W), impulse_W)
         return self._wake_struck(Disturbed({brick: along_W}, f"{brick} pushed to {speed:.3g} m/s"))
@@ -241,18 +241,20 @@ class ProvenStability:
         """Wake what a disturbance reaches, as a region in which some ride along."""
         for brick in disturbed.struck:
             if brick in self._riders:
-                self._riders.part(brick)
+                self._riders.release(brick)
         struck = {brick: along_W for brick, along_W in disturbed.struck.items() if self.is_frozen(brick)}
         if not struck:
             return Update()
         reached = region(self.assembly, struck, ride=self.joiner is not None)
         riding = {brick for group in reached.riding for brick in group}
         placed = {brick: self.assembly.bricks[brick] for brick in (*reached.one_by_one, *sorted(riding))}
+        touched = {brick: sorted(touching(self.assembly, brick)) for brick in riding}
         judgement = followed(self.assembly, self.assembly.remove(placed))
         poses = {**{brick: was.pose for brick, was in placed.items()}, **judgement.released}
         self._homes.left(poses)
         for group in reached.riding:
-            self._riders.join(group, poses, min(min(placed[brick].brick.size) for brick in group))
+            side = min(min(placed[brick].brick.size) for brick in group)
+            self._riders.join({brick: poses[brick] for brick in group}, touched, side)
         self._refusals.changed()
         self._let_go(poses.keys() - riding)
         self._let_ride(riding)
@@ -319,10 +321,18 @@ class ProvenStability:
             gone = [brick for brick in frozen if brick not in bricks]
         lost = gone + self._held.released(brick for brick in frozen if brick not in gone)
         for brick in lost:
-            self._held.let_go(brick)
-            self._stillness.forget(brick)
-            self._refusals.forget(brick)
+            self._forget(brick)
         return lost
+
+    def _forget(self, brick: BodyId) -> None:
+        """A brick is gone, or is no longer what it was; an engine parts what it was joined to."""
+        if brick in self._riders:
+            self._riders.parted(brick)
+        self._homes.settled([brick])
+        self._disturbances.forget(brick)
+        self._held.let_go(brick)
+        self._stillness.forget(brick)
+        self._refusals.forget(brick)
 
     def _fixed(self) -> tuple[tuple[Plane, ...], tuple[Placed, ...]]:
         return fixed_bodies(self.engine, self.friction) if self.planes is None else (tuple(self.planes), ())

@@ -8,8 +8,9 @@ moves as one rigid body, true to its mass and inertia. All else stays frozen unt
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
-from stability.contact_graph import reached
+from stability.contact_graph import components, reached
 from stability.model import BodyId, Vec3
+from stability.riders import FEWEST
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Contact
 from stability.vectors import dot
@@ -17,7 +18,6 @@ from stability.vectors import dot
 IN_LINE = 0.7  # cosine between a hit and the normal of a contact through which it goes on as it is
 SIDEWAYS = 0.5  # vertical part of a normal up to which bricks stand side by side
 LEVEL = 1.0 - 1e-6  # vertical part of a normal from which on what lies on a contact may ride
-FEWEST = 3  # bricks for which a rigid body is worth its making
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,10 +33,14 @@ def region(assembly: Assembly, struck: Mapping[BodyId, Vec3], ride: bool) -> Reg
     lined: set[BodyId] = set()
     for brick, along_W in struck.items():
         lined |= reached([brick], lambda name, along_W=along_W: _behind(assembly, name, along_W))  # type: ignore[misc]
-    core = lined | {other for brick in lined for other in _touching(assembly, brick)}
+    core = lined | {other for brick in lined for other in touching(assembly, brick)}
     above = assembly.with_all_above(core) - core
     between = above & assembly.with_all_below(core)  # they carry part of the core, so they do not keep their place
-    riding = [group for group in _groups(assembly, above - between) if ride and _may_ride(assembly, group)]
+    riding = [
+        group
+        for group in components(above - between, lambda name: touching(assembly, name))
+        if ride and _may_ride(assembly, group)
+    ]
     one_by_one = (core | above).difference(*riding)
     return Region(tuple(sorted(one_by_one)), tuple(tuple(sorted(group)) for group in riding))
 
@@ -45,26 +49,15 @@ def _behind(assembly: Assembly, brick: BodyId, along_W: Vec3) -> list[BodyId]:
     """The bricks that stand beside a brick in line with a hit."""
     return [
         other
-        for other, contact in _touching(assembly, brick).items()
+        for other, contact in touching(assembly, brick).items()
         if any(abs(n[2]) < SIDEWAYS and abs(dot(n, along_W)) > IN_LINE for n in contact.normals_W)
     ]
 
 
-def _touching(assembly: Assembly, brick: BodyId) -> dict[BodyId, Contact]:
+def touching(assembly: Assembly, brick: BodyId) -> dict[BodyId, Contact]:
     """The other bricks that touch a brick."""
     found = {c.lower if c.upper == brick else c.upper: c for c in assembly.contacts(brick)}
     return {other: contact for other, contact in found.items() if other in assembly.bricks}
-
-
-def _groups(assembly: Assembly, bricks: Collection[BodyId]) -> list[set[BodyId]]:
-    """Bricks that touch one another, directly or through others."""
-    left, found = set(bricks), []
-    for brick in sorted(bricks):
-        if brick in left:
-            group = reached([brick], lambda name: [other for other in _touching(assembly, name) if other in bricks])
-            left -= group
-            found.append(group)
-    return found
 
 
 def _may_ride(assembly: Assembly, group: Collection[BodyId]) -> bool:

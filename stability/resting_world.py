@@ -42,6 +42,9 @@ class RestingWorld:
         if self._world is not None:
             self._world.limit_travel(fastest)
 
+    def ease_in(self) -> None:
+        self._engine().ease_in()
+
     def skip(self, duration: float) -> None:
         if self._world is None:
             self._clock += duration

@@ -50,6 +50,26 @@ def grouped(bricks: Iterable[tuple[Brick, Pose]]) -> RigidGroup:
     )
 
 
+def common_motion(group: RigidGroup, states: Mapping[BodyId, BodyState]) -> tuple[Vec3, Vec3]:
+    """Velocity [m/s] and turning [rad/s], in W, of a group with the momentum and angular momentum of its bricks."""
+    velocity = twist = (0.0, 0.0, 0.0)
+    for name, brick in group.bricks.items():
+        state = states[name]
+        velocity = plus(velocity, times(brick.mass / group.mass, state.velocity_W))
+        arm = minus(state.pose.position_W, group.pose.position_W)
+        twist = plus(twist, times(brick.mass, cross(arm, state.velocity_W)))
+        twist = plus(twist, _turned_by(moments(brick.size, brick.mass), state.pose, state.angular_velocity_W))
+    a, b, c = group.moments
+    return velocity, _turned_by((1.0 / a, 1.0 / b, 1.0 / c), group.pose, twist)
+
+
+def _turned_by(diagonal: Vec3, pose: Pose, vector_W: Vec3) -> Vec3:
+    """A tensor that is diagonal in the axes of a body, times a vector, in W."""
+    x, y, z, w = pose.orientation
+    u, v, t = turned((-x, -y, -z, w), vector_W)
+    return turned(pose.orientation, (diagonal[0] * u, diagonal[1] * v, diagonal[2] * t))
+
+
 def _inertia(brick: Brick, pose: Pose, centre: Vec3) -> Matrix:
     """The inertia of a brick about a point of W (3, 3) [kg m2], by the parallel axis theorem."""
     axes = np.array(body_axes(pose.orientation)).T

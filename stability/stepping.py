@@ -17,6 +17,7 @@ class Awake:
 
     fastest: float = 0.0  # [m/s] no body will be faster before the next look
     mass_ratio: float = 1.0  # of the heaviest to the lightest
+    begins: bool = False  # whether bodies that did not press on each other begin to
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,8 +32,9 @@ class Stepping:
 def stepping(settings: EngineSettings, awake: Awake) -> Stepping:
     """How to step what is awake with these settings."""
     lively = settings.lively_speed is not None and awake.fastest > settings.lively_speed
+    for_beginning = settings.first_parts if awake.begins else 1
     return Stepping(
-        max(_for_travel(settings, awake.fastest), _for_masses(settings, awake.mass_ratio)),
+        max(_for_travel(settings, awake.fastest), _for_masses(settings, awake.mass_ratio), for_beginning),
         settings.lively_iterations if lively else settings.iterations,
         lively,
     )

@@ -109,6 +109,7 @@ class Cost:
     steps: int  # engine steps
     judgements: int  # passes of the stability extension
     proofs: Mapping[str, int] = field(default_factory=dict)  # how many times bricks were proven to stand, by stage
+    one_by_one: int = 0  # most bricks at a time that the engine moved one by one, rather than held or moved as one body
 
 
 @dataclass(frozen=True, slots=True)

@@ -236,3 +236,32 @@ def test_a_plank_that_lands_on_a_group_lies_on_the_brick_under_it() -> None:
         assert engine.states(["plank"])["plank"].pose.position_W[2] == pytest.approx(20.5 * THICKNESS, abs=2e-4)
         assert {p.b if p.a == "plank" else p.a for p in engine.contacts("plank")} == {"L20.1", "L20.2"}
         assert engine.near("plank") == ["L20.1", "L20.2"]
+
+
+def test_taking_a_brick_out_of_a_group_lets_the_others_go_on_by_themselves() -> None:
+    names = ["a", "b", "c"]
+    with world() as engine:
+        put(engine, {name: Pose((0.3 * i, 0.0, 0.5)) for i, name in enumerate(names)})
+        engine.join(names)
+        stepped(engine, 96)  # a tenth of a second of free fall
+        before = engine.states(["a", "c"])
+        engine.remove_brick("b")
+        assert engine.states(["a", "c"]) == pytest.approx(before)
+        assert before["a"].velocity_W[2] == pytest.approx(-0.981, rel=1e-6)
+        assert sorted(engine.masses()) == ["a", "c"]
+        engine.freeze("a")
+        stepped(engine, 480)
+        states = engine.states(["a", "c"])
+    assert states["a"].velocity_W == (0.0, 0.0, 0.0)
+    assert states["c"].pose.position_W[2] == pytest.approx(THICKNESS / 2.0, abs=1e-4)
+
+
+def test_joining_and_parting_prints_nothing_on_the_terminal(capfd: pytest.CaptureFixture[str]) -> None:
+    with world() as engine:
+        put(engine, four_stack([1, 2]))
+        for _ in range(2):
+            engine.join(list(engine.masses()))
+            engine.part("L01.1")
+            for name in engine.masses():
+                engine.freeze(name)
+    assert capfd.readouterr() == ("", "")

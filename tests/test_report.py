@@ -319,6 +319,7 @@ def test_the_json_report_holds_all_that_the_report_holds() -> None:
         "steps": 9600,
         "judgements": 120,
         "proofs": {"load core": 8},
+        "one_by_one": 0,
     }
     assert (first["truths"][0]["passed"], first["truths"][0]["margin_unit"]) == (False, "levels")
     assert whole["results"][3]["message"] == "the worker was killed by SIGSEGV"

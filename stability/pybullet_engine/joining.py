@@ -1,7 +1,8 @@
 """A PyBullet world of one's own in which bricks can be joined, to move as one rigid body.
 
 A group is a body of its own with the shapes of its bricks. The bodies of the bricks stay where they were, without mass,
-and collide with nothing until they are parted: that costs less than to make them anew.
+and collide with nothing until they are parted: that costs less than to make them anew. The shape of a group that was
+parted stays with the client until it is closed: PyBullet counts it as used for good, and refuses to remove it.
 """
 
 from collections.abc import Collection, Iterator, Sequence
@@ -12,7 +13,7 @@ from stability.geometry import box_corners
 from stability.model import BodyId, BodyState, ContactPoint, Pose, Vec3
 from stability.pybullet_engine.binding import pybullet
 from stability.pybullet_engine.world import PlainWorld
-from stability.rigid_group import RigidGroup, Surfaces, grouped, member_state, seen_from, surfaces
+from stability.rigid_group import RigidGroup, Surfaces, common_motion, grouped, member_state, seen_from, surfaces
 from stability.vectors import minus, plus, times
 
 MOVING_THINGS, ALL = 1, -1  # PyBullet's own collision group and mask of what is made with mass
@@ -36,16 +37,21 @@ class PyBulletWorld(PlainWorld):
     _groups: dict[BodyId, Joined] = field(default_factory=dict, init=False)  # by the name of the group's body
 
     def join(self, bricks: Collection[BodyId]) -> None:
-        poses = self.states(bricks)
-        group = grouped((self._bricks[brick], poses[brick].pose) for brick in bricks)
+        states = self.states(bricks)
+        group = grouped((self._bricks[brick], states[brick].pose) for brick in bricks)
+        awake = [not self.holds(brick) for brick in group.bricks]
+        for brick in group.bricks:
+            self.freeze(brick)
         own = {brick: self._bodies.pop(brick) for brick in group.bricks}
         for body in own.values():
             pybullet.setCollisionFilterGroupMask(body, -1, 0, 0, self.client)
         joined = Joined(group, surfaces(group), f"group of {next(iter(own))}", own)
         self._add_group(joined)
         self._groups[joined.name] = joined
-        self._comes_free(joined.name)
+        if not any(awake):
+            self._comes_free(joined.name)
         self._joined |= dict.fromkeys(own, joined)
+        self._set_motion(self._bodies[joined.name], *common_motion(group, states))
 
     def _add_group(self, joined: Joined) -> None:
         group = joined.group
@@ -82,6 +88,16 @@ class PyBulletWorld(PlainWorld):
     def _awake_masses(self) -> list[float]:
         free = [mass for name, mass in self._masses.items() if name not in self._joined and not self.holds(name)]
         return free + [joined.group.mass for joined in self._groups.values()]
+
+    def freeze(self, brick: BodyId) -> None:
+        if brick in self._joined:
+            self.part(brick)
+        super().freeze(brick)
+
+    def remove_brick(self, brick: BodyId) -> None:
+        if brick in self._joined:
+            self.part(brick)
+        super().remove_brick(brick)
 
     def holds(self, brick: BodyId) -> bool:
         return brick not in self._joined and super().holds(brick)

@@ -44,6 +44,7 @@ class PlainWorld(PyBulletBodies):
     _told_stepping: Stepping = field(init=False)  # what the engine knows
     _last_step: float = field(default=0.0, init=False)  # how long the last engine step was [s]
     _let_go: set[BodyId] = field(default_factory=set, init=False)  # since the last step
+    _eased: int = field(default=0, init=False)  # steps to come in which bodies begin to press
     _solids: Solids = field(init=False)
     _planes: dict[BodyId, Plane] = field(default_factory=dict, init=False)
     _reach: float = field(default=HALF_SPACE, init=False)  # half the side of the boxes that stand for planes [m]
@@ -84,6 +85,9 @@ class PlainWorld(PyBulletBodies):
         self._first_step(self.settings.time_step / parts)
         for _ in range(parts - 1):
             pybullet.stepSimulation(self.client)
+        if self._eased:
+            self._eased -= 1
+            self._stepping = self._stepping if self._eased else None
         self._clock += self.settings.time_step
 
     def _first_step(self, duration: float) -> None:
@@ -107,10 +111,14 @@ class PlainWorld(PyBulletBodies):
         """Say how fast the bodies of the coming steps are at most [m/s]; steps are taken to suit that."""
         self._fastest, self._stepping = fastest, None
 
+    def ease_in(self) -> None:
+        """Say that bodies which did not press on each other begin to: split the first steps, as the settings say."""
+        self._eased, self._stepping = self.settings.first_steps, None
+
     def _suited(self) -> Stepping:
         """How to step what is awake; the engine knows it."""
         if self._stepping is None:
-            self._stepping = stepping(self.settings, Awake(self._fastest, self._mass_ratio()))
+            self._stepping = stepping(self.settings, Awake(self._fastest, self._mass_ratio(), self._eased > 0))
             if self._stepping != self._told_stepping:
                 parameters = step_parameters(self.settings, self._stepping)
                 pybullet.setPhysicsEngineParameter(**parameters, physicsClientId=self.client)

@@ -27,7 +27,7 @@ def pivots(claim: Pivots, trace: Trace) -> Finding:
         named = trace.statics is not None and trace.statics.motion is not None
         why = "nothing that was proven to fall turned by 5 deg" if named else "it names no motion"
         return Finding(why, -1.0, "", passed=False)
-    pairs = _displacements(onset)
+    pairs = seen_displacements(onset)
     if pairs is None:
         return Finding("the motion that the proof names does not turn", -1.0, "", passed=False)
     parts = []
@@ -36,15 +36,15 @@ def pivots(claim: Pivots, trace: Trace) -> Finding:
         held = claim.about in onset.about
         parts.append(Finding(f"about {found}", inf if held else -1.0, "" if held else "bodies", passed=held))
     if claim.within is not None:
-        angle = _widest_angle(pairs)
+        angle = widest_angle(pairs)
         parts.append(at_most(claim.within, angle, "deg", f"within {degrees(angle):.3g} deg"))
     if claim.proportions is not None:
-        off = _largest_difference(pairs)
+        off = largest_difference(pairs)
         parts.append(at_most(claim.proportions, off, "%", f"proportions within {PERCENT * off:.3g} %"))
     return all_of(parts)
 
 
-def _displacements(onset: Onset) -> list[tuple[Vec3, Vec3]] | None:
+def seen_displacements(onset: Onset) -> list[tuple[Vec3, Vec3]] | None:
     """How far each brick gets by so much of the proven motion, and how far it was seen to [m]; None without a turn."""
     motion = Motion({name: onset.motion.velocity[name] for name in onset.poses})
     fastest = max(motion.velocity, key=lambda name: norm(motion.velocity[name][1]))
@@ -70,7 +70,7 @@ def along_screw(velocity_W: Vec3, spin_W: Vec3, lasts: float) -> Vec3:
     return plus(straight, plus(sideways, times((angle - sin(angle)) / angle**3, cross(turn, across))))
 
 
-def _widest_angle(pairs: list[tuple[Vec3, Vec3]]) -> float:
+def widest_angle(pairs: list[tuple[Vec3, Vec3]]) -> float:
     """Between proven and seen displacements, of the bricks that go far enough to have a direction [rad]."""
     far = SMALL * max(norm(proven) for proven, _ in pairs)
     return max(_angle(proven, seen) for proven, seen in pairs if norm(proven) >= far)
@@ -81,7 +81,7 @@ def _angle(one: Vec3, other: Vec3) -> float:
     return acos(max(-1.0, min(1.0, dot(one, other) / lengths))) if lengths > 0.0 else pi
 
 
-def _largest_difference(pairs: list[tuple[Vec3, Vec3]]) -> float:
+def largest_difference(pairs: list[tuple[Vec3, Vec3]]) -> float:
     """Between how far bricks were proven and seen to go, both as shares of the brick that was proven to go furthest."""
     furthest, seen_of_it = max(pairs, key=lambda pair: norm(pair[0]))
     if norm(seen_of_it) == 0.0:

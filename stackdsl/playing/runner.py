@@ -11,6 +11,7 @@ from math import hypot
 from time import perf_counter
 
 from stability.engine import World
+from stability.falling import FallingParts
 from stability.model import BodyId, BodyState
 from stability.separation import boxes_apart
 from stability.statics.facts import Stability
@@ -64,12 +65,15 @@ class _Run:
     forces: ForceMeter = field(default_factory=ForceMeter)
     steps: int = 0
     judgements: int = 0
+    one_by_one: int = 0
     proofs: Counter[str] = field(default_factory=Counter)  # bricks by what proved them
     last_action: float = 0.0  # [s]
 
     def __post_init__(self) -> None:
         self.measures = Measures(self.timeline)
         self.watch = self.measures.watch
+        scene = self.timeline.world
+        self.falling = FallingParts(self.world, scene.planes, scene.friction, scene.gravity)
 
     def play(self) -> None:
         for moment in self.timeline.moments():
@@ -95,6 +99,7 @@ class _Run:
             self._close_placement()
         if self._nothing_can_move():
             self.gave_way = None  # what failed before has come to rest again, and is not what fails now
+        self.falling.end()
         match moment:
             case Removal():
                 self._remove(moment)
@@ -189,7 +194,9 @@ class _Run:
             if self._nothing_can_move():
                 self.world.skip(until - self.world.time())
                 return
+            self.falling.begin()
             self.world.step()
+            self.falling.follow()
             self.steps += 1
             if self.extension is not None:
                 self._judge(self.extension)
@@ -224,14 +231,25 @@ class _Run:
             self._tell(Event(now, EventKind.FROZEN, stays, update.proof))
         if update.woken:
             self._tell(Event(now, EventKind.WOKEN, update.woken, update.reason))
+        if update.failed:
+            self._let_fall()
+        elif update.woken:
+            self.world.ease_in()
         if update.failed and self.gave_way is None:
             self.gave_way = min(update.failed, key=list(self.watch.bricks).index)
+
+    def _let_fall(self) -> None:
+        verdict = self.extension.verdict() if self.extension is not None else None
+        if self.extension is not None and verdict is not None:
+            self.falling.woken(self.extension.awake(), verdict.motion)
 
     def _look(self) -> bool:
         """See all that moves; True if a collapse is known."""
         now = self.world.time()
         moving = self._moving()
         states = self.world.states(moving)
+        riding = len(self.extension.riding()) if self.extension is not None else 0
+        self.one_by_one = max(self.one_by_one, len(moving) - riding)
         self.measures.look(now, states)
         self._limit_travel(states)
         if self.extension is None and now >= self._end() - FORCE_WINDOW:
@@ -260,7 +278,7 @@ class _Run:
             tracks=tracks,
             edges=tuple(edge for name in standing for edge in _edges(name, shares.get(name, {}))),
             collapse=self.collapse,
-            cost=Cost(wall_time, self.world.time(), self.steps, self.judgements, self._proofs()),
+            cost=Cost(wall_time, self.world.time(), self.steps, self.judgements, self._proofs(), self.one_by_one),
             edges_when_placed=self.carried_at_first,
             world=self.timeline.world,
             statics=self.extension.verdict() if self.extension is not None else None,

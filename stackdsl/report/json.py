@@ -85,6 +85,7 @@ def _cost(cost: Cost) -> dict[str, object]:
         "steps": cost.steps,
         "judgements": cost.judgements,
         "proofs": dict(cost.proofs),
+        "one_by_one": cost.one_by_one,
     }
 
 

@@ -1,0 +1,202 @@
+"""How does the slant tower fall? The rigid body, engines with every brick awake, `exact` and `thesis` side by side.
+
+Run it with `python -m benchmarks.collapse`. Each tower is set down as high as it is when it falls. Landing is when the
+kinetic energy of what falls is largest; reach is how far its centre of mass has then got sideways. Directions and
+proportions are held against the motion that the proof names, when the tower has turned by 5 deg.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import asin, cos, degrees, radians, sin, sqrt
+from pathlib import Path
+from statistics import median
+from time import perf_counter
+
+from rich.console import Console
+from rich.table import Table
+
+from stability.engine import World
+from stability.falling import FallingParts
+from stability.geometry import turn_between
+from stability.model import BodyId, BodyState
+from stability.pybullet_engine import PyBulletWorld
+from stability.statics.assembly import Assembly
+from stability.statics.facts import Motion, Placed, Problem
+from stability.statics.onset import as_it_begins
+from stability.statics.turning import Turn, turn_of
+from stability.vectors import cross, dot, minus
+from stability.watching import Extension
+from stackdsl.gathering import gather
+from stackdsl.judging.falling import largest_difference, seen_displacements, widest_angle
+from stackdsl.playing.energy import kinetic_energy
+from stackdsl.playing.opening import extension_for
+from stackdsl.playing.systems import HELD, MOVING, SYSTEMS, System
+from stackdsl.timeline import Timeline
+from stackdsl.trace import Onset
+
+SCENARIO = Path(__file__).parent.parent / "scenarios" / "slant-tower.yaml"
+# The brick with which each tower falls.
+LAST = {
+    "slant-tower": {"exact": "L7.2", "thesis": "L8.1"},
+    "slant-tower-flush": {"exact": "L10.2", "thesis": "L11.1"},
+}
+STEPS = (960, 1920, 3840, 7680)  # a second
+FOLLOWED, LOOK = 0.6, 1.0 / 960.0  # [s]
+HALF, BEGUN = radians(15.0), radians(5.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Fall:
+    """What one run showed."""
+
+    slow: float  # [s] until it had turned by 15 deg
+    reach: float  # [m]
+    landed: float  # [s]
+    direction: float  # largest error [rad]
+    proportion: float  # largest error, of the brick that goes furthest
+    gain: float  # of energy, of the potential energy above the ground
+    cost: float  # [s of wall time]
+
+
+def main() -> None:
+    """Let them fall, and print the tables."""
+    for case in gather([SCENARIO]).cases:
+        if case.system != "exact":
+            continue
+        name, last = case.identity.scenario, LAST[case.identity.scenario]
+        tower, taller = (_up_to(case.timeline, last[system]) for system in ("exact", "thesis"))
+        table = Table(name, "15 deg ms", "lands ms", "reach mm", "direction deg", "proportions %", "energy %", "wall s")
+        table.add_row("rigid body (closed form)", f"{1000.0 * rigid_time(tower, HALF):.1f}", *[""] * 6)
+        for settings, edges in ((HELD, "sharp"), (replace(MOVING, first_steps=0), "rounded")):
+            for rate in STEPS:
+                system = System("", "", replace(settings, time_step=1.0 / rate), method=None)
+                _add(table, f"all awake, {edges} edges, 1/{rate} s", fall(tower, system))
+        _add(table, f"exact, at {last['exact']}", fall(tower, SYSTEMS["exact"]))
+        _add(table, f"thesis, at {last['thesis']}", fall(taller, SYSTEMS["thesis"]))
+        Console(width=140).print(table)
+
+
+def _add(table: Table, name: str, fall: Fall) -> None:
+    numbers = (1000.0 * fall.slow, 1000.0 * fall.landed, 1000.0 * fall.reach, degrees(fall.direction))
+    shares = (100.0 * fall.proportion, 100.0 * fall.gain)
+    table.add_row(name, *(f"{n:.1f}" for n in numbers), *(f"{n:.2f}" for n in shares), f"{fall.cost:.2f}")
+
+
+def _up_to(timeline: Timeline, last: BodyId) -> Timeline:
+    """The tower as high as it is when it falls, set down at once."""
+    names = [placed.brick.id for placed in timeline.placements]
+    kept = timeline.placements[: names.index(last) + 1]
+    return replace(timeline, actions=tuple(replace(placed, time=0.0) for placed in kept))
+
+
+def motion_of(timeline: Timeline) -> tuple[Problem, Motion]:
+    """What statics says that the tower begins to do."""
+    scene = timeline.world
+    assembly = Assembly(scene.planes, scene.friction, scene.gravity)
+    verdict = as_it_begins(assembly, assembly.add_all(Placed(p.brick, p.pose) for p in timeline.placements))
+    if verdict.motion is None:
+        raise ValueError("this tower does not fall")
+    return assembly.problem(verdict.moving), verdict.motion
+
+
+def fall(timeline: Timeline, system: System) -> Fall:
+    """Let a tower fall on a system."""
+    scene, started = timeline.world, perf_counter()
+    world = PyBulletWorld.opened(system.engine, scene.gravity, scene.friction, timeline.placements[0].brick.mass)
+    for plane in scene.planes:
+        world.add_plane(plane)
+    for placed in timeline.placements:
+        world.add_brick(placed.brick, placed.pose)
+    extension = extension_for(timeline, system, world)
+    falling = FallingParts(world, scene.planes, scene.friction, scene.gravity)
+    if extension is not None:
+        _set_down(extension, falling, [placed.brick.id for placed in timeline.placements])
+    seen = list(_stepped(world, extension, falling))
+    world.close()
+    return _summed_up(timeline, seen, perf_counter() - started)
+
+
+def _set_down(extension: Extension, falling: FallingParts, bricks: Sequence[BodyId]) -> None:
+    extension.set_down(bricks)
+    while (update := extension.update()).frozen or update.woken:
+        verdict = extension.verdict()
+        if update.failed and verdict is not None:
+            falling.woken(extension.awake(), verdict.motion)
+
+
+def _stepped(world: World, extension: Extension | None, falling: FallingParts) -> list[Mapping[BodyId, BodyState]]:
+    every = max(1, round(LOOK / world.settings.time_step))
+    bricks = sorted(world.masses())
+    seen = [world.states(bricks)]
+    for step in range(round(FOLLOWED / world.settings.time_step)):
+        falling.begin()
+        world.step()
+        falling.follow()
+        if extension is not None:
+            extension.update()
+        if (step + 1) % every == 0:
+            seen.append(world.states(bricks))
+    return seen
+
+
+def _summed_up(timeline: Timeline, seen: Sequence[Mapping[BodyId, BodyState]], cost: float) -> Fall:
+    problem, motion = motion_of(timeline)
+    bricks = {placed.brick.id: placed.brick for placed in timeline.placements}
+    first = {name: placed.pose for name, placed in problem.bricks.items()}
+    turns = [median(turn_between(first[name], states[name].pose) for name in first) for states in seen]
+    kinetic = [sum(kinetic_energy(bricks[name], states[name]) for name in first) for states in seen]
+    landed = max(range(len(seen)), key=kinetic.__getitem__)
+    begun = next(n for n, turn in enumerate(turns) if turn >= BEGUN)
+    onset = Onset(motion, {name: (pose, seen[begun][name].pose) for name, pose in first.items()}, ())
+    pairs = seen_displacements(onset) or []
+    mass = sum(bricks[name].mass for name in first)
+    reach = sum(
+        bricks[name].mass * (seen[landed][name].pose.position_W[0] - first[name].position_W[0]) for name in first
+    )
+    heights = [
+        sum(brick.mass * timeline.world.gravity * states[name].pose.position_W[2] for name, brick in bricks.items())
+        for states in seen
+    ]
+    moving = [sum(kinetic_energy(brick, states[name]) for name, brick in bricks.items()) for states in seen]
+    most = max(height + energy for height, energy in zip(heights, moving, strict=True))
+    return Fall(
+        slow=LOOK * next(n for n, turn in enumerate(turns) if turn >= HALF),
+        reach=reach / mass,
+        landed=LOOK * landed,
+        direction=widest_angle(pairs),
+        proportion=largest_difference(pairs),
+        gain=(most - heights[0]) / heights[0],
+        cost=cost,
+    )
+
+
+def rigid_time(timeline: Timeline, angle: float) -> float:
+    """How long the tower takes to turn so far [rad] as one body: the pendulum's integral [s]."""
+    problem, motion = motion_of(timeline)
+    turn = turn_of(problem, motion)
+    if turn is None:
+        raise ValueError("it does not turn as one body")
+    inertia = sum(_about(turn, placed) for placed in problem.bricks.values())
+    mass = sum(placed.brick.mass for placed in problem.bricks.values())
+    levers = [(placed.brick.mass, minus(placed.pose.position_W, turn.point_W)) for placed in problem.bricks.values()]
+    x, z = (sum(m * lever[axis] for m, lever in levers) / mass for axis in (0, 2))
+    parts = 20_000
+    step = sqrt(angle) / parts
+    time = 0.0
+    for k in range(parts):
+        u = (k + 0.5) * step  # with the turn u^2 the integral has no pole at the beginning
+        lost = x * sin(u * u) + z * (1.0 - cos(u * u))
+        time += 2.0 * u * step / sqrt(2.0 * timeline.world.gravity * mass * lost / inertia)
+    return time
+
+
+def _about(turn: Turn, placed: Placed) -> float:
+    """The moment of inertia of a plank that lies level about an axis along one of its sides [kg m2]."""
+    a, b, c = placed.brick.size
+    across = b if abs(2.0 * asin(placed.pose.orientation[2])) > 1.0 else a  # its side across the axis, along x
+    arm = cross(turn.axis_W, minus(placed.pose.position_W, turn.point_W))
+    return placed.brick.mass * ((across * across + c * c) / 12.0 + dot(arm, arm))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,110 @@
+"""How far a falling part turns as one body: closed forms of what slides within it, and of what it hits."""
+
+from math import atan, cos, degrees, radians, sin
+
+import pytest
+
+from stability.model import GROUND, Brick, Plane, Pose, Vec3
+from stability.statics.assembly import Assembly
+from stability.statics.facts import Motion, Placed
+from stability.statics.turning import FallingPart, turn_of, turns_as_one_until
+
+LENGTH, WIDTH, THICKNESS = 0.12, 0.024, 0.008  # of a plank [m]
+G = 9.81  # [m/s2]
+ANGLES = [radians(angle) for angle in range(61)]
+
+
+def leaning_column(step: float, count: int, friction: float) -> tuple[FallingPart, Assembly]:
+    """A column of planks that tips over its lowest one, on ground far below that does not stop it."""
+    ground = Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), friction)
+    assembly = Assembly([ground], friction, G)
+    first = assembly.add_all(
+        Placed(Brick(f"p{n:02}", (LENGTH, WIDTH, THICKNESS), 0.012), Pose((step * n, 0.0, THICKNESS * (n + 0.5))))
+        for n in range(count)
+    )
+    assert first.motion is not None
+    problem = assembly.problem(first.moving)
+    turn = turn_of(problem, first.motion)
+    assert turn is not None
+    return FallingPart(problem, turn, G), assembly
+
+
+def holds_until(part: FallingPart) -> float:
+    """The last whole degree at which friction holds the part together."""
+    last = turns_as_one_until(part, ANGLES, [], [])
+    assert last is not None
+    return round(degrees(last))
+
+
+def slides_at(part: FallingPart, friction: float) -> float:
+    """The angle [deg] at which all above the lowest joint of the part slides, for a pendulum in the plane of x and z.
+
+    Along and across the layers that part is pressed with m (g sin - alpha z) and m (g cos - omega^2 z), and x counts in
+    the same way, where x and z are those of its centre from the edge, turned with the part.
+    """
+    edge = part.turn.point_W
+    bodies = sorted(
+        (p.pose.position_W[2] - edge[2], p.pose.position_W[0] - edge[0]) for p in part.problem.bricks.values()
+    )
+    own = (LENGTH**2 + THICKNESS**2) / 12.0
+    inertia = sum(x * x + z * z + own for z, x in bodies) / len(bodies)
+    cx, cz = sum(x for _, x in bodies) / len(bodies), sum(z for z, _ in bodies) / len(bodies)
+    above = bodies[1:]
+    ux, uz = sum(x for _, x in above) / len(above), sum(z for z, _ in above) / len(above)
+    for tenth in range(1, 900):
+        angle = radians(0.1 * tenth)
+        squared = 2.0 * G * (cz * (1.0 - cos(angle)) + cx * sin(angle)) / inertia
+        alpha = G * (cx * cos(angle) + cz * sin(angle)) / inertia
+        along = G * sin(angle) - alpha * uz + squared * ux
+        across = G * cos(angle) - alpha * ux - squared * uz
+        if abs(along) > friction * across:
+            return 0.1 * tenth
+    raise AssertionError
+
+
+@pytest.mark.parametrize("friction", [0.05, 0.1, 0.2])
+def test_a_column_that_tips_slides_in_its_lowest_joint_when_friction_there_is_used_up(friction: float) -> None:
+    part, _ = leaning_column(0.011, 12, friction)
+    expected = slides_at(part, friction)
+    assert holds_until(part) == pytest.approx(expected, abs=1.0)
+    # Were it at rest, it would slide at the angle of friction: falling with the layers, it holds for longer.
+    assert expected > degrees(atan(friction))
+
+
+def test_more_friction_holds_a_part_together_for_longer() -> None:
+    held = [holds_until(leaning_column(0.011, 12, friction)[0]) for friction in (0.05, 0.1, 0.2, 0.4)]
+    assert held == sorted(set(held))
+
+
+def test_a_part_is_one_body_only_until_its_lowest_corner_strikes_the_ground() -> None:
+    # The far lower end of the top plank is at (x, z) from the edge over which all turns, at the height h above ground;
+    # it is there at the angle with x sin - z cos = h.
+    part, assembly = leaning_column(0.032, 4, 0.5)
+    edge = part.turn.point_W
+    top: Vec3 = part.problem.bricks["p03"].pose.position_W
+    x, z = top[0] + LENGTH / 2.0 - edge[0], top[2] - THICKNESS / 2.0 - edge[2]
+    touches = next(a for a in ANGLES if x * sin(a) - z * cos(a) > edge[2])
+    last = turns_as_one_until(part, ANGLES, [], assembly.planes)
+    assert last is not None
+    assert degrees(last) == pytest.approx(degrees(touches), abs=2.0)
+    assert last < holds_until(part)
+
+
+def test_a_part_is_one_body_only_until_it_strikes_a_brick() -> None:
+    part, _ = leaning_column(0.032, 4, 0.5)
+    post = Placed(Brick("post", (0.02, 0.02, 0.012), 0.01), Pose((0.14, 0.0, 0.006)))
+    free = turns_as_one_until(part, ANGLES, [], [])
+    stopped = turns_as_one_until(part, ANGLES, [post], [])
+    assert free is not None
+    assert stopped is not None
+    assert stopped < free
+
+
+def test_what_slides_or_falls_straight_down_does_not_turn() -> None:
+    assembly = Assembly()
+    loose = Placed(Brick("loose", (LENGTH, WIDTH, THICKNESS), 0.012), Pose((1.0, 0.0, 0.5)))
+    first = assembly.add_all([loose])
+    assert first.motion is not None
+    assert turn_of(assembly.problem(["loose"]), first.motion) is None
+    screw = Motion({"loose": ((0.0, 0.0, 1.0), (0.0, 0.0, 1.0))})
+    assert turn_of(assembly.problem(["loose"]), screw) is None
