@@ -40,6 +40,7 @@ class PyBulletWorld(PlainWorld):
         states = self.states(bricks)
         group = grouped((self._bricks[brick], states[brick].pose) for brick in bricks)
         awake = [not self.holds(brick) for brick in group.bricks]
+        flew = self._flying >= group.bricks.keys()
         for brick in group.bricks:
             self.freeze(brick)
         own = {brick: self._bodies.pop(brick) for brick in group.bricks}
@@ -48,7 +49,7 @@ class PyBulletWorld(PlainWorld):
         joined = Joined(group, surfaces(group), f"group of {next(iter(own))}", own)
         self._add_group(joined)
         self._groups[joined.name] = joined
-        if not any(awake):
+        if not any(awake) or flew:
             self._comes_free(joined.name)
         self._joined |= dict.fromkeys(own, joined)
         self._set_motion(self._bodies[joined.name], *common_motion(group, states))
@@ -66,21 +67,22 @@ class PyBulletWorld(PlainWorld):
 
     def part(self, brick: BodyId) -> tuple[BodyId, ...]:
         joined = self._joined[brick]
-        states = self.states(joined.group.bricks)
+        states, flew = self.states(joined.group.bricks), joined.name in self._flying
         self._remove_group(joined)
         for name, state in states.items():
             body = self._bodies[name] = joined.own_bodies[name]
             pybullet.setCollisionFilterGroupMask(body, -1, MOVING_THINGS, ALL, self.client)
             self.put_at(name, state.pose)
             self.wake(name)
-            self._let_go.discard(name)  # it falls already
+            if not flew:
+                self._stays(name)  # as for falling: it does so already
             self._set_motion(body, state.velocity_W, state.angular_velocity_W)
         return tuple(states)
 
     def _remove_group(self, joined: Joined) -> None:
         body = self._bodies.pop(joined.name)
         pybullet.removeBody(body, self.client)
-        self._let_go.discard(joined.name)
+        self._stays(joined.name)
         del self.names[body], self._groups[joined.name]
         for name in joined.group.bricks:
             del self._joined[name]

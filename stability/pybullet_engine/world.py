@@ -1,20 +1,20 @@
 """A PyBullet world of one's own, with every setting that matters made explicit; every brick moves by itself."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
 from math import log10, sqrt
 from types import MappingProxyType
 from typing import Self
 
 from stability.engine_settings import EngineSettings
 from stability.impulse import moments, pushed
-from stability.model import AT_REST, BodyId, Box, Brick, Plane, Pose, Quaternion, Shape, Vec3
+from stability.model import AT_REST, BodyId, BodyState, Box, Brick, Plane, Pose, Quaternion, Shape, Vec3
 from stability.pybullet_engine.binding import pybullet
 from stability.pybullet_engine.bodies import PyBulletBodies
 from stability.pybullet_engine.parameters import body_parameters, engine_parameters, step_parameters
 from stability.pybullet_engine.solids import Solids
 from stability.stepping import Awake, Stepping, stepping
-from stability.vectors import times
+from stability.vectors import plus, times
 
 # Combined friction is the product of two bodies' own; this stands for "none" where a partner must still reach its own.
 FRICTIONLESS = 1e-6
@@ -44,6 +44,7 @@ class PlainWorld(PyBulletBodies):
     _told_stepping: Stepping = field(init=False)  # what the engine knows
     _last_step: float = field(default=0.0, init=False)  # how long the last engine step was [s]
     _let_go: set[BodyId] = field(default_factory=set, init=False)  # since the last step
+    _flying: set[BodyId] = field(default_factory=set, init=False)  # let go, and not seen to touch anything since
     _eased: int = field(default=0, init=False)  # steps to come in which bodies begin to press
     _solids: Solids = field(init=False)
     _planes: dict[BodyId, Plane] = field(default_factory=dict, init=False)
@@ -122,8 +123,15 @@ class PlainWorld(PyBulletBodies):
             if self._stepping != self._told_stepping:
                 parameters = step_parameters(self.settings, self._stepping)
                 pybullet.setPhysicsEngineParameter(**parameters, physicsClientId=self.client)
+                if self.settings.friction_anchor and self._stepping.lively != self._told_stepping.lively:
+                    self._anchor(not self._stepping.lively)
                 self._told_stepping = self._stepping
         return self._stepping
+
+    def _anchor(self, held: bool) -> None:
+        """Hold resting contacts by springs, or do so no more."""
+        for body in self.names:
+            pybullet.changeDynamics(body, -1, frictionAnchor=int(held), physicsClientId=self.client)
 
     def _mass_ratio(self) -> float:
         """How many times the mass of the lightest body that is awake the heaviest has."""
@@ -142,7 +150,30 @@ class PlainWorld(PyBulletBodies):
             (vx, vy, vz), turning = pybullet.getBaseVelocity(body, self.client)
             lifted = (vx, vy, vz + speed * sqrt(self.scale))
             pybullet.resetBaseVelocity(body, lifted, turning, physicsClientId=self.client)
+        self._flying |= self._let_go
         self._let_go.clear()
+
+    def states(self, bodies: Collection[BodyId]) -> dict[BodyId, BodyState]:
+        found = super().states(bodies)
+        for name in self._flying & found.keys():
+            if pybullet.getContactPoints(bodyA=self._bodies[name], physicsClientId=self.client):
+                self._flying.discard(name)
+            else:  # its speed is that of the middle of the last step
+                since = (0.0, 0.0, -0.5 * self.gravity * self._last_step)
+                found[name] = replace(found[name], velocity_W=plus(found[name].velocity_W, since))
+        return found
+
+    def _stays(self, body: BodyId) -> None:
+        """Note that a body is not awake any more."""
+        self._stepping = None
+        self._let_go.discard(body)
+        self._flying.discard(body)
+
+    def _comes_free(self, body: BodyId) -> None:
+        """Note that a body is awake from now on."""
+        self._stepping = None
+        if self.settings.exact_fall:
+            self._let_go.add(body)
 
     def skip(self, duration: float) -> None:
         """Let time pass in which nothing can move."""
@@ -209,8 +240,7 @@ class PlainWorld(PyBulletBodies):
 
     def freeze(self, brick: BodyId) -> None:
         super().freeze(brick)
-        self._let_go.discard(brick)
-        self._stepping = None
+        self._stays(brick)
 
     def _edge_radius(self, brick: Brick) -> float:
         """How much the edges of a brick are rounded [m]."""
@@ -254,6 +284,8 @@ class PlainWorld(PyBulletBodies):
         size, mass = self._bricks[brick].size, self._bricks[brick].mass
         after = pushed(self.states([brick])[brick], size, mass, impulse_W, at_W)
         self._set_motion(self._bodies[brick], after.velocity_W, after.angular_velocity_W)
+        if brick in self._flying:
+            self._comes_free(brick)
 
     def _set_motion(self, body: int, velocity_W: Vec3, angular_velocity_W: Vec3) -> None:
         rate = sqrt(self.scale)
@@ -266,8 +298,7 @@ class PlainWorld(PyBulletBodies):
         body = self._bodies.pop(brick)
         pybullet.removeBody(body, self.client)
         del self.names[body], self._bricks[brick], self._masses[brick]
-        self._let_go.discard(brick)
-        self._stepping = None
+        self._stays(brick)
         self._told = MappingProxyType(self._masses)
 
     def _own_friction(self) -> float:
