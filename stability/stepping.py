@@ -32,9 +32,14 @@ class Stepping:
 def stepping(settings: EngineSettings, awake: Awake) -> Stepping:
     """How to step what is awake with these settings."""
     lively = settings.lively_speed is not None and awake.fastest > settings.lively_speed
-    for_beginning = settings.first_parts if awake.begins else 1
+    parts = (
+        _for_travel(settings, awake.fastest),
+        _for_masses(settings, awake.mass_ratio),
+        settings.first_parts if awake.begins else 1,
+        settings.lively_parts if lively else 1,
+    )
     return Stepping(
-        max(_for_travel(settings, awake.fastest), _for_masses(settings, awake.mass_ratio), for_beginning),
+        max(parts),
         settings.lively_iterations if lively else settings.iterations,
         lively,
     )
