@@ -22,7 +22,6 @@ class EngineSettings:
     friction_anchor: bool = False  # springs in the contact plane that hold resting contacts in place
     friction_erp: float = 0.2  # share of the slip of such a contact that one step takes back
     contact_slop: float = 1e-5  # [engine m] overlap that is let be
-    softness: float = 0.0  # PyBullet's constraint force mixing: spreads what statics leave open evenly over contacts
     # [m] A body must not get further in one step, or it passes through a plank; steps are split while one is that fast.
     most_travel: float | None = None
     # [m] Bricks get edges rounded by this, within their outer size, so that what touches along an edge is pushed in the

@@ -26,7 +26,7 @@ def engine_parameters(settings: EngineSettings) -> dict[str, float]:
         "contactSlop": settings.contact_slop,
         "solverResidualThreshold": settings.residual_threshold,
         "restitutionVelocityThreshold": 0.2,
-        "globalCFM": settings.softness,
+        "globalCFM": 0.0,
         "enableConeFriction": 1,
         "deterministicOverlappingPairs": 1,
         "constraintSolverType": pybullet.CONSTRAINT_SOLVER_LCP_SI,
@@ -44,7 +44,6 @@ def step_parameters(settings: EngineSettings, how: Stepping) -> dict[str, float]
     parameters = {
         "fixedTimeStep": settings.time_step * sqrt(settings.scale) / how.parts,
         "numSolverIterations": how.iterations,
-        "globalCFM": 0.0 if how.lively else settings.softness,  # what is soft throws back what hits it
     }
     if settings.maximal_coordinates:
         # What overlaps is then parted without being given speed. Stacks at rest creep by it.

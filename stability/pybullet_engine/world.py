@@ -7,6 +7,7 @@ from types import MappingProxyType
 from typing import Self
 
 from stability.engine_settings import EngineSettings
+from stability.geometry import body_axes
 from stability.impulse import moments, pushed
 from stability.model import AT_REST, BodyId, BodyState, Box, Brick, Plane, Pose, Quaternion, Shape, Vec3
 from stability.pybullet_engine.binding import pybullet
@@ -28,6 +29,8 @@ HALF_SPACE_BESIDE_HULLS = 1e2
 ROOM = 10.0
 # Edges are not rounded by more than this share of a brick's smallest side, however small it is.
 MOST_ROUNDED = 0.02
+# A brick lies square if the cosine of an axis of it to the vertical is more than this: by 0.1 deg.
+SQUARE = 1.0 - 1.5e-6
 # [engine kg] for the heaviest brick: far above the thresholds, and even ten thousand press far below the cap of 1e10.
 HEAVIEST = 1e4
 
@@ -225,7 +228,8 @@ class PlainWorld(PyBulletBodies):
         self._reach_beyond(brick, pose)
         half = times(0.5 * self.scale, brick.size)
         radius = self.scale * self._edge_radius(brick)
-        shape = self._solids.rounded_box(half, radius) if radius else self._solids.box(half)
+        hull = radius and not lies_square(pose)
+        shape = self._solids.rounded_box(half, radius) if hull else self._solids.box(half)
         body = self._body(brick.mass, shape, times(self.scale, pose.position_W), pose.orientation)
         self._name(body, brick.id, self._own_friction())
         self._bricks[brick.id] = brick
@@ -318,3 +322,8 @@ def _turning_z_to(normal_W: Vec3) -> Quaternion:
         return (1.0, 0.0, 0.0, 0.0)
     half = sqrt(2.0 * (1.0 + nz))
     return (-ny / half, nx / half, 0.0, half / 2.0)
+
+
+def lies_square(pose: Pose) -> bool:
+    """Whether an axis of a brick is vertical: it may touch others with its faces, and does not lean on them."""
+    return any(abs(axis_W[2]) > SQUARE for axis_W in body_axes(pose.orientation))

@@ -59,7 +59,6 @@ TUNED = replace(
     warm_start=0.7,  # a third of the creep of 0.1; from 0.95 on, towers of 25 levels burst
     contact_erp=0.2,  # 0.8 bursts as well, 0.05 lets a tower creep four times as much
     contact_slop=1e-4,  # a micrometre: with less, hulls tremble and pass their loads to and fro
-    softness=1e-7,  # a plank on two rests 50 +- 1 % on each, without it 50 +- 4 %; ten times as much makes towers creep
     friction_anchor=True,  # at rest only; a tower of 25 levels creeps 0.01 mm in a second with it, 0.06 mm without
     friction_erp=0.002,  # ten times as much makes a plank stay where a slope is 3 % too steep for it
     exact_fall=True,
@@ -72,7 +71,6 @@ TUNED = replace(
 MOVING = replace(
     TUNED,
     friction_anchor=False,
-    softness=0.0,
     lively_parts=2,  # what a hit moves errs by 3 % then, and by 9 % without
     first_steps=20,  # so that what is let go starts as it should (docs/decisions/0014)
     first_parts=8,
