@@ -35,7 +35,7 @@ bench-statics: $(READY) ## what exact statics cost, and how far each answer is o
 	$(BIN)/python -m benchmarks.statics
 
 bench-compas: $(READY) ## the same towers and walls with compas_cra, side by side; installs it first
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check '.[peers]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check '.[cra]'
 	$(BIN)/python -m benchmarks.against_compas
 
 lint: $(READY)  ## format check, lint and types

@@ -13,10 +13,11 @@ from dataclasses import dataclass, field
 from stability.candidates import boxes, clear_of_strangers, fixed_bodies
 from stability.disturbances import Disturbances, Disturbed, in_words
 from stability.engine import Engine, Joining
+from stability.foreign_changes import Site, changed
 from stability.freezing import RestLimits
 from stability.held_bodies import HeldBodies
 from stability.judgement import Judgement, followed
-from stability.model import AT_REST, EARTH, BodyId, BodyState, Plane, Pose, Vec3
+from stability.model import EARTH, BodyId, BodyState, Plane, Pose, Vec3
 from stability.putting_back import Homes
 from stability.refusals import Refusals
 from stability.region import region, touching
@@ -104,7 +105,7 @@ class ProvenStability:
         now = self.engine.time()
         states = self.engine.states(self._riders.followed(self._awake))
         self._stillness.follow(now, states)
-        lost = _joined(lost, self._answer_disturbances(states))
+        lost = lost.then(self._answer_disturbances(states))
         coming = self._at_rest(now, states)
         announced, self._announced = self._announced, set()
         if not coming:
@@ -113,7 +114,7 @@ class ProvenStability:
         if announced:
             self._when_changed = judgement.first
         found = self._carry_out(judgement, [placed.brick.id for placed in coming], announced)
-        return _joined(lost, found)
+        return lost.then(found)
 
     def _judged(self, coming: Sequence[Placed]) -> Judgement:
         """Put bricks to the proof, those that were disturbed and hardly moved where they had been, if that holds."""
@@ -234,7 +235,7 @@ class ProvenStability:
             found = self._wake_struck(Disturbed({hit.brick: hit.normal_W for hit in hits}, in_words(hits)))
         pressing = self._awake - self._riders.bricks - self._announced  # what was set down has not been stepped yet
         if pressed := self._disturbances.overloaded(self.assembly, pressing):
-            found = _joined(found, self._wake_struck(pressed))
+            found = found.then(self._wake_struck(pressed))
         return found
 
     def _wake_struck(self, disturbed: Disturbed) -> Update:
@@ -296,21 +297,13 @@ class ProvenStability:
         """Judge the frozen bricks again where they or their surroundings are not what they were."""
         lost = self._lost()
         disturbed = self._held.disturbed(self.assembly.bricks.keys() - lost)
-        pushed = {brick: state.pose for brick, state in disturbed.items() if _moves(state)}
-        verdict = self.assembly.remove([*lost, *pushed]) if lost or pushed else None
-        for brick, state in disturbed.items():
-            if brick not in pushed:
-                verdict = self.assembly.move(brick, state.pose)
-        planes, tables = self._fixed()
-        if (planes, tables) != (self.assembly.planes, self.assembly.tables):
-            standing = tuple(self.assembly.bricks.values())
-            self.assembly = Assembly(planes, self.friction, self.gravity, tables=tables)
-            verdict = self.assembly.add_all(standing)
-        if verdict is None:
+        now = changed(self.assembly, lost, disturbed, self._site())
+        self.assembly = now.assembly
+        if now.verdict is None:
             return Update()
         self._refusals.changed()
-        judgement = followed(self.assembly, verdict)
-        woken = self._give_back({**pushed, **judgement.released})
+        judgement = followed(self.assembly, now.verdict)
+        woken = self._give_back({**now.pushed, **judgement.released})
         return Update((), woken, judgement.lowest, judgement.first.reason or "moved by somebody else" if woken else "")
 
     def _lost(self) -> list[BodyId]:
@@ -334,21 +327,5 @@ class ProvenStability:
         self._stillness.forget(brick)
         self._refusals.forget(brick)
 
-    def _fixed(self) -> tuple[tuple[Plane, ...], tuple[Placed, ...]]:
-        return fixed_bodies(self.engine, self.friction) if self.planes is None else (tuple(self.planes), ())
-
-
-def _moves(state: BodyState) -> bool:
-    return state.velocity_W != AT_REST or state.angular_velocity_W != AT_REST
-
-
-def _joined(one: Update, other: Update) -> Update:
-    """Two updates of one pass as one."""
-    return Update(
-        other.frozen,
-        one.woken + tuple(brick for brick in other.woken if brick not in one.woken),
-        one.failed + other.failed,
-        "; ".join(filter(None, (one.reason, other.reason))),
-        other.proof,
-        one.riding + other.riding,
-    )
+    def _site(self) -> Site:
+        return Site(self.planes, ()) if self.planes is not None else Site(*fixed_bodies(self.engine, self.friction))

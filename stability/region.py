@@ -1,21 +1,28 @@
 """What a hit disturbs: which bricks are to move one by one, and which ride along on them.
 
-The bricks that are struck move, with those that stand in line behind them side by side, and all that touch these. What
-these carry presses on them with its weight, so it cannot stay frozen; but as long as it does not change its shape it
-moves as one rigid body, true to its mass and inertia. All else stays frozen until it is reached itself.
+The bricks that are struck move, with those that stand in line behind them, as good as side by side, and all that touch
+these. What these carry presses on them with its weight, so it cannot stay frozen; but as long as it does not change its
+shape it moves as one rigid body, true to its mass and inertia. All else stays frozen until it is reached itself.
+
+A rigid body bridges what gives way below a part of it, where bricks would sag. So in a wall nothing rides: a group must
+lie on what carries it with each of its lowest bricks alike, as a level of a tower does.
 """
 
+from collections import defaultdict
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from stability.contact_graph import components, reached
 from stability.model import BodyId, Vec3
 from stability.riders import FEWEST
+from stability.separation import boxes_apart
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Contact
 from stability.vectors import dot
 
 IN_LINE = 0.7  # cosine between a hit and the normal of a contact through which it goes on as it is
+# Share of the smallest side, a millimetre for a plank: a brick that is hit closes such a gap within the very step.
+BEHIND = 0.125
 SIDEWAYS = 0.5  # vertical part of a normal up to which bricks stand side by side
 LEVEL = 1.0 - 1e-6  # vertical part of a normal from which on what lies on a contact may ride
 
@@ -47,11 +54,15 @@ def region(assembly: Assembly, struck: Mapping[BodyId, Vec3], ride: bool) -> Reg
 
 def _behind(assembly: Assembly, brick: BodyId, along_W: Vec3) -> list[BodyId]:
     """The bricks that stand beside a brick in line with a hit."""
-    return [
-        other
-        for other, contact in touching(assembly, brick).items()
-        if any(abs(n[2]) < SIDEWAYS and abs(dot(n, along_W)) > IN_LINE for n in contact.normals_W)
-    ]
+    own = assembly.bricks[brick]
+    within, found = BEHIND * min(own.brick.size), []
+    for name in assembly.around(brick, within):
+        other = assembly.bricks[name]
+        apart = boxes_apart(own.brick.size, own.pose, other.brick.size, other.pose)
+        sideways = abs(apart.normal_BA_W[2]) < SIDEWAYS and abs(dot(apart.normal_BA_W, along_W)) > IN_LINE
+        if sideways and apart.gap <= within:
+            found.append(name)
+    return found
 
 
 def touching(assembly: Assembly, brick: BodyId) -> dict[BodyId, Contact]:
@@ -61,11 +72,13 @@ def touching(assembly: Assembly, brick: BodyId) -> dict[BodyId, Contact]:
 
 
 def _may_ride(assembly: Assembly, group: Collection[BodyId]) -> bool:
-    """Whether a group is worth joining and lies flat on what carries it."""
-    outside = (
-        contact
-        for brick in group
-        for contact in assembly.contacts(brick)
-        if contact.lower not in group or contact.upper not in group
-    )
-    return len(group) >= FEWEST and all(abs(n[2]) >= LEVEL for contact in outside for n in contact.normals_W)
+    """Whether a group is worth joining and lies flat on what carries it, each of its lowest bricks on all of that."""
+    carriers: dict[BodyId, set[BodyId]] = defaultdict(set)
+    for brick in group:
+        for contact in assembly.contacts(brick):
+            other = contact.lower if contact.upper == brick else contact.upper
+            if other not in group:
+                carriers[brick].add(other)
+                if any(abs(n[2]) < LEVEL for n in contact.normals_W):
+                    return False
+    return len(group) >= FEWEST and len({frozenset(others) for others in carriers.values()}) <= 1

@@ -19,6 +19,17 @@ class Update:
     proof: str = ""  # what proved that the frozen ones stand, where something does
     riding: tuple[BodyId, ...] = ()  # those of `woken` that move as rigid bodies on others
 
+    def then(self, other: "Update") -> "Update":
+        """Two updates of one pass as one; what is proven in the end is what the other says."""
+        return Update(
+            other.frozen,
+            self.woken + tuple(brick for brick in other.woken if brick not in self.woken),
+            self.failed + other.failed,
+            "; ".join(filter(None, (self.reason, other.reason))),
+            other.proof,
+            self.riding + other.riding,
+        )
+
 
 class Extension(Protocol):
     """Freezes the bricks of one engine that stand, and wakes those that do so no longer."""

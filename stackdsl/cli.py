@@ -20,6 +20,7 @@ from stackdsl.gathering import Case, Gathered, Selection, cases_of, gather
 from stackdsl.language.author_types import SYSTEMS
 from stackdsl.language.validation import schema_text
 from stackdsl.outcome import ExitCode, Report, exit_code
+from stackdsl.playing.peers import PEERS, missing
 from stackdsl.pool import INTERRUPTS
 from stackdsl.reading.source import parse
 from stackdsl.report.diagnostic_text import diagnostic_text
@@ -32,7 +33,14 @@ from stackdsl.terminal import paper, progress, show_error, silence, tell, write
 
 FilePath = click.Path(path_type=Path)
 ONE_FILE = click.argument("file", type=FilePath)
-ON_SYSTEMS = click.option("--system", "systems", multiple=True, type=click.Choice(SYSTEMS), help="Only these systems.")
+ON_SYSTEMS = click.option(
+    "--system",
+    "systems",
+    multiple=True,
+    type=click.Choice([*SYSTEMS, *PEERS]),
+    callback=lambda *given: _playable(given[-1]),
+    help="Only these systems. Those on other engines than PyBullet are played wherever they are asked for.",
+)
 ON_KEYWORD = click.option("-k", "keyword", default="", help="Only cases whose name contains this.")
 LONGEST_LIMIT = 1e6  # [s] eleven days; waiting takes a number of milliseconds in 31 bits
 GOLDEN = Path("golden")
@@ -83,7 +91,7 @@ def check_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     terms = Terms(golden, update, jobs, time_limit, _update_command(paths, selection, golden, time_limit))
     paths = paths or (Path("scenarios"),)
     gathered = gather(paths)
-    selected = [case for case in gathered.cases if selection.takes(case)]
+    selected = selection.of(gathered.cases)
     if list_only:
         _list(gathered, selected)
         context.exit(_exit_code(Report(diagnostics=gathered.diagnostics), selected))
@@ -168,6 +176,16 @@ def new_command(name: str, folder: Path) -> None:
     write(f"wrote {path}; next: stackdsl check {path}")
 
 
+def _playable(systems: tuple[str, ...]) -> tuple[str, ...]:
+    """The systems that were asked for, if what they need is installed."""
+    for peer in missing(systems):
+        package = peer.package
+        raise click.BadParameter(
+            f"'{peer.system.name}' needs {package}, which is not installed; try: pip install 'stackdsl[{package}]'"
+        )
+    return tuple(dict.fromkeys(systems))
+
+
 def _number(value: float) -> float:
     """A number that is one: no range excludes nan."""
     if isnan(value):
@@ -179,7 +197,7 @@ def _selected(file: Path, selection: Selection) -> tuple[Gathered, Sequence[Case
     """What one file holds, and the cases selected of it; its mistakes are told."""
     gathered = gather([file])
     _complain(gathered.diagnostics)
-    return gathered, [case for case in gathered.cases if selection.takes(case)]
+    return gathered, selection.of(gathered.cases)
 
 
 def _update_command(paths: Sequence[Path], selection: Selection, golden: Path, time_limit: float) -> str:

@@ -8,16 +8,22 @@ from stackdsl.language.claims import Claim
 from stackdsl.language.schema import Scenario
 from stackdsl.language.variants import Variant, repeated
 from stackdsl.outcome import Outcome
+from stackdsl.playing.peers import system_named
+from stackdsl.playing.systems import Method
 from stackdsl.reading.source import Path, Plain, Source
 from stackdsl.trace import Trace
 
 
 def judge(trace: Trace, scenario: Scenario, variant: Variant, source: Source, system: str) -> tuple[Outcome, ...]:
-    """The outcome of every expectation that speaks of this system, in the order of the file."""
+    """The outcome of every expectation that speaks of this system, in the order of the file.
+
+    What only statics can tell is not asked of a system that proves nothing: peers meet scenarios not meant for them.
+    """
+    proves = system_named(system).method is Method.PROVEN
     asked = [
         (("expect", number), claim)
         for number, claim in enumerate(scenario.expect)
-        if claim.system is None or system in claim.system
+        if (claim.system is None or system in claim.system) and (proves or not claim.needs_statics)
     ]
     return _outcomes(asked, trace, variant, source)
 

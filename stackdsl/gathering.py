@@ -3,7 +3,8 @@
 import os
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import groupby
 from pathlib import Path
 
 from stackdsl.compiling.compiler import compile_timeline
@@ -11,6 +12,7 @@ from stackdsl.diagnostics import Diagnostic
 from stackdsl.language.schema import Scenario
 from stackdsl.language.validation import validate
 from stackdsl.language.variants import Variant, compact, expand
+from stackdsl.playing.peers import PEERS
 from stackdsl.reading.source import Loaded, Source, load
 from stackdsl.snapshots.record import Identity
 from stackdsl.timeline import Timeline
@@ -59,6 +61,16 @@ class Selection:
     keyword: str = ""  # part of the name
     tags: tuple[str, ...] = ()  # any of these; with `!` in front: none of these
 
+    def of(self, cases: Sequence[Case]) -> list[Case]:
+        """The cases selected, and where a peer is asked for, each variant on it as well, after its own systems."""
+        peers = [system for system in self.systems if system in PEERS]
+        return [
+            case
+            for _, own in groupby(cases, key=lambda case: (case.scenario.scenario, case.variant.parameters))
+            for case in _with(peers, list(own))
+            if self.takes(case)
+        ]
+
     def takes(self, case: Case) -> bool:
         """Whether a case is selected."""
         wanted = {tag for tag in self.tags if not tag.startswith("!")}
@@ -70,6 +82,11 @@ class Selection:
             and (not wanted or bool(wanted & own))
             and not unwanted & own
         )
+
+
+def _with(peers: Iterable[str], cases: Sequence[Case]) -> list[Case]:
+    """The cases of one variant, also on these systems."""
+    return [*cases, *(replace(cases[0], system=peer) for peer in peers)]
 
 
 def gather(paths: Iterable[Path]) -> Gathered:

@@ -74,6 +74,17 @@ ORDER = {
         "engine_settings",
         "engine",
         "approach",
+        "bounding_boxes",
+        "kept_bodies",
+        "mujoco_engine",
+        "mujoco_engine.settings",
+        "mujoco_engine.binding",
+        "mujoco_engine.model",
+        "mujoco_engine.world",
+        "sapien_engine",
+        "sapien_engine.settings",
+        "sapien_engine.binding",
+        "sapien_engine.world",
         "pybullet_engine",
         "pybullet_engine.binding",
         "pybullet_engine.parameters",
@@ -93,6 +104,7 @@ ORDER = {
         "statics.extra_load",
         "judgement",
         "candidates",
+        "foreign_changes",
         "overload",
         "disturbances",
         "riders",
@@ -140,6 +152,7 @@ ORDER = {
         "compiling.agreement",
         "compiling.compiler",
         "playing.systems",
+        "playing.peers",
         "trace",
         "margins",
         "proving",
@@ -212,17 +225,22 @@ def test_stability_does_not_know_the_language() -> None:
     assert offenders == []
 
 
-def test_one_file_imports_pybullet() -> None:
-    users = [module_name(p) for p in FILES if any(n.split(".")[0] == "pybullet" for n in imported(p))]
-    assert users == ["stability.pybullet_engine.binding"]
+ENGINES = pytest.mark.parametrize("engine", ["pybullet", "mujoco", "sapien"])
 
 
-def test_one_package_knows_the_engine_and_all_else_asks_it() -> None:
-    package = "stability.pybullet_engine"
+@ENGINES
+def test_one_file_imports_the_engine(engine: str) -> None:
+    users = [module_name(p) for p in FILES if any(n.split(".")[0] == engine for n in imported(p))]
+    assert users == [f"stability.{engine}_engine.binding"]
+
+
+@ENGINES
+def test_one_package_knows_the_engine_and_all_else_asks_it(engine: str) -> None:
+    package = f"stability.{engine}_engine"
     users = {module_name(p) for p in FILES if any(n.startswith(f"{package}.binding") for n in imported(p))}
     assert all(user.startswith(package) for user in users)
 
 
 def test_the_command_line_starts_without_the_engine() -> None:
-    code = "import sys, stackdsl.cli; sys.exit('pybullet' in sys.modules)"
+    code = "import sys, stackdsl.cli; sys.exit(bool({'pybullet', 'mujoco', 'sapien'} & set(sys.modules)))"
     assert subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=False).returncode == 0

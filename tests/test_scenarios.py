@@ -17,6 +17,7 @@ from stackdsl.snapshots.golden import current_stamp, golden_name
 from stackdsl.timeline import Placement
 
 ROOT = Path(__file__).parent.parent
+MOST_GAIN = 0.01  # of the potential energy: energy never grows by itself
 GATHERED = gather([ROOT / "scenarios"])
 
 
@@ -30,6 +31,7 @@ def test_a_scenario_meets_its_expectations_and_its_snapshot(case: Case, golden: 
     trace = play_case(case.timeline, case.system)
     outcomes = judge(trace, case.scenario, case.variant, case.source, case.system)
     assert [outcome for outcome in outcomes if not outcome.passed] == []
+    assert trace.energy is None or trace.energy.gain <= MOST_GAIN
     snapshot = snapshot_of(case, trace, current_stamp())
     assert snapshot == golden(snapshot.identity)
 

@@ -13,7 +13,7 @@ import pytest
 
 from stability.model import Brick, Plane, Pose, Quaternion, Vec3
 from stackdsl.snapshots.canonical import canonical_text, document
-from stackdsl.snapshots.comparison import compare
+from stackdsl.snapshots.comparison import compare, compare_documents
 from stackdsl.snapshots.record import UNCLEAR, Identity, Pushing, Removing, Snapshot
 from stackdsl.snapshots.snapshot import take
 from stackdsl.timeline import World
@@ -401,3 +401,13 @@ def test_a_push_is_locked_with_its_time() -> None:
     assert [found.quantity for found in compare(document(pushed), later)] == ["pushed at"]
     twice = replace(pushed, events=(*pushed.events, Pushing(4.0, ("L3.1",))))
     assert [found.expected for found in compare(document(pushed), twice)] == ["none"]
+
+
+def test_after_a_collapse_it_is_no_matter_whether_what_stands_was_proven_by_the_end() -> None:
+    fell = {"collapse": {"level": 2}, "bricks": {"a": {"state": "frozen"}}}
+    alike = {"collapse": {"level": 2}, "bricks": {"a": {"state": "standing"}}}
+    other = {"collapse": {"level": 2}, "bricks": {"a": {"state": "fallen"}}}
+    assert compare_documents(fell, alike) == ()
+    assert [found.quantity for found in compare_documents(fell, other)] == ["state"]
+    stood = [{"bricks": {"a": {"state": state}}} for state in ("frozen", "standing")]
+    assert [found.quantity for found in compare_documents(*stood)] == ["state"]

@@ -233,6 +233,11 @@ class Assembly:
         self._reject_unknown(sorted(bricks))
         return reached(bricks, lambda brick: self._structure.below([brick]))
 
+    def around(self, brick: BodyId, within: float) -> Sequence[BodyId]:
+        """The bricks that may be as close to a brick as this [m]: a superset, by upright boxes, by name."""
+        self._reject_unknown([brick])
+        return self._structure.around(brick, within)
+
     def core_depth(self, brick: BodyId, point: Point2) -> float:
         """How deep a point in plan lies inside the load core of a brick [m]; negative outside, -inf if it has none."""
         self._reject_unknown([brick])

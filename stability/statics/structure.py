@@ -80,6 +80,10 @@ class Structure:
         fixed = {placed.brick.id: placed for placed in self.tables}
         return [self.bricks.get(name) or fixed[name] for name in self._neighbours.near(self._solids[brick])]
 
+    def around(self, brick: BodyId, within: float) -> list[BodyId]:
+        """The other bricks whose upright boxes come as close as this [m], by name."""
+        return [name for name in self._neighbours.around(self._solids[brick], within) if name in self.bricks]
+
     def take(self, brick: BodyId) -> None:
         """Take a brick away. The cores of what it carried still count on it: find them anew."""
         for other in self.touching.pop(brick):

@@ -3,9 +3,12 @@
 from math import sqrt
 
 from stability.engine import World
+from stability.engine_settings import EngineSettings
 from stability.extension import StackStability
 from stability.freezing import RestLimits
+from stability.mujoco_engine.settings import MuJoCoSettings
 from stability.resting_world import RestingWorld
+from stability.sapien_engine.settings import SapienSettings
 from stability.watching import Extension
 from stackdsl.playing.systems import Method, System
 from stackdsl.timeline import Timeline
@@ -23,24 +26,53 @@ def rest_limits(timeline: Timeline) -> RestLimits:
 def load(system: System) -> None:
     """Import what a system needs from the start, so that no run is charged for what the first in a process loads."""
     if system.method is Method.PROVEN:
-        import stability.proven_extension  # noqa: PLC0415 -- other systems need no statics
+        import stability.proven_extension  # noqa: F401, PLC0415 -- other systems need no statics
     else:
-        import stability.pybullet_engine  # noqa: F401, PLC0415 -- not where no engine may be needed
+        load_engine(system.engine)
+
+
+def load_engine(settings: EngineSettings) -> None:
+    """Import the engine that these are settings of."""
+    match settings:
+        case MuJoCoSettings():
+            import stability.mujoco_engine.world  # noqa: PLC0415 -- not where no engine may be needed
+        case SapienSettings():
+            import stability.sapien_engine.world  # noqa: PLC0415 -- likewise
+        case _:
+            import stability.pybullet_engine  # noqa: F401, PLC0415 -- likewise
 
 
 def opened_world(timeline: Timeline, system: System) -> World:
     """An empty world with the planes of the timeline; close it after use."""
-    heaviest = max(placement.brick.mass for placement in timeline.placements)
+    scene, heaviest = timeline.world, max(placement.brick.mass for placement in timeline.placements)
 
     def engine() -> World:
-        from stability.pybullet_engine import PyBulletWorld  # noqa: PLC0415 -- not before something must be stepped
-
-        return PyBulletWorld.opened(system.engine, timeline.world.gravity, timeline.world.friction, heaviest)
+        return stepped_world(system.engine, scene.gravity, scene.friction, heaviest)
 
     world = RestingWorld(system.engine, engine) if system.method is Method.PROVEN else engine()
-    for plane in timeline.world.planes:
+    for plane in scene.planes:
         world.add_plane(plane)
     return world
+
+
+def stepped_world(settings: EngineSettings, gravity: float, friction: float, heaviest: float) -> World:
+    """An empty world of the engine that these are settings of; it is imported here, when something must be stepped.
+
+    Gravity [m/s2] is along -z, friction that of brick on brick, `heaviest` the mass of the heaviest brick to come [kg].
+    """
+    match settings:
+        case MuJoCoSettings():
+            from stability.mujoco_engine.world import MuJoCoWorld  # noqa: PLC0415 -- not before
+
+            return MuJoCoWorld.opened(settings, gravity, friction)
+        case SapienSettings():
+            from stability.sapien_engine.world import SapienWorld  # noqa: PLC0415 -- likewise
+
+            return SapienWorld.opened(settings, gravity, friction)
+        case _:
+            from stability.pybullet_engine import PyBulletWorld  # noqa: PLC0415 -- likewise
+
+            return PyBulletWorld.opened(settings, gravity, friction, heaviest)
 
 
 def extension_for(timeline: Timeline, system: System, world: World) -> Extension | None:

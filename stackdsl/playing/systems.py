@@ -72,6 +72,7 @@ MOVING = replace(
     TUNED,
     friction_anchor=False,
     lively_parts=2,  # what a hit moves errs by 3 % then, and by 9 % without
+    most_travel=0.001,  # so deep at most it enters what it hits
     first_steps=20,  # so that what is let go starts as it should (docs/decisions/0014)
     first_parts=8,
 )

@@ -6,13 +6,17 @@ Where `exact` is one of them: which stage proved each placement, at what cost, a
 from collections.abc import Iterator, Mapping, Sequence
 from math import degrees, inf
 
+from stability.engine_settings import EngineSettings
 from stability.geometry import body_axes
 from stability.model import BodyId, Vec3
+from stability.mujoco_engine.settings import MuJoCoSettings
+from stability.sapien_engine.settings import SapienSettings
 from stability.statics.facts import Stability
 from stackdsl.compiling.fitting import Sited, fits
 from stackdsl.gathering import Case
 from stackdsl.margins import margins_of_assembly
-from stackdsl.playing.systems import SYSTEMS, Method
+from stackdsl.playing.peers import system_named
+from stackdsl.playing.systems import Method
 from stackdsl.proving import Judged, Proofs, proofs_of
 from stackdsl.timeline import Placement, Removal, Timeline
 from stackdsl.trace import Margins
@@ -37,7 +41,7 @@ def _lines(cases: Sequence[Case], margins: bool | None) -> Iterator[str]:
     what = f"{count} brick{'s' * (count > 1)} on {levels} level{'s' * (levels > 1)}"
     yield f"  {what}, built after {timeline.built:g} s, watched until {timeline.end:g} s"
     yield ""
-    proofs = proofs_of(timeline) if any(SYSTEMS[case.system].method is Method.PROVEN for case in cases) else None
+    proofs = proofs_of(timeline) if any(system_named(case.system).method is Method.PROVEN for case in cases) else None
     yield from _actions(timeline, _told(proofs) if proofs is not None else {})
     yield ""
     if proofs is not None:
@@ -158,17 +162,30 @@ def _direction(placement: Placement) -> str:
 
 
 def _system(name: str) -> Iterator[str]:
-    system, engine = SYSTEMS[name], SYSTEMS[name].engine
+    system = system_named(name)
     yield f"  {name}: {system.summary}"
-    yield (
-        f"    step 1/{1.0 / engine.time_step:g} s, {engine.iterations} iterations, contact ERP {engine.contact_erp:g}, "
-        f"breaking threshold {1000.0 * engine.breaking_threshold:g} mm, scale {engine.scale:g}, "
-        f"friction anchor {'on' if engine.friction_anchor else 'off'}, "
-        f"damping {engine.linear_damping:g} linear and {engine.angular_damping:g} angular"
-    )
+    yield f"    step 1/{1.0 / system.engine.time_step:g} s, {', '.join(_numerics(system.engine))}"
     if system.method is Method.PROVEN:
         yield "    what statics proves to stand is frozen; there is no engine until something moves"
     elif system.method is Method.PUBLISHED:
         yield "    the extension freezes what its model finds stable; while all is frozen, time is skipped, not stepped"
     else:
         yield "    every brick is stepped all the time"
+
+
+def _numerics(engine: EngineSettings) -> Iterator[str]:
+    """What matters of an engine's settings, beside the step."""
+    yield f"{engine.iterations} iterations"
+    match engine:
+        case MuJoCoSettings():
+            yield f"contacts of {1000.0 * engine.contact_time:g} ms"
+            yield f"impedance {' '.join(f'{part:g}' for part in engine.impedance_range)}"
+            yield f"friction {engine.friction_impedance:g} times as stiff, tolerance {engine.tolerance:g}"
+        case SapienSettings():
+            yield f"{engine.velocity_iterations} of velocities"
+            yield f"contact offset {1000.0 * engine.breaking_threshold:g} mm"
+        case _:
+            yield f"contact ERP {engine.contact_erp:g}"
+            yield f"breaking threshold {1000.0 * engine.breaking_threshold:g} mm, scale {engine.scale:g}"
+            yield f"friction anchor {'on' if engine.friction_anchor else 'off'}"
+            yield f"damping {engine.linear_damping:g} linear and {engine.angular_damping:g} angular"

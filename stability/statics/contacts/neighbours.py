@@ -41,7 +41,10 @@ class Neighbours:
 
     def near(self, solid: Solid) -> list[BodyId]:
         """The other bricks whose upright boxes are within the gap tolerance of that of this one, by name."""
-        reach = self.gap * solid.shortest
+        return self.around(solid, self.gap * solid.shortest)
+
+    def around(self, solid: Solid, reach: float) -> list[BodyId]:
+        """The other bricks whose upright boxes come as close as this to that of this one [m], by name."""
         (ax, ay, az), (bx, by, bz) = solid.low_W, solid.high_W
         low, high = (ax - reach, ay - reach, az - reach), (bx + reach, by + reach, bz + reach)
         found = [name for grid in self._grids.values() for name in grid.within(low, high)]
