@@ -61,6 +61,6 @@ def body_parameters(settings: EngineSettings, own_friction: float) -> dict[str, 
         "linearDamping": settings.linear_damping,
         "angularDamping": settings.angular_damping,
         "maxJointVelocity": TOP_SPEED,
-        "frictionAnchor": int(settings.friction_anchor),
+        "frictionAnchor": 0,
         "activationState": pybullet.ACTIVATION_STATE_DISABLE_SLEEPING,
     }

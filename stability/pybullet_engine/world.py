@@ -49,6 +49,7 @@ class PlainWorld(PyBulletBodies):
     _let_go: set[BodyId] = field(default_factory=set, init=False)  # since the last step
     _flying: set[BodyId] = field(default_factory=set, init=False)  # let go, and not seen to touch anything since
     _eased: int = field(default=0, init=False)  # steps to come in which bodies begin to press
+    _anchored: set[BodyId] = field(default_factory=set, init=False)  # bricks held by springs while all is quiet
     _solids: Solids = field(init=False)
     _planes: dict[BodyId, Plane] = field(default_factory=dict, init=False)
     _reach: float = field(default=HALF_SPACE, init=False)  # half the side of the boxes that stand for planes [m]
@@ -126,15 +127,15 @@ class PlainWorld(PyBulletBodies):
             if self._stepping != self._told_stepping:
                 parameters = step_parameters(self.settings, self._stepping)
                 pybullet.setPhysicsEngineParameter(**parameters, physicsClientId=self.client)
-                if self.settings.friction_anchor and self._stepping.lively != self._told_stepping.lively:
-                    self._anchor(not self._stepping.lively)
+                if self._stepping.lively != self._told_stepping.lively:
+                    self._anchor(sorted(self._anchored), not self._stepping.lively)
                 self._told_stepping = self._stepping
         return self._stepping
 
-    def _anchor(self, held: bool) -> None:
-        """Hold resting contacts by springs, or do so no more."""
-        for body in self.names:
-            pybullet.changeDynamics(body, -1, frictionAnchor=int(held), physicsClientId=self.client)
+    def _anchor(self, bricks: Collection[BodyId], held: bool) -> None:
+        """Hold the resting contacts of these bricks by springs, or do so no more."""
+        for brick in bricks:
+            pybullet.changeDynamics(self._bodies[brick], -1, frictionAnchor=int(held), physicsClientId=self.client)
 
     def _mass_ratio(self) -> float:
         """How many times the mass of the lightest body that is awake the heaviest has."""
@@ -228,8 +229,8 @@ class PlainWorld(PyBulletBodies):
         self._reach_beyond(brick, pose)
         half = times(0.5 * self.scale, brick.size)
         radius = self.scale * self._edge_radius(brick)
-        hull = radius and not lies_square(pose)
-        shape = self._solids.rounded_box(half, radius) if hull else self._solids.box(half)
+        square = lies_square(pose)
+        shape = self._solids.rounded_box(half, radius) if radius and not square else self._solids.box(half)
         body = self._body(brick.mass, shape, times(self.scale, pose.position_W), pose.orientation)
         self._name(body, brick.id, self._own_friction())
         self._bricks[brick.id] = brick
@@ -240,6 +241,9 @@ class PlainWorld(PyBulletBodies):
             self._weigh(body, brick.mass, moments(brick.size, brick.mass))
         if velocity_W != AT_REST:
             self._set_motion(body, velocity_W, AT_REST)
+        if square and self.settings.friction_anchor:  # those that lean stand where they should slip if they are held
+            self._anchored.add(brick.id)
+            self._anchor([brick.id], not self._told_stepping.lively)
         self._comes_free(brick.id)
 
     def freeze(self, brick: BodyId) -> None:
@@ -303,6 +307,7 @@ class PlainWorld(PyBulletBodies):
         pybullet.removeBody(body, self.client)
         del self.names[body], self._bricks[brick], self._masses[brick]
         self._stays(brick)
+        self._anchored.discard(brick)
         self._told = MappingProxyType(self._masses)
 
     def _own_friction(self) -> float:
