@@ -33,7 +33,7 @@ def engine_parameters(settings: EngineSettings) -> dict[str, float]:
         "useSplitImpulse": 0 if settings.maximal_coordinates else 1,
         "warmStartingFactor": settings.warm_start,
         "enableSAT": 0,
-        "collisionFilterMode": 1,
+        "collisionFilterMode": 0,
         "minimumSolverIslandSize": 128,
         "allowedCcdPenetration": 0.04,
     }
