@@ -20,11 +20,27 @@ class EngineSettings:
     angular_damping: float = 0.0
     residual_threshold: float = 0.0  # the solver stops early below this; 0 makes it use all its iterations
     friction_anchor: bool = False  # springs in the contact plane that hold resting contacts in place
+    friction_erp: float = 0.2  # share of the slip of such a contact that one step takes back
+    contact_slop: float = 1e-5  # [engine m] overlap that is let be
     # [m] A body must not get further in one step, or it passes through a plank; steps are split while one is that fast.
     most_travel: float | None = None
     # [m] Bricks get edges rounded by this, within their outer size, so that what touches along an edge is pushed in the
     # right direction; 0 leaves them sharp, and edges are then taken for faces.
     edge_radius: float = 0.0
+    # Bodies by themselves, not as roots of trees of links: another solver, whose friction acts against the sliding
+    # whatever its direction, which steps in half the time, and which keeps warm starts.
+    maximal_coordinates: bool = False
+    warm_start: float = 0.1  # share of the last step's contact impulses that a step starts from, in maximal coordinates
+    # A body that is let go is given half a step of gravity in its first one, so that the way that it falls is exact.
+    exact_fall: bool = False
+    # [m/s] While something is faster, what overlaps is parted without being given speed, by this many iterations.
+    lively_speed: float | None = None
+    lively_iterations: int = 0
+    lively_parts: int = 1  # into so many at least steps are then split
+    # Steps are split while the heaviest that is awake has more than this many times the mass of the lightest, by the
+    # root of what it has more, into no more than so many parts.
+    most_mass_ratio: float | None = None
+    most_parts: int = 16
     # Contact forces start from nothing, so that bodies which begin to press fall freely for a step, and the kick by
     # which that is taken back grows with the step: so many of the first steps are split into so many parts.
     first_steps: int = 0

@@ -72,6 +72,7 @@ ORDER = {
         "statics.margins.summary",
         "freezing",
         "engine_settings",
+        "stepping",
         "engine",
         "approach",
         "bounding_boxes",

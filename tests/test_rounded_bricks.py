@@ -74,9 +74,8 @@ def test_a_ladder_on_a_smooth_wall_slips_where_statics_say(beyond: float, slips:
         assert stands(engine, "ladder") is not slips
 
 
-@pytest.mark.parametrize(("bearing", "within"), [(0.0, 0.01), (90.0, 0.02), (45.0, 0.15)])
+@pytest.mark.parametrize(("bearing", "within"), [(0.0, 0.02), (20.0, 0.02), (45.0, 0.02), (90.0, 0.02)])
 def test_a_plank_slides_v_squared_over_two_mu_g(bearing: float, within: float) -> None:
-    #   The engine's friction is too weak by up to 13 % between the axes of the contact.
     speed, way = 1.0, radians(bearing)
     with world() as engine:
         velocity_W = (speed * cos(way), speed * sin(way), 0.0)
@@ -85,7 +84,9 @@ def test_a_plank_slides_v_squared_over_two_mu_g(bearing: float, within: float) -
             engine.step()
         x, y, z = engine.states(["plank"])["plank"].pose.position_W
     assert hypot(x, y) == pytest.approx(speed**2 / (2.0 * 0.5 * 9.81), rel=within)
-    assert z == pytest.approx(THICKNESS / 2.0, abs=1e-6)  # the outer size is exact
+    assert z == pytest.approx(
+        THICKNESS / 2.0, abs=2e-6
+    )  # the outer size is exact, but for a micrometre of overlap that is let be
 
 
 @pytest.mark.parametrize("size", [SIZE, (1e-3, 1e-3, 1e-3)])

@@ -39,6 +39,8 @@ class PyBulletWorld(PlainWorld):
     def join(self, bricks: Collection[BodyId]) -> None:
         states = self.states(bricks)
         group = grouped((self._bricks[brick], states[brick].pose) for brick in bricks)
+        awake = [not self.holds(brick) for brick in group.bricks]
+        flew = self._flying >= group.bricks.keys()
         for brick in group.bricks:
             self.freeze(brick)
         own = {brick: self._bodies.pop(brick) for brick in group.bricks}
@@ -47,6 +49,8 @@ class PyBulletWorld(PlainWorld):
         joined = Joined(group, surfaces(group), f"group of {next(iter(own))}", own)
         self._add_group(joined)
         self._groups[joined.name] = joined
+        if not any(awake) or flew:
+            self._comes_free(joined.name)
         self._joined |= dict.fromkeys(own, joined)
         self._set_motion(self._bodies[joined.name], *common_motion(group, states))
 
@@ -57,34 +61,35 @@ class PyBulletWorld(PlainWorld):
             (times(self.scale, group.bricks[brick].size), _scaled(self.scale, place))
             for brick, place in group.places_G.items()
         )
-        body = pybullet.createMultiBody(
-            baseMass=group.mass * self._mass_unit,
-            baseCollisionShapeIndex=shape,
-            basePosition=times(self.scale, group.pose.position_W),
-            baseOrientation=group.pose.orientation,
-            physicsClientId=self.client,
-        )
+        body = self._body(group.mass, shape, times(self.scale, group.pose.position_W), group.pose.orientation)
         self._name(body, joined.name, self._own_friction())
-        self._weigh(body, group.moments)
+        self._weigh(body, group.mass, group.moments)
 
     def part(self, brick: BodyId) -> tuple[BodyId, ...]:
         joined = self._joined[brick]
-        states = self.states(joined.group.bricks)
+        states, flew = self.states(joined.group.bricks), joined.name in self._flying
         self._remove_group(joined)
         for name, state in states.items():
             body = self._bodies[name] = joined.own_bodies[name]
             pybullet.setCollisionFilterGroupMask(body, -1, MOVING_THINGS, ALL, self.client)
             self.put_at(name, state.pose)
             self.wake(name)
+            if not flew:
+                self._stays(name)  # as for falling: it does so already
             self._set_motion(body, state.velocity_W, state.angular_velocity_W)
         return tuple(states)
 
     def _remove_group(self, joined: Joined) -> None:
         body = self._bodies.pop(joined.name)
         pybullet.removeBody(body, self.client)
+        self._stays(joined.name)
         del self.names[body], self._groups[joined.name]
         for name in joined.group.bricks:
             del self._joined[name]
+
+    def _awake_masses(self) -> list[float]:
+        free = [mass for name, mass in self._masses.items() if name not in self._joined and not self.holds(name)]
+        return free + [joined.group.mass for joined in self._groups.values()]
 
     def freeze(self, brick: BodyId) -> None:
         if brick in self._joined:

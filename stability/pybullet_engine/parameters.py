@@ -4,6 +4,7 @@ from math import sqrt
 
 from stability.engine_settings import EngineSettings
 from stability.pybullet_engine.binding import pybullet
+from stability.stepping import Stepping
 
 # [engine m/s], for bodies as well as joints. By default PyBullet clamps speeds at 100, which is 10 m/s at scale 100.
 TOP_SPEED = 1e4
@@ -20,16 +21,34 @@ def engine_parameters(settings: EngineSettings) -> dict[str, float]:
         "numSubSteps": 0,
         "contactERP": settings.contact_erp,
         "erp": settings.contact_erp,
-        "frictionERP": 0.2,
+        "frictionERP": settings.friction_erp,
         "contactBreakingThreshold": settings.breaking_threshold * settings.scale,
-        "contactSlop": 1e-5,
+        "contactSlop": settings.contact_slop,
         "solverResidualThreshold": settings.residual_threshold,
         "restitutionVelocityThreshold": 0.2,
         "globalCFM": 0.0,
         "enableConeFriction": 1,
         "deterministicOverlappingPairs": 1,
         "constraintSolverType": pybullet.CONSTRAINT_SOLVER_LCP_SI,
+        "useSplitImpulse": 0 if settings.maximal_coordinates else 1,
+        "warmStartingFactor": settings.warm_start,
+        "enableSAT": 0,
+        "collisionFilterMode": 0,
+        "minimumSolverIslandSize": 128,
+        "allowedCcdPenetration": 0.04,
     }
+
+
+def step_parameters(settings: EngineSettings, how: Stepping) -> dict[str, float]:
+    """What `setPhysicsEngineParameter` must be told when the stepping changes."""
+    parameters = {
+        "fixedTimeStep": settings.time_step * sqrt(settings.scale) / how.parts,
+        "numSolverIterations": how.iterations,
+    }
+    if settings.maximal_coordinates:
+        # What overlaps is then parted without being given speed. Stacks at rest creep by it.
+        parameters |= {"useSplitImpulse": int(how.lively), "splitImpulsePenetrationThreshold": 0.0}
+    return parameters
 
 
 def body_parameters(settings: EngineSettings, own_friction: float) -> dict[str, float]:
@@ -42,6 +61,6 @@ def body_parameters(settings: EngineSettings, own_friction: float) -> dict[str, 
         "linearDamping": settings.linear_damping,
         "angularDamping": settings.angular_damping,
         "maxJointVelocity": TOP_SPEED,
-        "frictionAnchor": int(settings.friction_anchor),
+        "frictionAnchor": 0,
         "activationState": pybullet.ACTIVATION_STATE_DISABLE_SLEEPING,
     }

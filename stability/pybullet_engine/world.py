@@ -1,19 +1,21 @@
 """A PyBullet world of one's own, with every setting that matters made explicit; every brick moves by itself."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from math import ceil, log10, sqrt
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
+from math import log10, sqrt
 from types import MappingProxyType
 from typing import Self
 
 from stability.engine_settings import EngineSettings
+from stability.geometry import body_axes
 from stability.impulse import moments, pushed
-from stability.model import AT_REST, BodyId, Box, Brick, Plane, Pose, Quaternion, Shape, Vec3
+from stability.model import AT_REST, BodyId, BodyState, Box, Brick, Plane, Pose, Quaternion, Shape, Vec3
 from stability.pybullet_engine.binding import pybullet
 from stability.pybullet_engine.bodies import PyBulletBodies
-from stability.pybullet_engine.parameters import body_parameters, engine_parameters
+from stability.pybullet_engine.parameters import body_parameters, engine_parameters, step_parameters
 from stability.pybullet_engine.solids import Solids
-from stability.vectors import times
+from stability.stepping import Awake, Stepping, stepping
+from stability.vectors import plus, times
 
 # Combined friction is the product of two bodies' own; this stands for "none" where a partner must still reach its own.
 FRICTIONLESS = 1e-6
@@ -27,6 +29,8 @@ HALF_SPACE_BESIDE_HULLS = 1e2
 ROOM = 10.0
 # Edges are not rounded by more than this share of a brick's smallest side, however small it is.
 MOST_ROUNDED = 0.02
+# A brick lies square if the cosine of an axis of it to the vertical is more than this: by 0.1 deg.
+SQUARE = 1.0 - 1.5e-6
 # [engine kg] for the heaviest brick: far above the thresholds, and even ten thousand press far below the cap of 1e10.
 HEAVIEST = 1e4
 
@@ -37,9 +41,15 @@ class PlainWorld(PyBulletBodies):
 
     settings: EngineSettings = field(kw_only=True)
     friction: float = field(kw_only=True)  # Coulomb coefficient of brick on brick
-    _parts: int = field(default=1, init=False)  # engine steps in one step
-    _split: int = field(default=1, init=False)  # and so the engine was told
-    _eased: int = field(default=0, init=False)  # steps to come that are split because bodies begin to press
+    gravity: float = field(default=0.0, init=False)  # [m/s2] along -z
+    _fastest: float = field(default=0.0, init=False)  # [m/s]
+    _stepping: Stepping | None = field(default=None, init=False)  # None: something else is awake, look again
+    _told_stepping: Stepping = field(init=False)  # what the engine knows
+    _last_step: float = field(default=0.0, init=False)  # how long the last engine step was [s]
+    _let_go: set[BodyId] = field(default_factory=set, init=False)  # since the last step
+    _flying: set[BodyId] = field(default_factory=set, init=False)  # let go, and not seen to touch anything since
+    _eased: int = field(default=0, init=False)  # steps to come in which bodies begin to press
+    _anchored: set[BodyId] = field(default_factory=set, init=False)  # bricks held by springs while all is quiet
     _solids: Solids = field(init=False)
     _planes: dict[BodyId, Plane] = field(default_factory=dict, init=False)
     _reach: float = field(default=HALF_SPACE, init=False)  # half the side of the boxes that stand for planes [m]
@@ -48,6 +58,7 @@ class PlainWorld(PyBulletBodies):
 
     def __post_init__(self) -> None:
         self._solids = Solids(self.client)
+        self._told_stepping = stepping(self.settings, Awake())
         if self.settings.edge_radius:
             self._reach = HALF_SPACE_BESIDE_HULLS
 
@@ -65,6 +76,7 @@ class PlainWorld(PyBulletBodies):
         world.scale = settings.scale
         if heaviest is not None and settings.scale != 1.0:
             world._mass_unit = 10.0 ** round(log10(HEAVIEST / heaviest))
+        world.gravity = gravity
         pybullet.setGravity(0.0, 0.0, -gravity, client)
         pybullet.setPhysicsEngineParameter(**engine_parameters(settings), physicsClientId=client)
         return world
@@ -74,24 +86,98 @@ class PlainWorld(PyBulletBodies):
         pybullet.disconnect(self.client)
 
     def step(self) -> None:
-        parts = max(self._parts, self.settings.first_parts if self._eased else 1)
-        if parts != self._split:
-            self._split = parts
-            engine_step = self.settings.time_step * sqrt(self.scale) / parts
-            pybullet.setPhysicsEngineParameter(fixedTimeStep=engine_step, physicsClientId=self.client)
-        for _ in range(parts):
+        parts = self._suited().parts
+        self._first_step(self.settings.time_step / parts)
+        for _ in range(parts - 1):
             pybullet.stepSimulation(self.client)
-        self._eased = max(0, self._eased - 1)
+        if self._eased:
+            self._eased -= 1
+            self._stepping = self._stepping if self._eased else None
         self._clock += self.settings.time_step
 
+    def _first_step(self, duration: float) -> None:
+        """Take an engine step of a duration [s], the first after what was let go since the last.
+
+        PyBullet moves a body on by the speed that it will have. So speeds belong to the middle of a step, and gravity
+        acts from there to the middle of the next: for half a step on what was let go, and for the mean of two steps
+        where they change.
+        """
+        last, self._last_step = self._last_step or duration, duration
+        if self._let_go:
+            self._lift(0.5 * self.gravity * last)
+        if last == duration or not self.settings.exact_fall:
+            pybullet.stepSimulation(self.client)
+            return
+        pybullet.setGravity(0.0, 0.0, -0.5 * self.gravity * (last + duration) / duration, self.client)
+        pybullet.stepSimulation(self.client)
+        pybullet.setGravity(0.0, 0.0, -self.gravity, self.client)
+
     def limit_travel(self, fastest: float) -> None:
-        """Split the coming steps so that a body of this speed [m/s] gets no further in one than the settings allow."""
-        if self.settings.most_travel is not None:
-            self._parts = max(1, ceil(fastest * self.settings.time_step / self.settings.most_travel))
+        """Say how fast the bodies of the coming steps are at most [m/s]; steps are taken to suit that."""
+        self._fastest, self._stepping = fastest, None
 
     def ease_in(self) -> None:
         """Say that bodies which did not press on each other begin to: split the first steps, as the settings say."""
-        self._eased = self.settings.first_steps
+        self._eased, self._stepping = self.settings.first_steps, None
+
+    def _suited(self) -> Stepping:
+        """How to step what is awake; the engine knows it."""
+        if self._stepping is None:
+            self._stepping = stepping(self.settings, Awake(self._fastest, self._mass_ratio(), self._eased > 0))
+            if self._stepping != self._told_stepping:
+                parameters = step_parameters(self.settings, self._stepping)
+                pybullet.setPhysicsEngineParameter(**parameters, physicsClientId=self.client)
+                if self._stepping.lively != self._told_stepping.lively:
+                    self._anchor(sorted(self._anchored), not self._stepping.lively)
+                self._told_stepping = self._stepping
+        return self._stepping
+
+    def _anchor(self, bricks: Collection[BodyId], held: bool) -> None:
+        """Hold the resting contacts of these bricks by springs, or do so no more."""
+        for brick in bricks:
+            pybullet.changeDynamics(self._bodies[brick], -1, frictionAnchor=int(held), physicsClientId=self.client)
+
+    def _mass_ratio(self) -> float:
+        """How many times the mass of the lightest body that is awake the heaviest has."""
+        if self.settings.most_mass_ratio is None:
+            return 1.0
+        masses = self._awake_masses()
+        return max(masses) / min(masses) if masses else 1.0
+
+    def _awake_masses(self) -> list[float]:
+        return [mass for name, mass in self._masses.items() if not self.holds(name)]
+
+    def _lift(self, speed: float) -> None:
+        """Throw what was let go upwards [m/s]."""
+        for name in sorted(self._let_go):
+            body = self._bodies[name]
+            (vx, vy, vz), turning = pybullet.getBaseVelocity(body, self.client)
+            lifted = (vx, vy, vz + speed * sqrt(self.scale))
+            pybullet.resetBaseVelocity(body, lifted, turning, physicsClientId=self.client)
+        self._flying |= self._let_go
+        self._let_go.clear()
+
+    def states(self, bodies: Collection[BodyId]) -> dict[BodyId, BodyState]:
+        found = super().states(bodies)
+        for name in self._flying & found.keys():
+            if pybullet.getContactPoints(bodyA=self._bodies[name], physicsClientId=self.client):
+                self._flying.discard(name)
+            else:  # its speed is that of the middle of the last step
+                since = (0.0, 0.0, -0.5 * self.gravity * self._last_step)
+                found[name] = replace(found[name], velocity_W=plus(found[name].velocity_W, since))
+        return found
+
+    def _stays(self, body: BodyId) -> None:
+        """Note that a body is not awake any more."""
+        self._stepping = None
+        self._let_go.discard(body)
+        self._flying.discard(body)
+
+    def _comes_free(self, body: BodyId) -> None:
+        """Note that a body is awake from now on."""
+        self._stepping = None
+        if self.settings.exact_fall:
+            self._let_go.add(body)
 
     def skip(self, duration: float) -> None:
         """Let time pass in which nothing can move."""
@@ -104,7 +190,10 @@ class PlainWorld(PyBulletBodies):
         """Nobody else brings bodies into this world."""
 
     def shape(self, body: BodyId) -> Shape:
-        return Box(self._bricks[body].size) if body in self._bricks else super().shape(body)
+        if body in self._bricks:
+            return Box(self._bricks[body].size)
+        side = 2.0 * self._reach
+        return Box((side, side, side))
 
     def holds(self, brick: BodyId) -> bool:
         return float(pybullet.getDynamicsInfo(self._bodies[brick], -1, self.client)[0]) == 0.0
@@ -131,13 +220,8 @@ class PlainWorld(PyBulletBodies):
         depth = self._reach * self.scale
         nx, ny, nz = plane.normal_W
         px, py, pz = times(self.scale, plane.point_W)
-        body = pybullet.createMultiBody(
-            baseMass=0.0,
-            baseCollisionShapeIndex=self._solids.box((depth, depth, depth)),
-            basePosition=(px - nx * depth, py - ny * depth, pz - nz * depth),
-            baseOrientation=_turning_z_to(plane.normal_W),
-            physicsClientId=self.client,
-        )
+        centre = (px - nx * depth, py - ny * depth, pz - nz * depth)
+        body = self._body(0.0, self._solids.box((depth, depth, depth)), centre, _turning_z_to(plane.normal_W))
         self._name(body, plane.id, plane.friction / self._own_friction())
 
     def add_brick(self, brick: Brick, pose: Pose, velocity_W: Vec3 = AT_REST) -> None:
@@ -145,22 +229,26 @@ class PlainWorld(PyBulletBodies):
         self._reach_beyond(brick, pose)
         half = times(0.5 * self.scale, brick.size)
         radius = self.scale * self._edge_radius(brick)
-        body = pybullet.createMultiBody(
-            baseMass=brick.mass * self._mass_unit,
-            baseCollisionShapeIndex=self._solids.rounded_box(half, radius) if radius else self._solids.box(half),
-            basePosition=times(self.scale, pose.position_W),
-            baseOrientation=pose.orientation,
-            physicsClientId=self.client,
-        )
+        square = lies_square(pose)
+        shape = self._solids.rounded_box(half, radius) if radius and not square else self._solids.box(half)
+        body = self._body(brick.mass, shape, times(self.scale, pose.position_W), pose.orientation)
         self._name(body, brick.id, self._own_friction())
         self._bricks[brick.id] = brick
         self._masses[brick.id] = brick.mass
         self._told = MappingProxyType(self._masses)  # another object says that a brick has come
         if radius:
             pybullet.changeDynamics(body, -1, collisionMargin=radius, physicsClientId=self.client)
-            self._weigh(body, moments(brick.size, brick.mass))
+            self._weigh(body, brick.mass, moments(brick.size, brick.mass))
         if velocity_W != AT_REST:
             self._set_motion(body, velocity_W, AT_REST)
+        if square and self.settings.friction_anchor:  # those that lean stand where they should slip if they are held
+            self._anchored.add(brick.id)
+            self._anchor([brick.id], not self._told_stepping.lively)
+        self._comes_free(brick.id)
+
+    def freeze(self, brick: BodyId) -> None:
+        super().freeze(brick)
+        self._stays(brick)
 
     def _edge_radius(self, brick: Brick) -> float:
         """How much the edges of a brick are rounded [m]."""
@@ -168,19 +256,44 @@ class PlainWorld(PyBulletBodies):
 
     def wake(self, brick: BodyId) -> None:
         super().wake(brick)
+        self._comes_free(brick)
         if self.settings.edge_radius:
-            self._weigh(self._bodies[brick], moments(self._bricks[brick].size, self._bricks[brick].mass))
+            size, mass = self._bricks[brick].size, self._bricks[brick].mass
+            self._weigh(self._bodies[brick], mass, moments(size, mass))
 
-    def _weigh(self, body: int, inertia: Vec3) -> None:
-        """Give a body its moments of inertia [kg m2]: PyBullet takes those of a bounding box with margins."""
-        diagonal = times(self._mass_unit * self.scale**2, inertia)
-        pybullet.changeDynamics(body, -1, localInertiaDiagonal=diagonal, physicsClientId=self.client)
+    def _body(self, mass: float, shape: int, position: Vec3, orientation: Quaternion) -> int:
+        """The number of a new body of a mass [kg], at a place in engine metres."""
+        return int(
+            pybullet.createMultiBody(
+                baseMass=mass * self._mass_unit,
+                baseCollisionShapeIndex=shape,
+                basePosition=position,
+                baseOrientation=orientation,
+                useMaximalCoordinates=int(self.settings.maximal_coordinates),
+                physicsClientId=self.client,
+            )
+        )
+
+    def _weigh(self, body: int, mass: float, inertia: Vec3) -> None:
+        """Give a body its moments of inertia [kg m2]: PyBullet takes those of a bounding box with margins.
+
+        The mass must be said again, or a body in maximal coordinates loses it.
+        """
+        pybullet.changeDynamics(
+            body,
+            -1,
+            mass=mass * self._mass_unit,
+            localInertiaDiagonal=times(self._mass_unit * self.scale**2, inertia),
+            physicsClientId=self.client,
+        )
 
     def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:
         """Give a brick that is not frozen an impulse [N s] at a point [m]."""
         size, mass = self._bricks[brick].size, self._bricks[brick].mass
         after = pushed(self.states([brick])[brick], size, mass, impulse_W, at_W)
         self._set_motion(self._bodies[brick], after.velocity_W, after.angular_velocity_W)
+        if brick in self._flying:
+            self._comes_free(brick)
 
     def _set_motion(self, body: int, velocity_W: Vec3, angular_velocity_W: Vec3) -> None:
         rate = sqrt(self.scale)
@@ -193,6 +306,8 @@ class PlainWorld(PyBulletBodies):
         body = self._bodies.pop(brick)
         pybullet.removeBody(body, self.client)
         del self.names[body], self._bricks[brick], self._masses[brick]
+        self._stays(brick)
+        self._anchored.discard(brick)
         self._told = MappingProxyType(self._masses)
 
     def _own_friction(self) -> float:
@@ -212,3 +327,8 @@ def _turning_z_to(normal_W: Vec3) -> Quaternion:
         return (1.0, 0.0, 0.0, 0.0)
     half = sqrt(2.0 * (1.0 + nz))
     return (-ny / half, nx / half, 0.0, half / 2.0)
+
+
+def lies_square(pose: Pose) -> bool:
+    """Whether an axis of a brick is vertical: it may touch others with its faces, and does not lean on them."""
+    return any(abs(axis_W[2]) > SQUARE for axis_W in body_axes(pose.orientation))
