@@ -110,7 +110,9 @@ class ProvenStability:
         announced, self._announced = self._announced, set()
         if not coming:
             return lost
+        self.assembly.names_smallest = bool(announced)  # of a heap nobody asks what could fall alone
         judgement = self._judged(coming)
+        self.assembly.names_smallest = True
         if announced:
             self._when_changed = judgement.first
         found = self._carry_out(judgement, [placed.brick.id for placed in coming], announced)

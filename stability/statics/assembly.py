@@ -76,6 +76,15 @@ class Assembly:
         """Acceleration of free fall [m/s2]."""
         return self._structure.gravity
 
+    @property
+    def names_smallest(self) -> bool:
+        """Whether an UNSTABLE verdict names as few bricks as are found to fall without the rest: seconds for heaps."""
+        return self._structure.smallest
+
+    @names_smallest.setter
+    def names_smallest(self, wanted: bool) -> None:
+        self._structure.smallest = wanted
+
     # --- changes ------------------------------------------------------------------------------------------------------
 
     def add(self, brick: Brick, pose: Pose) -> Verdict:

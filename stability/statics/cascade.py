@@ -220,7 +220,7 @@ def _is_within(contact: Contact, members: Collection[BodyId], structure: Structu
 
 
 def _falls(structure: Structure, problem: Problem, motion: Motion) -> Answer:
-    least = smallest_mechanism(problem, motion, structure.tolerances)
+    least = smallest_mechanism(problem, motion, structure.tolerances) if structure.smallest else motion
     reason = _reason(structure, problem, least)
     return Answer(verdict=Verdict(Stability.UNSTABLE, Stage.CONES, reason, tuple(sorted(least.velocity)), least))
 
