@@ -7,7 +7,7 @@ looked at; bricks in contact press on each other, and do not hit.
 
 from collections.abc import Container, Mapping
 from dataclasses import dataclass, field
-from math import hypot, sqrt
+from math import hypot, inf, sqrt
 
 from stability.engine import Engine
 from stability.geometry import composed
@@ -59,6 +59,7 @@ class Approaches:
     ahead: float = 0.0  # [s] how long before it happens a hit is told, if that is more than two steps
     gravity: float = 0.0  # [m/s2]: what a step of free fall gives a brick that the engine keeps bouncing is no hit
     _now: float | None = field(default=None, init=False)  # [s] of the last look
+    _known: set[BodyId] = field(default_factory=set, init=False)  # bricks that were looked at before
     _look_at: dict[BodyId, float] = field(default_factory=dict, init=False)  # [s] when to look next
 
     def hits(self, moving: Mapping[BodyId, BodyState], still: Container[BodyId]) -> list[Hit]:
@@ -73,9 +74,13 @@ class Approaches:
         for brick, state in moving.items():
             if now < self._look_at.get(brick, now):
                 continue
+            # What is in touch presses, and does not hit; unless it has only just come, and came fast.
+            apart = IN_TOUCH if brick in self._known else -inf
+            self._known.add(brick)
             fastest = _fastest(state, size) if (size := self._size(brick)) else 0.0
             if size and fastest > least:
-                near = self._near(brick, state, still, max(AHEAD * min(size), _close(size, fastest, ahead)))
+                around = max(AHEAD * min(size), _close(size, fastest, ahead))
+                near = [n for n in self._near(brick, state, still, around) if n.apart.gap > apart * min(size)]
                 free = min((other.apart.gap for other in near), default=AHEAD * min(size))
                 # Half the way, for whatever makes it faster meanwhile.
                 rest = 0.5 * max(0.0, free - _close(size, fastest, ahead)) / fastest
@@ -86,13 +91,14 @@ class Approaches:
     def forget(self, brick: BodyId) -> None:
         """A brick was frozen, or is gone."""
         self._look_at.pop(brick, None)
+        self._known.discard(brick)
 
     def _size(self, brick: BodyId) -> Vec3 | None:
         shape = self.engine.shape(brick)
         return shape.size if isinstance(shape, Box) else None
 
     def _near(self, brick: BodyId, state: BodyState, still: Container[BodyId], within: float) -> list["_Near"]:
-        """The bricks `still` that are near without touching."""
+        """The bricks `still` that are near."""
         own = self._size(brick)
         others = [other for other in self.engine.near(brick, within) if other in still]
         states, found = self.engine.states(others), []
@@ -100,8 +106,7 @@ class Approaches:
             size = self._size(other)
             if own and size:
                 apart = boxes_apart(own, state.pose, size, states[other].pose)
-                if apart.gap > IN_TOUCH * min(own):
-                    found.append(_Near(_Box(other, size, states[other]), apart))
+                found.append(_Near(_Box(other, size, states[other]), apart))
         return found
 
 

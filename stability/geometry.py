@@ -47,6 +47,13 @@ def turn_between(one: Pose, other: Pose) -> float:
     return 2.0 * atan2(hypot(a, b, c), abs(part))
 
 
+def lean_between(one: Pose, other: Pose) -> float:
+    """The angle by which what was upright in one pose leans in another [rad]: a turn about the vertical is none."""
+    x, y, z, w = one.orientation
+    a, b, c = turned(other.orientation, turned((-x, -y, -z, w), (0.0, 0.0, 1.0)))
+    return atan2(hypot(a, b), c)
+
+
 def body_axes(orientation: Quaternion) -> tuple[Vec3, Vec3, Vec3]:
     """The three body axes in W."""
     return (

@@ -13,8 +13,10 @@ from stability.geometry import (
     centroid,
     composed,
     convex_hull,
+    lean_between,
     signed_distance,
     straightened,
+    turn_between,
     turned,
 )
 from stability.model import Pose
@@ -110,3 +112,14 @@ def test_the_centroid_of_a_triangle_is_the_mean_of_its_corners() -> None:
     assert centroid(((0.0, 0.0), (3.0, 0.0), (0.0, 3.0))) == pytest.approx((1.0, 1.0))
     assert centroid(SQUARE) == pytest.approx((1.0, 1.0))
     assert centroid(((0.0, 0.0), (2.0, 0.0))) == pytest.approx((1.0, 0.0))
+
+
+def test_a_turn_about_the_vertical_is_no_lean() -> None:
+    lying = Pose((0.0, 0.0, 0.0), (sin(0.2), 0.0, 0.0, cos(0.2)))
+    yawed = Pose((0.0, 0.0, 0.0), composed((0.0, 0.0, sin(0.4), cos(0.4)), lying.orientation))
+    rolled = Pose((0.0, 0.0, 0.0), composed((sin(0.1), 0.0, 0.0, cos(0.1)), lying.orientation))
+    assert (turn_between(lying, yawed), lean_between(lying, yawed)) == (
+        pytest.approx(0.8),
+        pytest.approx(0.0, abs=1e-12),
+    )
+    assert lean_between(lying, rolled) == pytest.approx(0.2)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from math import dist
 
 from stability.freezing import RestLimits
-from stability.geometry import turn_between
+from stability.geometry import lean_between, turn_between
 from stability.model import BodyId, BodyState, Brick, Pose
 from stability.statics.facts import Placed
 from stackdsl.timeline import Placement
@@ -24,7 +24,7 @@ class Watched:
     rest: Pose | None  # None until a dropped brick has come to rest
     last: Pose
     shift: float = 0.0  # [m] largest since rest
-    tilt: float = 0.0  # [rad] largest since rest
+    tilt: float = 0.0  # [rad] largest since rest; once a hit has come, of what was upright
     sunk: float | None = None  # [m] largest below rest; None until a hit has come
     slow_since: float | None = None
     left_at: float | None = None  # [s]
@@ -62,7 +62,9 @@ class Watched:
         else:
             shift = dist(self.rest.position_W, state.pose.position_W)
             self.shift = max(self.shift, shift if shift > READ_BACK else 0.0)
-            self.tilt = max(self.tilt, turn_between(self.rest, state.pose))
+            # What a hit turns on the flat has not tilted.
+            turned = turn_between if self.sunk is None else lean_between
+            self.tilt = max(self.tilt, turned(self.rest, state.pose))
             if self.sunk is not None:
                 self.sunk = max(self.sunk, self.rest.position_W[2] - state.pose.position_W[2])
             if self.left_at is None and self.left_its_place:
