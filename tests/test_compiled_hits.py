@@ -258,3 +258,33 @@ def test_a_push_makes_a_brick_no_faster_than_one_that_is_thrown() -> None:
         mistakes = mistakes_of("- column: {levels: 1}", f"impacts: [{push}]")
         assert (mistakes == []) is known
     assert mistakes[0].hint == "write more than 0, at most 239 mN*s"
+
+
+@pytest.mark.parametrize(
+    "claim",
+    [
+        "stands: {bricks: [^shot]}", "falls: {bricks: [L1.1, ^shot]}", "collapses: {brick: ^shot}",
+        "untouched: {bricks: [^shot]}", "untouched: {except: [^shot]}", "drift: {is: < 1 mm, bricks: [^shot]}",
+        "height: {is: < 8 mm, of: ^shot}", "rests_on: {brick: ^shot, support: L2.1}",
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize(
+    ("impact", "word"),
+    [
+        (f"throw: {{at: L2.1, name: shot, {FROM}}}", "thrown"),
+        ("drop: {onto: L2.1, name: shot, height: 1 m}", "dropped"),
+    ],
+)
+def test_nothing_is_expected_of_a_brick_that_hits(claim: str, impact: str, word: str) -> None:
+    rest = f"impacts: [{{{impact}}}]\nexpect: [{{{claim.replace('^', '')}}}]"
+    (mistake,) = mistakes_of("- column: {levels: 2}", rest)
+    assert (mistake.code, mistake.span.line) == ("SD204", 5)
+    assert mistake.span.column == len("expect: [{") + claim.index("^") + 1
+    assert mistake.message.startswith(f"'shot' is {word}, and no part of the structure")
+    assert mistakes_of("- column: {levels: 2}", rest.replace("shot", "hit", 1).replace("shot", "L2.1")) == []
+
+
+def test_a_brick_may_rest_on_one_that_hit() -> None:
+    impacts = f"impacts: [{{throw: {{at: L2.1, name: shot, {FROM}}}}}]"
+    claim = "expect: [{rests_on: {brick: L2.1, support: shot}}]"
+    assert mistakes_of("- column: {levels: 2}", f"{impacts}\n{claim}") == []
