@@ -34,6 +34,7 @@ class Placement:
     # belongs to no level, which is 0.
     thrown: bool = False
     velocity_W: Vec3 = AT_REST  # with which it comes [m/s]
+    flight: float = 0.0  # until a thrown one meets what it is aimed at [s]
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,13 +59,18 @@ Action: TypeAlias = Placement | Removal | Push
 Moment: TypeAlias = tuple[Placement, ...] | Removal | Push  # what is done together
 
 
+def arrival_of(action: Action) -> float:
+    """When it does something to the structure: at once, unless it has to fly there [s]."""
+    return action.time + (action.flight if isinstance(action, Placement) else 0.0)
+
+
 @dataclass(frozen=True, slots=True)
 class Timeline:
     """All that happens to the structure, in order of time."""
 
     world: World
     actions: tuple[Action, ...]  # by time, then in the author's order
-    hold: float  # how long the structure is watched after the last action [s]
+    hold: float  # how long the structure is watched after the last action, or the last hit that arrives later [s]
     # Whether anything is asked that only motion shows. If not, a system with proofs does without an engine.
     watched: bool = True
     margins: tuple[str, ...] = ()  # those of the proof that are asked for, such as `tilt`
@@ -91,7 +97,7 @@ class Timeline:
     @property
     def end(self) -> float:
         """Until when the structure is watched [s]."""
-        return self.actions[-1].time + self.hold
+        return max(arrival_of(action) for action in self.actions) + self.hold
 
     @property
     def levels(self) -> int:

@@ -189,6 +189,7 @@ class Trace:
     # Who carried each brick once it had been judged or had settled, at the next placement; for snapshots.
     edges_when_placed: Mapping[BodyId, tuple[Edge, ...]]
     world: World | None = None  # what did not move
+    last_arrival: float = 0.0  # when the last hit met what it was aimed at, or was to [s]
     # What was proven when bricks were last set down or pulled out; None where nothing proves.
     statics: StaticsVerdict | None = None
     margins: Margins = Margins()  # of what stands at the end, as far as somebody asked

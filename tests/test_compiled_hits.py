@@ -204,6 +204,9 @@ CUBE = "{size: [40 mm, 40 mm, 40 mm], mass: 50 g}"
         ("{drop: {onto: L2.1, height: ^0 mm}}", "SD104", "not more than zero"),
         ("{push: {brick: L1.1, impulse: [1 N*s, ^1 N, 0 N*s]}}", "SD106", "'N' is not a unit of an impulse"),
         ("{push: {brick: L1.1, impulse: [1 N*s, 0 N*s, 0 N*s], point: ^[0 mm, 0 mm, 5 mm]}}", "SD207", "1.1 mm out"),
+        ("{push: {brick: L1.1, impulse: ^[0 N*s, 0 N*s, 0 N*s]}}", "SD104", "gives brick 'L1.1' 0 m/s"),
+        (f"{{throw: {{at: L1.1, {FROM}}}}}, {{push: {{brick: thrown-1, impulse: ^[1 N*s, 0 N*s, 0 N*s]}}}}",
+         "SD104", "gives brick 'thrown-1' 83.64 m/s"),
         (f"{{remove: {{brick: ^thrown-2}}}}, {{at: 9 s, throw: {{at: L1.1, {FROM}}}}}", "SD204", "at 9 s, not"),
         (
             "{push: {brick: ^a, impulse: [1 N*s, 0 N*s, 0 N*s]}}, "
@@ -238,7 +241,7 @@ def test_nobody_knows_where_a_brick_that_was_let_go_lies() -> None:
     for impact in (f"throw: {{at: a, {FROM}}}", "drop: {onto: a, height: 1 m}"):
         (mistake,) = mistakes_of(build, f"impacts: [{{at: 1 s, {impact}}}]")
         assert (mistake.code, "comes flying or falling" in mistake.message) == ("SD204", True)
-    assert mistakes_of(build, "impacts: [{push: {brick: a, impulse: [1 N*s, 0 N*s, 0 N*s]}}]") == []
+    assert mistakes_of(build, "impacts: [{push: {brick: a, impulse: [1 mN*s, 0 N*s, 0 N*s]}}]") == []
 
 
 def test_a_brick_does_not_come_through_a_wall() -> None:
@@ -246,3 +249,42 @@ def test_a_brick_does_not_come_through_a_wall() -> None:
     (mistake,) = mistakes_of("- column: {levels: 1}", f"impacts: [{{throw: {{at: level 1, {FROM}}}}}]\n{walls}")
     #  its far end is 3 L / 2 + 10 mm out
     assert (mistake.code, mistake.message) == ("SD201", "brick 'thrown-1' starts 36.4 mm inside wall1")
+
+
+def test_a_push_makes_a_brick_no_faster_than_one_that_is_thrown() -> None:
+    #  0.11956 N s are 10 m/s for 11.956 g, along x and along y, so 14.1 m/s together; 20 m/s are 239.1 mN s.
+    for along, known in ((0.11956, True), (0.1691, False)):
+        push = f"{{push: {{brick: L1.1, impulse: [{along} N*s, {-along} N*s, 0 N*s]}}}}"
+        mistakes = mistakes_of("- column: {levels: 1}", f"impacts: [{push}]")
+        assert (mistakes == []) is known
+    assert mistakes[0].hint == "write more than 0, at most 239 mN*s"
+
+
+@pytest.mark.parametrize(
+    "claim",
+    [
+        "stands: {bricks: [^shot]}", "falls: {bricks: [L1.1, ^shot]}", "collapses: {brick: ^shot}",
+        "untouched: {bricks: [^shot]}", "untouched: {except: [^shot]}", "drift: {is: < 1 mm, bricks: [^shot]}",
+        "height: {is: < 8 mm, of: ^shot}", "rests_on: {brick: ^shot, support: L2.1}",
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize(
+    ("impact", "word"),
+    [
+        (f"throw: {{at: L2.1, name: shot, {FROM}}}", "thrown"),
+        ("drop: {onto: L2.1, name: shot, height: 1 m}", "dropped"),
+    ],
+)
+def test_nothing_is_expected_of_a_brick_that_hits(claim: str, impact: str, word: str) -> None:
+    rest = f"impacts: [{{{impact}}}]\nexpect: [{{{claim.replace('^', '')}}}]"
+    (mistake,) = mistakes_of("- column: {levels: 2}", rest)
+    assert (mistake.code, mistake.span.line) == ("SD204", 5)
+    assert mistake.span.column == len("expect: [{") + claim.index("^") + 1
+    assert mistake.message.startswith(f"'shot' is {word}, and no part of the structure")
+    assert mistakes_of("- column: {levels: 2}", rest.replace("shot", "hit", 1).replace("shot", "L2.1")) == []
+
+
+def test_a_brick_may_rest_on_one_that_hit() -> None:
+    impacts = f"impacts: [{{throw: {{at: L2.1, name: shot, {FROM}}}}}]"
+    claim = "expect: [{rests_on: {brick: L2.1, support: shot}}]"
+    assert mistakes_of("- column: {levels: 2}", f"{impacts}\n{claim}") == []

@@ -200,7 +200,7 @@ def test_an_authors_level_may_be_up_to_one_above_what_the_brick_stands_on(level:
     ],
 )
 def test_an_authors_level_does_not_leave_levels_out(bricks: str, words: str) -> None:
-    (mistake,) = mistakes_of(f"- bricks: [{bricks}]", "expect: [{stands: {levels: 7}}]")
+    (mistake,) = mistakes_of(f"- bricks: [{bricks}]", "expect: [{stands: {levels: 3}}]")
     assert mistake.code == "SD104"
     assert words in mistake.message
     excerpt = mistake.span.excerpt[mistake.span.column - 1 : mistake.span.end_column - 1]
@@ -419,3 +419,28 @@ def test_nothing_is_expected_of_a_brick_that_is_pulled_out(claim: str) -> None:
     assert (mistake.code, mistake.span.line) == ("SD204", 5)
     assert "pulled out" in mistake.message
     assert mistakes_of("- column: {levels: 2}", impacts.replace(claim, "collapses: {brick: L2.1}")) == []
+
+
+# --- claims of more than there is -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("claim", "built"),  # of four levels with eight bricks
+    [
+        ("stands: {levels: 5}", "5 levels are claimed, and 4 are built"),
+        ("untouched: {levels: 5}", "5 levels are claimed, and 4 are built"),
+        ("leaves: {levels: 5 .. 7}", "5 levels are claimed, and 4 are built"),
+        ("leaves: {levels: '> 4'}", "5 levels are claimed, and 4 are built"),
+        ("leaves: {bricks: '>= 9'}", "9 bricks are claimed, and 8 are built"),
+        ("falls: {count: 9}", "9 bricks are claimed, and 8 are built"),
+        ("stands: {levels: 4}", None),
+        ("untouched: {levels: 4}", None),
+        ("leaves: {levels: 3 .. 7}", None),
+        ("leaves: {bricks: '>= 8'}", None),
+        ("falls: {count: <= 100}", None),
+    ],
+)
+def test_a_claim_of_more_than_is_built_is_a_mistake(claim: str, built: str | None) -> None:
+    for key in (f"expect: [{{{claim}}}]", f"truth: [{{{claim}, source: a book}}]"):
+        found = mistakes_of("- four_stack: {levels: 4}", key)
+        assert [(mistake.code, mistake.message) for mistake in found] == ([("SD205", built)] if built else [])

@@ -5,6 +5,8 @@ from math import radians, sin, sqrt
 import pytest
 
 from stability.model import BodyState, Brick, Pose, Vec3
+from stackdsl.judging.standing import stands
+from stackdsl.language.claims import Stands
 from stackdsl.playing.runner import play
 from stackdsl.playing.systems import SYSTEMS
 from stackdsl.playing.watch import Watch
@@ -103,7 +105,7 @@ def test_hits_go_on_after_a_collapse_and_building_does_not() -> None:
     assert trace.tracks["shot"].state is BrickState.THROWN
     assert [event.time for event in trace.events if event.kind is EventKind.PUSHED] == [3.0]
     assert trace.last_action == 4.0
-    assert trace.cost.simulated_time == pytest.approx(4.5, abs=0.01)
+    assert trace.cost.simulated_time == pytest.approx(4.525, abs=0.01)  # the shot flies 50 mm first
 
 
 def test_what_a_hit_brings_down_is_followed_as_long_as_the_hit_itself() -> None:
@@ -115,3 +117,24 @@ def test_what_a_hit_brings_down_is_followed_as_long_as_the_hit_itself() -> None:
     assert trace.collapse is not None
     assert trace.collapse.time < 0.5
     assert trace.cost.simulated_time == pytest.approx(2.6, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("hit", "flight"),
+    [
+        ("throw: {at: post, from: {bearing: 0 deg, distance: 3 m}, speed: 2 m/s}", 1.5),
+        ("drop: {onto: post, height: 4.905 m, rotate: [0 deg, 90 deg, 30 deg]}", 1.0),  # sqrt(2 h / g)
+    ],
+)
+def test_a_hit_is_waited_for_until_it_arrives(hit: str, flight: float) -> None:
+    #  The post is knocked over, but not before what comes has flown for longer than the watch lasts.
+    build = "- bricks: [{name: post, at: [0 mm, 0 mm, 58.8 mm], rotate: [0 deg, 90 deg, 0 deg]}]"
+    timeline = timeline_of(build, f"impacts: [{{at: 0.5 s, {hit}}}]\nexpect: [{{stands: {{for: 0.5 s}}}}]")
+    assert timeline.end == pytest.approx(0.5 + flight + 0.5)
+    trace = play(timeline, SYSTEMS["tuned"])
+    assert trace.last_action == 0.5
+    assert trace.last_arrival == pytest.approx(0.5 + flight)
+    assert trace.cost.simulated_time >= timeline.end - 0.01
+    if hit.startswith("throw"):
+        assert trace.tracks["post"].state is BrickState.FALLEN
+        assert not stands(Stands(**{"for": "0.5 s"}), trace).passed

@@ -5,6 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from stackdsl.check import play_case
 from stackdsl.expectations import judge
 from stackdsl.gathering import cases_of
@@ -30,8 +32,15 @@ def test_the_two_commands_stand_at_the_top() -> None:
     assert README.index("make test") < 400
 
 
-def test_the_example_scenario_does_what_it_says() -> None:
-    cases, mistakes = cases_of(parse(block("yaml"), "README.md"))
+LANGUAGE = (ROOT / "docs" / "language.md").read_text(encoding="utf-8")
+BLOCKS: list[str] = re.findall(r"```yaml\n(.*?)```", README + LANGUAGE, re.DOTALL)
+WHOLE_SCENARIOS = [text for text in BLOCKS if re.search(r"^scenario:", text, re.MULTILINE)]
+
+
+@pytest.mark.parametrize("text", WHOLE_SCENARIOS)
+def test_the_example_scenarios_do_what_they_say(text: str) -> None:
+    assert len(WHOLE_SCENARIOS) == 3
+    cases, mistakes = cases_of(parse(text, "README.md"))
     assert mistakes == []
     for case in cases:
         trace = play_case(case.timeline, case.system)

@@ -121,6 +121,8 @@ def told(text: str) -> list[tuple[str, str, str]]:
          "SD108", "{bricks", "goes on with a layout", "write one"),
         (HEAD + "build: [{column: {}, every: 1 s, until: collapse}, {column: {levels: 1}}]",
          "SD104", "collapse", "nothing is built after a collapse", "last step"),
+        (HEAD + "build: [{column: {}, every: 1 s, until: collapse}]\nimpacts: [{at: 9 s, remove: {brick: L1.1}}]",
+         "SD205", "impacts", "nothing can be done to a structure that has been built until it fell", "how much is"),
         (HEAD + BUILD + "expect: [{stands: all}]\ntruth: [{stands: all, system: stock, source: x}]",
          "SD101", "system", "unknown key 'system'", ""),
     ],
@@ -205,7 +207,10 @@ def test_how_much_is_built_may_be_left_to_the_collapse_and_to_nothing_else(step:
 
 
 def test_the_example_of_all_keys_has_no_mistake() -> None:
-    assert diagnosed(EVERYTHING) == []
+    in_full = EVERYTHING.replace("    until: collapse\n", "").replace("structure: {", "structure: {levels: 9, ")
+    assert diagnosed(in_full) == []
+    (only,) = diagnosed(EVERYTHING)  # all but one: impacts do not go with a build until it falls
+    assert (only.code, marked(only)) == ("SD205", "impacts")
 
 
 # --- anything at all --------------------------------------------------------------------------------------------------

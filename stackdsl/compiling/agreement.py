@@ -1,12 +1,14 @@
 """Can everything that is expected of one system come true? What must stand and what must fall cannot be the same."""
 
 from collections.abc import Iterator, Mapping
+from math import ceil, floor, inf
 
 from stability.model import BodyId
 from stackdsl.diagnostics import Diagnostic
-from stackdsl.language.claims import Collapses, Expectation, Stands
+from stackdsl.language.claims import Claim, Collapses, Expectation, Stands
 from stackdsl.language.schema import Scenario
-from stackdsl.reading.source import Source
+from stackdsl.language.tolerances import Tolerance
+from stackdsl.reading.source import Path, Source
 
 
 def contradictions(
@@ -26,6 +28,39 @@ def contradictions(
                 here = source.key_span_of(("expect", number, claim.kind))
                 yield Diagnostic("SD104", here, message, "remove one, or say by `system:` what each is expected of")
                 break
+
+
+def beyond_what_is_built(scenario: Scenario, levels: int, bricks: int, source: Source) -> Iterator[Diagnostic]:
+    """Claims of more levels, or of more bricks, than there ever are: they would fail, or hold, whatever happens."""
+    for key, claims in (("expect", scenario.expect), ("truth", scenario.truth)):
+        for number, claim in enumerate(claims):
+            for path, claimed in _counted(claim):
+                built, what = (bricks, "bricks") if path[-1] in ("bricks", "count") else (levels, "levels")
+                if claimed > built:
+                    message = f"{claimed:g} {what} are claimed, and {built} are built"
+                    span = source.span_of((key, number, *path))
+                    yield Diagnostic("SD205", span, message, f"claim at most {built}, or build more")
+
+
+def _counted(claim: Claim) -> Iterator[tuple[Path, float]]:
+    """How many levels or bricks a claim needs at least, with the place where it says so."""
+    if claim.stands is not None and claim.stands.levels is not None:
+        yield ("stands", "levels"), claim.stands.levels
+    if claim.untouched is not None and claim.untouched.levels is not None:
+        yield ("untouched", "levels"), claim.untouched.levels
+    if claim.leaves is not None and claim.leaves.levels is not None:
+        yield ("leaves", "levels"), _at_least(claim.leaves.levels)
+    if claim.leaves is not None and claim.leaves.bricks is not None:
+        yield ("leaves", "bricks"), _at_least(claim.leaves.bricks)
+    if claim.falls is not None and claim.falls.count is not None:
+        yield ("falls", "count"), _at_least(claim.falls.count)
+
+
+def _at_least(count: Tolerance) -> float:
+    """The least whole number that holds."""
+    if count.low == -inf:
+        return 0.0
+    return floor(count.low) + 1.0 if count.low_open else float(ceil(count.low))
 
 
 def _is_of(claim: Expectation, system: str) -> bool:

@@ -8,10 +8,11 @@ from itertools import chain
 from math import inf
 
 from stability.model import BodyId, Brick, Plane, Quaternion
-from stackdsl.compiling.agreement import contradictions
+from stackdsl.compiling.agreement import beyond_what_is_built, contradictions
 from stackdsl.compiling.fitting import Fit, Sited, fits
 from stackdsl.compiling.hits import hits, hitting_bricks, shared_with_hits
 from stackdsl.compiling.naming import (
+    bricks_that_hit,
     footings_of,
     levels_of,
     lofty_levels,
@@ -54,6 +55,8 @@ def compile_timeline(scenario: Scenario, source: Source) -> tuple[Timeline | Non
         *schedule.mistakes,
         *unknown_bricks(scenario, source, names, [brick.id for brick in hitting.values()]),
         *missed_bricks(scenario, source),
+        *bricks_that_hit(scenario, hitting, source),
+        *beyond_what_is_built(scenario, max(levels, default=0), len(names), source),
         *contradictions(scenario, dict(zip(names, levels, strict=True)), _hold(scenario), source),
     ]
     if not schedule.mistakes:  # without the right times, nothing fits

@@ -1,6 +1,6 @@
 """Where a brick is let go that falls onto another: straight above its middle, by as much as it is to fall."""
 
-from math import atan2
+from math import atan2, sqrt
 
 from stability.geometry import turned
 from stability.model import Brick, Pose, Quaternion
@@ -35,7 +35,8 @@ def dropped(brick: Brick, drop: Drop, scene: Scene) -> Placement:
             raise MissError("onto", "SD207", f"brick '{name}' is in the way of brick '{brick.id}'", hint)
     start = Pose(moved(middle, lands - drop.height, down), orientation)
     keep_out_of_planes(brick, start, scene, "height")
-    return Placement(scene.moment.time, brick, 0, turned_pose(start, scene.tilt), drop=True, thrown=True)
+    pose, flight = turned_pose(start, scene.tilt), sqrt(2.0 * drop.height / scene.gravity)
+    return Placement(scene.moment.time, brick, 0, pose, drop=True, thrown=True, flight=flight)
 
 
 def _along(brick: Standing) -> Quaternion:

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from stability.model import BodyId, Brick
 from stackdsl.compiling.drops import dropped
-from stackdsl.compiling.pushes import pushed
+from stackdsl.compiling.pushes import Comer, pushed
 from stackdsl.compiling.scheduling import Moment
 from stackdsl.compiling.standing import MissError, Scene
 from stackdsl.compiling.throws import thrown
@@ -43,7 +43,7 @@ def hits(
     scenario: Scenario, hitting: Mapping[int, Brick], impacts: Sequence[Moment], scene: Scene, source: Source
 ) -> tuple[list[tuple[Moment, Action]], list[Diagnostic]]:
     """The actions that hit the structure, and what keeps others from being as they are written."""
-    flying = {brick.id: impacts[number] for number, brick in hitting.items()}
+    flying = {brick.id: Comer(impacts[number], brick.mass) for number, brick in hitting.items()}
     known = {*flying, *(brick.name for brick in scene.bricks)}
     found: list[tuple[Moment, Action]] = []
     mistakes = []
@@ -72,7 +72,7 @@ def _meant(impact: Impact) -> BodyId | None:
     return aim.brick if aim is not None else None
 
 
-def _hit(impact: Impact, brick: Brick | None, flying: Mapping[BodyId, Moment], scene: Scene) -> Action:
+def _hit(impact: Impact, brick: Brick | None, flying: Mapping[BodyId, Comer], scene: Scene) -> Action:
     """One hit, by the `brick` that comes if there is one. Raises MissError."""
     match impact.throw or impact.drop or impact.push, brick:
         case Throw() as throw, Brick():

@@ -5,7 +5,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from math import inf
 from types import MappingProxyType
 
-from stability.model import GROUND, BodyId, Plane
+from stability.model import GROUND, BodyId, Brick, Plane
 from stackdsl.compiling.fitting import Fit, Sited, fits
 from stackdsl.compiling.written import WrittenBrick
 from stackdsl.diagnostics import Diagnostic, did_you_mean
@@ -102,16 +102,30 @@ def unknown_bricks(
 def missed_bricks(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     """Bricks that something is expected of at the end, when they are pulled out."""
     gone = {name for impact in scenario.impacts if impact.remove is not None for name in impact.remove.names}
-    for key, claims in (("expect", scenario.expect), ("truth", scenario.truth)):
-        for number, claim in enumerate(claims):
-            for path, name in _named(claim.model_dump(by_alias=True, exclude_none=True), (key, number)):
-                if name in gone and claim.collapses is None:
-                    message = f"brick '{name}' is pulled out, so nothing can be expected of it"
-                    yield Diagnostic("SD204", source.span_of(path), message, "leave it out")
+    for path, name in _claimed(scenario):
+        if name in gone and "collapses" not in path:
+            message = f"brick '{name}' is pulled out, so nothing can be expected of it"
+            yield Diagnostic("SD204", source.span_of(path), message, "leave it out")
+
+
+def bricks_that_hit(scenario: Scenario, hitting: Mapping[int, Brick], source: Source) -> Iterator[Diagnostic]:
+    """Bricks that something is expected of as part of the structure, when an impact throws or drops them."""
+    comes = {brick.id: "thrown" if scenario.impacts[number].throw else "dropped" for number, brick in hitting.items()}
+    for path, name in _claimed(scenario):
+        if name in comes and path[-1] not in FIXED_TOO:
+            message = f"'{name}' is {comes[name]}, and no part of the structure; nothing can be expected of it"
+            yield Diagnostic("SD204", source.span_of(path), message, "leave it out, or name a brick that is built")
 
 
 def _planes(scenario: Scenario) -> tuple[BodyId, ...]:
     return (GROUND, *(f"wall{number}" for number in range(1, len(scenario.world.walls) + 1)))
+
+
+def _claimed(scenario: Scenario) -> Iterator[tuple[Path, str]]:
+    """The names of bricks in what is expected and known, each with its place."""
+    for key, claims in (("expect", scenario.expect), ("truth", scenario.truth)):
+        for number, claim in enumerate(claims):
+            yield from _named(claim.model_dump(by_alias=True, exclude_none=True), (key, number))
 
 
 def _named(written: Mapping[str, object], path: Path) -> Iterator[tuple[Path, str]]:

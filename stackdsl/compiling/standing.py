@@ -20,6 +20,7 @@ class Standing:
     name: BodyId
     level: int
     shape: Block
+    mass: float  # [kg]
     since: Moment
     until: Moment | None  # when it is pulled out
     let_go: bool  # in the air, so where it is later is not known before
@@ -62,7 +63,9 @@ def standing_bricks(
 ) -> Iterator[Standing]:
     """The bricks of the structure; `gone` says when those are pulled out that are, by number."""
     for index, (brick, level, name) in enumerate(zip(written, levels, names, strict=True)):
-        yield Standing(name, level, block(brick.size, brick.pose), placed[index], gone.get(index), brick.drop)
+        yield Standing(
+            name, level, block(brick.size, brick.pose), brick.mass, placed[index], gone.get(index), brick.drop
+        )
 
 
 def aimed_at(aim: Aim, scene: Scene, key: str) -> list[Standing]:

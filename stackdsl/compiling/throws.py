@@ -25,7 +25,7 @@ def thrown(brick: Brick, throw: Throw, scene: Scene) -> Placement:
     duration, gravity_W = throw.from_.distance / throw.speed, (0.0, 0.0, -scene.gravity)
     velocity_W = minus(times(throw.speed, turned(scene.tilt, towards)), times(0.5 * duration, gravity_W))
     pose = turned_pose(start, scene.tilt)
-    return Placement(scene.moment.time, brick, 0, pose, thrown=True, velocity_W=velocity_W)
+    return Placement(scene.moment.time, brick, 0, pose, thrown=True, velocity_W=velocity_W, flight=duration)
 
 
 def _direction_from(bearing: float) -> Vec3:

@@ -35,7 +35,8 @@ def stands(claim: Stands, trace: Trace) -> Finding:
     if not meant:
         return Finding("all of it was pulled out or thrown", -1, "bricks", passed=False)
     if claim.for_ is not None:  # what falls later is no matter of this claim
-        meant = [track for track in meant if track.left_at is None or track.left_at <= trace.last_action + claim.for_]
+        until = max(trace.last_action, trace.last_arrival) + claim.for_
+        meant = [track for track in meant if track.left_at is None or track.left_at <= until]
     fallen = sum(track.state is BrickState.FALLEN for track in meant)
     shifted = sum(track.state is BrickState.DISPLACED for track in meant)
     measured = f"{fallen} of {len(meant)} bricks fell" if fallen else f"{len(meant)} bricks stand"

@@ -124,6 +124,10 @@ def _disagreements(source: Source, scenario: Scenario) -> Iterator[Diagnostic]:
         if step.until is not None:
             message = "nothing is built after a collapse, and this step goes on until there is one"
             yield Diagnostic("SD104", source.span_of(("build", index, "until")), message, "let it be the last step")
+    if scenario.impacts and scenario.build[-1].until is not None:
+        message = "nothing can be done to a structure that has been built until it fell"
+        hint = "say how much is built instead of `until: collapse`, or leave the impacts out"
+        yield Diagnostic("SD205", source.key_span_of(("impacts",)), message, hint)
     for index, step in enumerate(scenario.build):
         if step.layout is None:
             continue

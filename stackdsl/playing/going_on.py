@@ -4,7 +4,7 @@ from collections.abc import Container
 from dataclasses import replace
 
 from stability.model import BodyId
-from stackdsl.timeline import Moment, Push, Removal
+from stackdsl.timeline import Moment, Push, Removal, arrival_of
 
 
 def after_collapse(moment: Moment, present: Container[BodyId]) -> Moment | None:
@@ -22,3 +22,8 @@ def after_collapse(moment: Moment, present: Container[BodyId]) -> Moment | None:
 def time_of(moment: Moment) -> float:
     """When it is [s]."""
     return moment[0].time if isinstance(moment, tuple) else moment.time
+
+
+def last_arrival(moment: Moment) -> float:
+    """When the last of it reaches the structure [s]."""
+    return max(arrival_of(action) for action in (moment if isinstance(moment, tuple) else (moment,)))

@@ -18,7 +18,7 @@ from stability.statics.facts import Stability
 from stability.vectors import plus
 from stability.watching import Extension, Update
 from stackdsl.playing.carrying import ForceMeter
-from stackdsl.playing.going_on import after_collapse, time_of
+from stackdsl.playing.going_on import after_collapse, last_arrival, time_of
 from stackdsl.playing.measuring import Measures
 from stackdsl.playing.opening import extension_for, load, opened_world
 from stackdsl.playing.systems import System
@@ -68,6 +68,7 @@ class _Run:
     one_by_one: int = 0
     proofs: Counter[str] = field(default_factory=Counter)  # bricks by what proved them
     last_action: float = 0.0  # [s]
+    last_arrival: float = 0.0  # of what has to fly to the structure [s]
 
     def __post_init__(self) -> None:
         self.measures = Measures(self.timeline)
@@ -108,6 +109,7 @@ class _Run:
             case _:
                 self._place(moment)
         self.last_action = time_of(moment)
+        self.last_arrival = max(self.last_arrival, last_arrival(moment))
         states = self.world.states(self._moving())
         self.measures.acted(states, self.extension.verdict() if self.extension is not None else None)
         if self.watch.hit:
@@ -124,7 +126,7 @@ class _Run:
             return self.timeline.end
         aftermath = self.collapse.time + AFTERMATH
         goes_on = self.watch.hit or self.last_action > self.collapse.time
-        return max(aftermath, self.last_action + self.timeline.hold) if goes_on else aftermath
+        return max(aftermath, self.last_arrival + self.timeline.hold) if goes_on else aftermath
 
     def _place(self, group: Sequence[Placement]) -> None:
         for placement in group:
@@ -281,6 +283,7 @@ class _Run:
             cost=Cost(wall_time, self.world.time(), self.steps, self.judgements, self._proofs(), self.one_by_one),
             edges_when_placed=self.carried_at_first,
             world=self.timeline.world,
+            last_arrival=self.last_arrival,
             statics=self.extension.verdict() if self.extension is not None else None,
             energy=self.measures.energy.energy(),
             onset=self.measures.onset.onset,
