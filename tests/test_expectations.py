@@ -67,7 +67,7 @@ def outcome(claim: str, trace: Trace) -> Outcome:
     build = "- column: {levels: 3}\n- bricks: [{name: shot, at: [300 mm, 0 mm, 3.9 mm]}]"
     cases, mistakes = compiled(scene(build, f"expect:\n  - {claim}"))
     assert mistakes == []
-    return judge(trace, cases[0].scenario, cases[0].variant, cases[0].source, "thesis")[0]
+    return judge(trace, cases[0].scenario, cases[0].variant, cases[0].source, "exact")[0]
 
 
 @pytest.mark.parametrize(
@@ -76,7 +76,6 @@ def outcome(claim: str, trace: Trace) -> Outcome:
         ("stands: all", STANDING, True, 1.9, "mm"),  # 3.9 mm less the largest shift of 2 mm
         ("stands: all", FALLEN, False, -46.1, "mm"),
         ("stands: {levels: 2}", FALLEN, True, 2.9, "mm"),
-        ("stands: {levels: 4}", STANDING, False, -1.0, "levels"),
         ("stands: {bricks: [L1.1]}", FALLEN, True, 3.9, "mm"),
         ("stands: all", PULLED_OUT, True, 2.9, "mm"),  # of what was pulled out nothing is expected any more
         ("stands: {bricks: [L3.1]}", PULLED_OUT, False, -1.0, "bricks"),

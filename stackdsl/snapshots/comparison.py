@@ -28,7 +28,7 @@ from stackdsl.snapshots.record import (
 from stackdsl.trace import BrickState
 
 ABSENT = "none"
-PROVEN_OR_NOT = frozenset({BrickState.FROZEN.value, BrickState.STANDING.value})
+PROVEN_OR_NOT = (BrickState.FROZEN.value, BrickState.STANDING.value)  # no set: a file may hold what cannot be hashed
 NUMERICAL_NOISE = 1e-9  # of a difference of two rounded decimals, so that a tolerance includes its limit
 LARGEST = 1e300  # of a number that is compared as one
 
@@ -169,7 +169,7 @@ def _brick(brick: str, expected: Object, got: Object, fell: bool) -> Differences
     was, now = expected.get("state"), got.get("state")
     yield from _value(brick, "level", expected.get("level"), got.get("level"))
     # Whether what a collapse left has been proven by the end hangs on when the last splinter came to rest.
-    if not (fell and {was, now} <= PROVEN_OR_NOT):
+    if not (fell and was in PROVEN_OR_NOT and now in PROVEN_OR_NOT):
         yield from _value(brick, "state", was, now)
     # Where and on what a brick ended says something new only if both runs agree on how it ended.
     if was == now != UNCLEAR:
