@@ -32,7 +32,7 @@ test-slow: $(READY) ## the tests that take minutes
 BENCHED := $(addprefix scenarios/,four-stack.yaml slant-tower.yaml columns.yaml harmonic.yaml incline.yaml leaning.yaml \
   drop.yaml) $(wildcard scenarios/hard)
 BENCHED_ON := $(addprefix --system ,exact thesis tuned stock mujoco sapien)
-BENCH_OPTIONS ?= --resolutions 2,1,1/2
+BENCH_OPTIONS ?= --resolutions 1,1/2
 
 bench: $(READY) ## speed against error: every system at several time steps; table and plot in bench/
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --editable '.[bench,mujoco,sapien]'

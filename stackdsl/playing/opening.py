@@ -1,5 +1,6 @@
 """What a system needs to play a timeline: a world of its own, and the extension that watches it."""
 
+from dataclasses import replace
 from math import sqrt
 
 from stability.engine import World
@@ -19,8 +20,20 @@ USUAL_GRAVITY, USUAL_SIZE = 9.81, 0.0078  # [m/s2], [m]
 
 def rest_limits(timeline: Timeline) -> RestLimits:
     """The usual limits, scaled so that larger bricks or weaker gravity give the same verdicts (Froude)."""
+    size, times = _froude(timeline)
+    return RestLimits().scaled(lengths=size, times=times)
+
+
+def settings_for(timeline: Timeline, system: System) -> EngineSettings:
+    """The engine settings of a system, with the speed from which on a scene is lively scaled in the same way."""
+    lively, (size, times) = system.engine.lively_speed, _froude(timeline)
+    return system.engine if lively is None else replace(system.engine, lively_speed=lively * size / times)
+
+
+def _froude(timeline: Timeline) -> tuple[float, float]:
+    """How many times larger lengths and times are than in the usual scene."""
     size = max(min(placement.brick.size) for placement in timeline.placements) / USUAL_SIZE
-    return RestLimits().scaled(lengths=size, times=sqrt(size * USUAL_GRAVITY / timeline.world.gravity))
+    return size, sqrt(size * USUAL_GRAVITY / timeline.world.gravity)
 
 
 def load(system: System) -> None:
@@ -45,11 +58,12 @@ def load_engine(settings: EngineSettings) -> None:
 def opened_world(timeline: Timeline, system: System) -> World:
     """An empty world with the planes of the timeline; close it after use."""
     scene, heaviest = timeline.world, max(placement.brick.mass for placement in timeline.placements)
+    settings = settings_for(timeline, system)
 
     def engine() -> World:
-        return stepped_world(system.engine, scene.gravity, scene.friction, heaviest)
+        return stepped_world(settings, scene.gravity, scene.friction, heaviest)
 
-    world = RestingWorld(system.engine, engine) if system.method is Method.PROVEN else engine()
+    world = RestingWorld(settings, engine) if system.method is Method.PROVEN else engine()
     for plane in scene.planes:
         world.add_plane(plane)
     return world
