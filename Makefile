@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
 .DEFAULT_GOAL := help
-.PHONY: help check check-all test test-slow lint format bench bench-stack bench-statics bench-compas lock clean
+.PHONY: help check check-all test test-slow lint format bench bench-stack bench-motion bench-statics bench-compas lock clean
 
 help:           ## list the targets
 	@grep -hE '^[a-z-]+: .*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 16
@@ -40,6 +40,10 @@ bench: $(READY) ## speed against error: every system at several time steps; tabl
 
 bench-stack: $(READY) ## the four-stack alone, every system in one run
 	$(BIN)/python -m benchmarks.four_stack
+
+bench-motion: $(READY) ## hits and collapses of exact against runs in which every brick is awake
+	$(BIN)/python -m benchmarks.hits
+	$(BIN)/python -m benchmarks.collapse
 
 bench-statics: $(READY) ## what exact statics cost, and how far each answer is off
 	$(BIN)/python -m benchmarks.statics
