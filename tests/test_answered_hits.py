@@ -89,10 +89,9 @@ def test_a_head_on_hit_shares_the_momentum_evenly_with_a_frozen_plank() -> None:
 
 
 def test_it_does_so_as_between_planks_that_were_never_frozen() -> None:
-    #   These meet in the engine's ordinary steps, which push out what has entered with some bounce.
     frozen, free = head_on(EXACT), head_on(ALL_AWAKE)
     for brick in ("a", "shot"):
-        assert moved(frozen, brick)[0] == pytest.approx(moved(free, brick)[0], rel=0.03)
+        assert moved(frozen, brick)[0] == pytest.approx(moved(free, brick)[0], rel=0.01)
 
 
 def test_three_planks_end_to_end_share_it_by_three() -> None:
@@ -116,9 +115,9 @@ def test_a_touch_slower_than_two_centimetres_a_second_wakes_nothing() -> None:
 
 
 @pytest.mark.parametrize("speed", [0.5, 1.0])
-@pytest.mark.parametrize(("along", "within"), [((1.0, 0.0), 0.03), ((0.0, 1.0), 0.03), ((0.6, 0.8), 0.12)])
+@pytest.mark.parametrize(("along", "within"), [((1.0, 0.0), 0.03), ((0.0, 1.0), 0.03), ((0.6, 0.8), 0.03)])
 def test_a_push_moves_a_plank_on_wood_by_its_square(speed: float, along: tuple[float, float], within: float) -> None:
-    #   J^2 / (2 m^2 mu g); the engine's friction is up to 12 % weaker across its axes
+    #   J^2 / (2 m^2 mu g)
     impulse = (MASS * speed * along[0], MASS * speed * along[1], 0.0)
     trace = played(*built({"a": lying(1)}), Push(HIT_AT, "a", impulse))
     x, y, _ = moved(trace, "a")
