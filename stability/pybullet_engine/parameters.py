@@ -48,6 +48,12 @@ def step_parameters(settings: EngineSettings, how: Stepping) -> dict[str, float]
     if settings.maximal_coordinates:
         # What overlaps is then parted without being given speed. Stacks at rest creep by it.
         parameters |= {"useSplitImpulse": int(how.lively), "splitImpulsePenetrationThreshold": 0.0}
+    if settings.maximal_coordinates and not how.lively:
+        # The speed by which a share of an overlap is taken back in a step grows with the parts: what slips deep into
+        # another is shot out. Divided by all of them, light bricks give way under heavy ones.
+        parameters["contactERP"] = settings.contact_erp / sqrt(how.parts)
+    elif settings.maximal_coordinates:
+        parameters["contactERP"] = settings.contact_erp
     return parameters
 
 

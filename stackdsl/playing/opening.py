@@ -1,7 +1,7 @@
 """What a system needs to play a timeline: a world of its own, and the extension that watches it."""
 
 from dataclasses import replace
-from math import sqrt
+from math import floor, hypot, log2, sqrt
 
 from stability.engine import World
 from stability.engine_settings import EngineSettings
@@ -14,26 +14,56 @@ from stability.watching import Extension
 from stackdsl.playing.systems import Method, System
 from stackdsl.timeline import Timeline
 
-# The scene that the rest limits were chosen for: KAPLA planks on earth.
-USUAL_GRAVITY, USUAL_SIZE = 9.81, 0.0078  # [m/s2], [m]
+# The scene that limits and settings were chosen for: KAPLA planks on earth.
+USUAL_GRAVITY, USUAL_SIZE, USUAL_DIAGONAL = 9.81, 0.0078, 0.1202  # [m/s2], [m], [m]
+# Steps are no more than this share of a doubling longer than in the usual scene, or they are halved.
+MOST_LONGER = 0.25
+SAMPLING = 0.01  # [s] between two looks of the runner, in which all may fall
 
 
 def rest_limits(timeline: Timeline) -> RestLimits:
     """The usual limits, scaled so that larger bricks or weaker gravity give the same verdicts (Froude)."""
-    size, times = _froude(timeline)
-    return RestLimits().scaled(lengths=size, times=times)
+    size = _largest_side(timeline)
+    return RestLimits().scaled(lengths=size, times=_times(size, timeline))
 
 
 def settings_for(timeline: Timeline, system: System) -> EngineSettings:
-    """The engine settings of a system, with the speed from which on a scene is lively scaled in the same way."""
-    lively, (size, times) = system.engine.lively_speed, _froude(timeline)
-    return system.engine if lively is None else replace(system.engine, lively_speed=lively * size / times)
+    """The engine settings of a system; those that were chosen for the usual scene are scaled in the same way.
+
+    The time that a brick takes to topple goes with its diagonal, and how deep it may be struck with its smallest side.
+    Both by powers of two, so that scenes which hardly differ are stepped alike.
+    """
+    usual = system.engine
+    if usual.lively_speed is None or usual.most_travel is None:  # as it comes, or as published
+        return usual
+    bricks = [placement.brick for placement in timeline.placements]
+    smallest = min(min(brick.size) for brick in bricks) / USUAL_SIZE
+    longest = max(hypot(*brick.size) for brick in bricks) / USUAL_DIAGONAL
+    largest = _largest_side(timeline)
+    slower = largest / _times(largest, timeline)
+    # What is compared with this allows for a fall until the next look, which is no motion yet.
+    seen = usual.lively_speed - SAMPLING * USUAL_GRAVITY
+    return replace(
+        usual,
+        time_step=usual.time_step * _power_of_two(_times(longest, timeline)),
+        most_travel=usual.most_travel * _power_of_two(smallest),
+        lively_speed=max(usual.lively_speed * slower, seen * slower + SAMPLING * timeline.world.gravity),
+    )
 
 
-def _froude(timeline: Timeline) -> tuple[float, float]:
-    """How many times larger lengths and times are than in the usual scene."""
-    size = max(min(placement.brick.size) for placement in timeline.placements) / USUAL_SIZE
-    return size, sqrt(size * USUAL_GRAVITY / timeline.world.gravity)
+def _largest_side(timeline: Timeline) -> float:
+    """The largest smallest side of a brick, in that of the usual one."""
+    return max(min(placement.brick.size) for placement in timeline.placements) / USUAL_SIZE
+
+
+def _times(lengths: float, timeline: Timeline) -> float:
+    """How many times longer all takes than in the usual scene, where lengths are so many times larger."""
+    return sqrt(lengths * USUAL_GRAVITY / timeline.world.gravity)
+
+
+def _power_of_two(factor: float) -> float:
+    """The largest power of two that is hardly larger."""
+    return float(2.0 ** floor(log2(factor) + MOST_LONGER))
 
 
 def load(system: System) -> None:

@@ -15,6 +15,7 @@ from stability.statics.facts import Stability
 from stackdsl.compiling.fitting import Sited, fits
 from stackdsl.gathering import Case
 from stackdsl.margins import margins_of_assembly
+from stackdsl.playing.opening import settings_for
 from stackdsl.playing.peers import system_named
 from stackdsl.playing.systems import Method
 from stackdsl.proving import Judged, Proofs, proofs_of
@@ -47,7 +48,7 @@ def _lines(cases: Sequence[Case], margins: bool | None) -> Iterator[str]:
     if proofs is not None:
         yield from _proven(proofs, count, margins)
     for case in cases:
-        yield from _system(case.system)
+        yield from _system(case.system, timeline)
 
 
 def _world(timeline: Timeline) -> Iterator[str]:
@@ -161,10 +162,11 @@ def _direction(placement: Placement) -> str:
     return "(" + " ".join(f"{round(part, 3) + 0.0:6.3f}" for part in direction) + ")"
 
 
-def _system(name: str) -> Iterator[str]:
+def _system(name: str, timeline: Timeline) -> Iterator[str]:
     system = system_named(name)
+    engine = settings_for(timeline, system)
     yield f"  {name}: {system.summary}"
-    yield f"    step 1/{1.0 / system.engine.time_step:g} s, {', '.join(_numerics(system.engine))}"
+    yield f"    step 1/{1.0 / engine.time_step:g} s, {', '.join(_numerics(engine))}"
     if system.method is Method.PROVEN:
         yield "    what statics proves to stand is frozen; there is no engine until something moves"
     elif system.method is Method.PUBLISHED:
