@@ -125,3 +125,25 @@ def test_an_output_that_cannot_be_written_is_told(folder: Path) -> None:
     code, _, err = called(folder, *QUICK)
     assert code == 4
     assert "out cannot be written" in err
+
+
+def test_resuming_where_other_jobs_were_done_is_told_and_loses_nothing(folder: Path) -> None:
+    exact = ("bench", "scenes.yaml", "--system", "exact", "--resolutions", "1", "--output", "out")
+    assert called(folder, *exact)[0] == 0
+    journal = folder / "out" / "runs.jsonl"
+    runs = journal.read_text(encoding="utf-8")
+    assert len(runs.splitlines()) == 2
+
+    stock = (*exact[:3], "stock", *exact[4:])
+    code, _, err = called(folder, *stock, "--resume")
+    assert code == 4
+    assert "out holds 2 runs (flat on exact, step x 1, ...), and asked for are 2 runs (flat on stock, step x 1" in err
+    assert "use another --output" in err
+    assert journal.read_text(encoding="utf-8") == runs
+
+    code, out, err = called(folder, *exact, "-k", "flat", "--resume")
+    assert code == 0
+    assert "1 of 1 runs done" in out
+    assert "kept in out/runs.of-other-jobs.jsonl" in err
+    aside = (folder / "out" / "runs.of-other-jobs.jsonl").read_text(encoding="utf-8")
+    assert sorted((journal.read_text(encoding="utf-8") + aside).splitlines()) == sorted(runs.splitlines())

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from stackdsl.bench.conduct import Bench, Plan, bench, jobs_of
+from stackdsl.bench.conduct import Bench, Job, Plan, bench, jobs_of
 from stackdsl.bench.entrants import ENTRANTS, installed
 from stackdsl.bench.journal import Journal
 from stackdsl.bench.page import bench_page
@@ -97,6 +97,8 @@ def bench_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
         context.exit(ExitCode.INVALID if gathered.diagnostics else ExitCode.USAGE)
     plan = Plan(Journal(output), resume, workers, time_limit)
     try:
+        if resume:
+            _tell_of_other_jobs(plan.journal, jobs)
         with progress(len(jobs)) as on_record:
             found = bench(jobs, plan, on_record)
         _write_down(found, output)
@@ -104,6 +106,27 @@ def bench_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
         raise click.ClickException(f"{output} cannot be written: {error.strerror}; use another --output") from error
     write(bench_text(found, *paper()))
     context.exit(_exit_code(found, bool(gathered.diagnostics)))
+
+
+def _tell_of_other_jobs(journal: Journal, jobs: Sequence[Job]) -> None:
+    """A directory may hold runs that are not asked for: some are put aside, but if all are, it is the wrong one."""
+    held = {record.id: record.name for record in journal.held()}
+    others = [name for number, name in held.items() if number not in {job.id for job in jobs}]
+    if not others:
+        return
+    what = f"{journal.folder} holds {_some(others)}, and asked for are {_some([job.title for job in jobs])}"
+    if len(others) == len(held):
+        raise click.UsageError(
+            f"nothing to resume: {what}; ask for the same scenarios, systems and resolutions as before (what has changed "
+            f"since is another), use another --output, or leave out --resume to begin anew"
+        )
+    tell(f"{what}; the runs that are not asked for are kept in {journal.aside}")
+
+
+def _some(names: Sequence[str]) -> str:
+    """How many runs, and the first by name."""
+    count = f"{len(names)} run{'s' * (len(names) > 1)}"
+    return f"{count} ({names[0]}{', ...' * (len(names) > 1)})"
 
 
 def _write_down(found: Bench, output: Path) -> None:

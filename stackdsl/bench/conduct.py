@@ -13,7 +13,7 @@ from stackdsl.bench.entrants import ENTRANTS
 from stackdsl.bench.journal import Journal
 from stackdsl.bench.measuring import Played, measured
 from stackdsl.bench.points import Point, points_of
-from stackdsl.bench.record import Record, TruthHeld, finite, step_text
+from stackdsl.bench.record import Record, TruthHeld, finite, job_title, step_text
 from stackdsl.bench.scoring import Score, scores_of
 from stackdsl.check import STATUSES
 from stackdsl.expectations import compare_with_truth
@@ -21,7 +21,8 @@ from stackdsl.gathering import Case
 from stackdsl.language.variants import compact
 from stackdsl.observations import observations
 from stackdsl.outcome import Outcome
-from stackdsl.playing.resolution import at_step
+from stackdsl.playing.opening import settings_for
+from stackdsl.playing.resolution import system_at_step
 from stackdsl.pool import Task, TaskResult, run_supervised
 
 PACKAGES = ("stackdsl", "clarabel", "numpy", "pybullet", "scipy", "mujoco", "sapien")  # that may change a figure
@@ -39,8 +40,13 @@ class Job:
 
     @property
     def settings(self) -> Mapping[str, float | bool | str | None]:
-        """Of the engine."""
-        return asdict(at_step(ENTRANTS[self.system].engine, self.factor))
+        """Of the engine, in this scene."""
+        return asdict(settings_for(self.case.timeline, system_at_step(ENTRANTS[self.system], self.factor)))
+
+    @property
+    def title(self) -> str:
+        """What people call it."""
+        return job_title(self.name, self.system, self.factor)
 
     @property
     def id(self) -> str:

@@ -8,6 +8,7 @@ from pathlib import Path
 from stackdsl.bench.record import MalformedRecordError, Record, line_of, record_of
 
 NAME = "runs.jsonl"
+ASIDE = "runs.of-other-jobs.jsonl"
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,6 +21,11 @@ class Journal:
     def path(self) -> Path:
         """The file itself."""
         return self.folder / NAME
+
+    @property
+    def aside(self) -> Path:
+        """Where runs of other jobs are put."""
+        return self.folder / ASIDE
 
     def begin(self) -> None:
         """An empty file; one from before is kept beside it, under its name with `.old`."""
@@ -35,10 +41,22 @@ class Journal:
             file.flush()
             os.fsync(file.fileno())
 
+    def held(self) -> list[Record]:
+        """All runs that the file holds by now."""
+        return list(self._read())
+
     def go_on(self, wanted: Collection[str]) -> list[Record]:
-        """What was done before of what is wanted now, by id; the file keeps these runs and no other."""
+        """What was done before of what is wanted now, by id; the file keeps these runs and no other.
+
+        Those that nobody wants now are put beside it.
+        """
         self.folder.mkdir(parents=True, exist_ok=True)
-        found = {record.id: record for record in self._read() if record.id in wanted and record.done}
+        held = self.held()
+        found = {record.id: record for record in held if record.id in wanted and record.done}
+        others = [line_of(record) + "\n" for record in held if record.id not in wanted]
+        if others:
+            with self.aside.open("a", encoding="utf-8") as file:
+                file.writelines(others)
         fresh = self.path.with_suffix(".jsonl.new")
         fresh.write_text("".join(line_of(record) + "\n" for record in found.values()), encoding="utf-8")
         fresh.replace(self.path)

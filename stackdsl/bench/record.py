@@ -52,7 +52,7 @@ class Record:
     @property
     def name(self) -> str:
         """What people call it."""
-        return f"{self.case} on {self.system}, {step_text(self.factor)}"
+        return job_title(self.case, self.system, self.factor)
 
     @property
     def done(self) -> bool:
@@ -70,6 +70,11 @@ class Record:
         """A number that was observed."""
         value = None if self.observations is None else self.observations[kind]
         return value if isinstance(value, float) else None
+
+
+def job_title(case: str, system: str, factor: float) -> str:
+    """`slant-tower on exact, step / 2`."""
+    return f"{case} on {system}, {step_text(factor)}"
 
 
 def step_text(factor: float) -> str:
