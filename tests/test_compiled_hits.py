@@ -223,6 +223,34 @@ def test_a_hit_that_cannot_be_is_told_in_its_place(impacts: str, code: str, word
     assert mistake.hint
 
 
+SHOT = "throw: {at: L1.1, from: {bearing: 0 deg, distance: 0.3 m}, speed: 2 m/s}"
+LET_GO = "drop: {onto: L1.1, height: 50 mm}"
+
+
+@pytest.mark.parametrize(
+    ("first", "later", "depth"),  # the first shot rises with g T / 2, T = 0.15 s; each plank is 7.8 mm thick
+    [
+        (SHOT, f"at: 5 s, {SHOT}", "7.8 mm inside"),
+        (SHOT, f"at: 5.01 s, {SHOT}", "0.933 mm inside"),  # 7.3575 - 0.4905 mm up by then
+        (SHOT, f"at: 5.0115 s, {SHOT}", ""),  # 7.81 mm
+        (LET_GO, f"at: 5 s, {LET_GO}", "7.8 mm inside"),
+        (LET_GO, f"at: 5.03 s, {LET_GO}", "3.385 mm inside"),  # 4.4145 mm down
+        (LET_GO, f"at: 5.04 s, {LET_GO}", ""),  # 7.85 mm
+        (SHOT, f"at: 5 s, remove: {{brick: thrown-1}}}}, {{at: 5 s, {SHOT}", ""),
+        (SHOT, f"at: 5 s, push: {{brick: thrown-1, impulse: [1 mN*s, 0 N*s, 0 N*s]}}}}, {{at: 5 s, {SHOT}", ""),
+    ],
+)
+def test_a_brick_does_not_begin_where_another_one_flies(first: str, later: str, depth: str) -> None:
+    head = f"impacts: [{{at: 5 s, {first}}}, {{"
+    mistakes = mistakes_of("- column: {levels: 1}", f"\n{head}{later}}}]")
+    assert len(mistakes) == bool(depth)
+    for mistake in mistakes:
+        assert (mistake.code, depth in mistake.message) == ("SD201", True), mistake.message
+        assert mistake.message.endswith("which is still on its way from 5:21")
+        assert (mistake.span.line, mistake.span.column) == (5, len(head) + later.index(", ") + 3)
+        assert mistake.hint.startswith("let it come later, such as `after: impact 1 + 0.5 s`")
+
+
 def test_a_throw_that_passes_between_two_planks_is_told() -> None:
     #  = =   along x, between the two planks of level 3, above level 2 and below level 4
     (mistake,) = mistakes_of(TOWER, f"impacts: [{{throw: {{at: level 3, {FROM}}}}}]")

@@ -148,6 +148,7 @@ ORDER = {
         "compiling.standing",
         "compiling.throws",
         "compiling.drops",
+        "compiling.flights",
         "compiling.pushes",
         "compiling.hits",
         "compiling.agreement",

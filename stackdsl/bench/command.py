@@ -117,8 +117,8 @@ def _tell_of_other_jobs(journal: Journal, jobs: Sequence[Job]) -> None:
     what = f"{journal.folder} holds {_some(others)}, and asked for are {_some([job.title for job in jobs])}"
     if len(others) == len(held):
         raise click.UsageError(
-            f"nothing to resume: {what}; ask for the same scenarios, systems and resolutions as before (what has changed "
-            f"since is another), use another --output, or leave out --resume to begin anew"
+            f"nothing to resume: {what}; ask for the same scenarios, systems and resolutions as before (what has "
+            f"changed since is another), use another --output, or leave out --resume to begin anew"
         )
     tell(f"{what}; the runs that are not asked for are kept in {journal.aside}")
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from stability.model import BodyId, Brick
 from stackdsl.compiling.drops import dropped
+from stackdsl.compiling.flights import Coming, Crossing, crossings
 from stackdsl.compiling.pushes import Comer, pushed
 from stackdsl.compiling.scheduling import Moment
 from stackdsl.compiling.standing import MissError, Scene
@@ -13,7 +14,7 @@ from stackdsl.diagnostics import Diagnostic
 from stackdsl.language.impacts import Drop, Impact, Push, Throw
 from stackdsl.language.schema import Scenario
 from stackdsl.reading.source import Source
-from stackdsl.timeline import Action
+from stackdsl.timeline import Action, Placement
 
 
 def hitting_bricks(scenario: Scenario) -> dict[int, Brick]:
@@ -46,6 +47,7 @@ def hits(
     flying = {brick.id: Comer(impacts[number], brick.mass) for number, brick in hitting.items()}
     known = {*flying, *(brick.name for brick in scene.bricks)}
     found: list[tuple[Moment, Action]] = []
+    coming: list[Coming] = []
     mistakes = []
     for number, impact in enumerate(scenario.impacts):
         if _kind(impact) in ("remove", "insert") or _meant(impact) not in {*known, None}:
@@ -57,7 +59,36 @@ def hits(
             mistakes.append(Diagnostic(miss.code, span, miss.message, miss.hint))
         else:
             found.append((impacts[number], action))
+            if isinstance(action, Placement):
+                coming.append(Coming(number, impacts[number], action))
+    mistakes += [
+        _blocked(crossing, source) for crossing in crossings(coming, _disturbed(scenario, impacts), scene.gravity)
+    ]
     return found, mistakes
+
+
+def _disturbed(scenario: Scenario, impacts: Sequence[Moment]) -> Mapping[BodyId, Moment]:
+    """When a brick is first pulled out or pushed."""
+    found: dict[BodyId, Moment] = {}
+    for moment, impact in sorted(zip(impacts, scenario.impacts, strict=True), key=lambda timed: timed[0]):
+        names = impact.remove.names if impact.remove is not None else ()
+        for name in (*names, *([impact.push.brick] if impact.push is not None else [])):
+            found.setdefault(name, moment)
+    return found
+
+
+def _blocked(crossing: Crossing, source: Source) -> Diagnostic:
+    later, earlier = crossing.later, crossing.earlier
+    here, there = (
+        source.key_span_of(("impacts", one.number, "drop" if one.placement.drop else "throw"))
+        for one in (later, earlier)
+    )
+    message = (
+        f"brick '{later.placement.brick.id}' begins {1000.0 * crossing.depth:.4g} mm inside "
+        f"brick '{earlier.placement.brick.id}', which is still on its way from {there.line}:{there.column}"
+    )
+    hint = f"let it come later, such as `after: impact {earlier.number + 1} + 0.5 s`, or from elsewhere"
+    return Diagnostic("SD201", here, message, hint)
 
 
 def _kind(impact: Impact) -> str:
