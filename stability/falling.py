@@ -81,7 +81,7 @@ class FallingParts:
     def turn(self, steps: int) -> int:
         """Let up to so many time steps of the world pass; returns how many did before an engine has to take one."""
         coming, self._coming = self._coming, None
-        if coming is not None and 1 < len(coming.velocity) <= MOST:
+        if coming is not None and 0 < len(coming.velocity) <= MOST:
             self._swing = self._begun(coming)
         passed = self._turned(self._swing, steps) if self._swing is not None else 0
         if not passed and self._gently:

@@ -125,7 +125,7 @@ class _Run:
         """Until when there is something to see, as far as is known by now."""
         if self.collapse is None:
             return self.timeline.end
-        aftermath = self.collapse.time + AFTERMATH
+        aftermath = self.collapse.time + (AFTERMATH if self.timeline.aftermath else 0.0)
         goes_on = self.watch.hit or self.last_action > self.collapse.time
         return max(aftermath, self.last_arrival + self.timeline.hold) if goes_on else aftermath
 
