@@ -41,9 +41,10 @@ bench: $(READY) ## speed against error: every system at several time steps; tabl
 bench-stack: $(READY) ## the four-stack alone, every system in one run
 	$(BIN)/python -m benchmarks.four_stack
 
-bench-motion: $(READY) ## hits and collapses of exact against runs in which every brick is awake
+bench-motion: $(READY) ## hits, collapses and slips of exact against converged runs and equations of motion
 	$(BIN)/python -m benchmarks.hits
 	$(BIN)/python -m benchmarks.collapse
+	$(BIN)/python -m benchmarks.slips
 
 bench-statics: $(READY) ## what exact statics cost, and how far each answer is off
 	$(BIN)/python -m benchmarks.statics

@@ -16,6 +16,7 @@ from scipy.integrate import solve_ivp
 
 ACCURACY = 1e-12  # of each step, of angles [rad] and rates [rad/s]; all in all 1e-10
 LONGEST = 10.0  # [s] nothing here takes longer
+SHARP = 1e-12  # [s] so closely a moment is found
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +79,7 @@ class Slip:
         if self.angle(self.ends) > angle:
             return inf
         early, late = 0.0, self.ends
-        while late - early > 1e-12:
+        while late - early > SHARP:
             middle = 0.5 * (early + late)
             early, late = (middle, late) if self.angle(middle) > angle else (early, middle)
         return late
@@ -119,14 +120,14 @@ def pressed(leaning: Leaning, angle: float, rate: float) -> Pressed:
     return Pressed(*(float(value) for value in np.linalg.solve(equations, known)))
 
 
-def slips(leaning: Leaning) -> bool:
+def gives_way(leaning: Leaning) -> bool:
     """Whether friction at both ends at once, as strong as it can be, does not hold the plank."""
     return pressed(leaning, leaning.angle, 0.0).turning < 0.0
 
 
 def slip(leaning: Leaning) -> Slip:
     """The motion from rest of a plank that friction does not hold."""
-    if not slips(leaning):
+    if not gives_way(leaning):
         raise ValueError("friction holds this plank")
 
     def change(_: float, state: Sequence[float]) -> tuple[float, float, float]:

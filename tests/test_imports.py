@@ -60,6 +60,7 @@ ORDER = {
         "statics.assembly",
         "statics.onset",
         "statics.turning",
+        "statics.sliding",
         "statics.margins.prestress",
         "statics.margins.arc_forces",
         "statics.margins.face_centre",
