@@ -1,11 +1,13 @@
-"""Planks that slip and slide in the engines of `exact` and `tuned`, against the equations of motion, as users see them."""
+"""Planks that slip and slide in the engines of `exact` and `tuned`, against equations of motion, as users see them."""
 
 import pytest
 
-from benchmarks.slips import Case, errors
+from benchmarks.slips import KAPLA, Case, errors, timeline
+from stackdsl.playing.runner import play
 from stackdsl.playing.systems import SYSTEMS
 
 LATE, FAST = 2e-3, 0.015  # of times, and of speeds: an engine's are those of the middle of a step
+PROVEN = 1e-4  # of what needs no engine
 BARELY_LATE = 0.02  # with springs at rest, which hold what has hardly begun
 
 
@@ -19,6 +21,29 @@ def test_a_plank_on_a_slope_that_is_a_little_too_steep_slides_as_the_closed_form
         found = errors(Case("slope", slope, 1.0 / steeper, bearing), SYSTEMS[system])
         assert abs(found.time) < late
         assert abs(found.speed) < max(late, FAST)
+
+
+@pytest.mark.parametrize("share", [0.99, 0.90, 0.50])
+@pytest.mark.parametrize("yaw", [0.0, 45.0, 75.0])
+@pytest.mark.parametrize(("kind", "angle"), [("ladder", 50.0), ("ladder", 70.0), ("V", 60.0), ("V", 70.0)])
+def test_planks_that_lean_slip_on_exact_as_newton_says(kind: str, angle: float, share: float, yaw: float) -> None:
+    found = errors(Case(kind, angle, share, yaw), SYSTEMS["exact"])
+    assert abs(found.time) < PROVEN
+    assert abs(found.speed) < PROVEN
+
+
+@pytest.mark.parametrize("scale", [0.5, 3.0, 10.0])
+def test_so_do_planks_of_other_sizes(scale: float) -> None:
+    length, width, thickness = (scale * side for side in KAPLA)
+    assert abs(errors(Case("V", 60.0, 0.97, 30.0, (length, width, thickness)), SYSTEMS["exact"]).time) < PROVEN
+
+
+def test_an_engine_takes_over_where_a_ladder_leaves_its_wall_without_adding_energy() -> None:
+    case = Case("ladder", 60.0, 0.9, 30.0)
+    trace = play(timeline(case), SYSTEMS["exact"])
+    assert trace.cost.steps > 0
+    assert trace.energy is not None
+    assert trace.energy.gain < 0.01
 
 
 @pytest.mark.parametrize(("share", "early"), [(0.99, 0.13), (0.97, 0.065), (0.90, 0.03), (0.50, 0.01)])
