@@ -11,6 +11,7 @@ from stability.falling import FallingParts
 from stability.geometry import turn_between
 from stability.model import GROUND, Brick, Plane, Pose, Vec3
 from stability.pybullet_engine import PyBulletWorld
+from stability.separation import boxes_apart
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Motion, Placed
 from stability.vectors import dot, minus, norm
@@ -162,6 +163,27 @@ def test_a_part_is_one_body_until_its_layers_would_slide(friction: float, slides
     # The layers of a pendulum are pressed sideways less than at rest, where they would slide at 5.7 and 11.3 deg. The
     # angles are those of the closed form in tests/statics/test_turning.py; it is asked at every fifth degree.
     assert slides - 5.0 < parted_at(friction) <= slides
+
+
+def test_a_part_is_given_to_the_engine_before_it_strikes_what_stands_in_its_way_however_thin() -> None:
+    # The end of the top plank comes down through x = 0.17 m, where a strip of 1 mm stands on edge.
+    bricks = stepped(0.011, 11)
+    strip = Placed(Brick("strip", (0.001, 0.02, 0.06), 0.001), Pose((0.17, 0.0, 0.03)))
+    world = world_of(bricks)
+    world.add_brick(strip.brick, strip.pose)
+    world.freeze("strip")
+    motion = motion_of(bricks)
+    falling = FallingParts(world, [FLOOR], 0.5, G)
+    falling.woken(list(motion.velocity), motion)
+    while falling.turn(10):
+        pass
+    states = world.states(sorted(motion.velocity))
+    gaps = [
+        boxes_apart(placed.brick.size, states[placed.brick.id].pose, strip.brick.size, strip.pose).gap
+        for placed in bricks[1:]
+    ]
+    world.close()
+    assert 0.0 <= min(gaps) < 0.002
 
 
 def test_what_is_awake_besides_makes_that_no_part_is_taken_for_rigid() -> None:
