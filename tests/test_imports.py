@@ -169,6 +169,8 @@ ORDER = {
         "playing.carrying",
         "playing.opening",
         "playing.runner",
+        "assessing.assessment",
+        "assessing.compas",
         "outcome",
         "judging.finding",
         "judging.standing",
