@@ -217,7 +217,7 @@ def test_what_is_not_taken_is_neither_right_nor_wrong_and_is_told_with_the_reaso
     ruler = found.points[0]
     assert (ruler.runs, ruler.done, ruler.known, ruler.wrong_verdicts) == (2, 1, 1, 0)
     for told in (bench_text(found), bench_page(found)):
-        assert f"ruler, 1 cases: {MOVES}: case-1" in told
+        assert f"ruler (1): {MOVES}: case-1" in told
     text = bench_text(found)
     assert "Did not finish" not in text
     assert "5 of 6 runs done, 1 not taken, 0 wrong verdicts" in text.splitlines()[-1]

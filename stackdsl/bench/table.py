@@ -104,7 +104,7 @@ def not_taken(scores: Iterable[Score]) -> list[str]:
     for (system, why), names in cases.items():
         systems[why, tuple(names)].append(system)
     found = [(" and ".join(same), len(names), why, names) for (why, names), same in systems.items()]
-    return [f"{who}, {count} cases: {why}: {', '.join(names)}" for who, count, why, names in found]
+    return [f"{who} ({count}): {why}: {', '.join(names)}" for who, count, why, names in found]
 
 
 def number(value: float | None) -> str:
