@@ -6,7 +6,6 @@ mean, is told in stackdsl/assessing/compas.py. Everything runs on one thread: on
 ten times slower, not faster.
 """
 
-import os
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -30,7 +29,6 @@ COUNTS = (5, 10, 20, 50, 100)
 PEER_REPEATS, OWN_REPEATS = 3, 31
 INSTALL = 'compas_cra is missing; install it with: pip install "compas_cra==0.8.0"'
 RBE, CRA = Programme.RBE, Programme.CRA
-ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,8 +44,6 @@ def main() -> None:
     """Measure, and print the table."""
     if not Compas(CRA).extra.installed:
         sys.exit(INSTALL)
-    if not os.environ.items() >= ONE_THREAD.items():  # read when numpy is loaded: start again
-        os.execve(sys.executable, [sys.executable, "-m", "benchmarks.against_compas"], os.environ | ONE_THREAD)
     Compas(CRA).load()
     table = Table("structure", "exact", "ms", "error", "rbe", "ms", "times slower", "cra", "ms", "times slower")
     for name, planks in structures():

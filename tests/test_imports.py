@@ -17,6 +17,7 @@ ORDER = {
         "model",
         "geometry",
         "vectors",
+        "pendulum",
         "impulse",
         "rigid_group",
         "separation",

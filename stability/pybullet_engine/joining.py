@@ -101,6 +101,11 @@ class PyBulletWorld(PlainWorld):
             self.part(brick)
         super().remove_brick(brick)
 
+    def set_state(self, brick: BodyId, state: BodyState) -> None:
+        if brick in self._joined:
+            self.part(brick)
+        super().set_state(brick, state)
+
     def holds(self, brick: BodyId) -> bool:
         return brick not in self._joined and super().holds(brick)
 

@@ -295,6 +295,12 @@ class PlainWorld(PyBulletBodies):
         if brick in self._flying:
             self._comes_free(brick)
 
+    def set_state(self, brick: BodyId, state: BodyState) -> None:
+        """Put a brick that is not frozen somewhere else, in motion."""
+        self.put_at(brick, state.pose)
+        self._stays(brick)  # as for falling: its speed is of this moment, whatever it touches
+        self._set_motion(self._bodies[brick], state.velocity_W, state.angular_velocity_W)
+
     def _set_motion(self, body: int, velocity_W: Vec3, angular_velocity_W: Vec3) -> None:
         rate = sqrt(self.scale)
         pybullet.resetBaseVelocity(

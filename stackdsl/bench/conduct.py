@@ -23,6 +23,7 @@ from stackdsl.language.variants import compact
 from stackdsl.observations import observations
 from stackdsl.outcome import Outcome, RunStatus
 from stackdsl.pool import Task, TaskResult, run_supervised
+from stackdsl.timeline import Placement, Timeline
 from stackdsl.trace import Trace
 
 PACKAGES = (
@@ -86,11 +87,21 @@ def jobs_of(cases: Iterable[Case], systems: Sequence[str], factors: Sequence[flo
     jobs = []
     for _, same in groupby(cases, key=lambda case: (case.scenario.scenario, case.variant.parameters)):
         case = next(same)
-        # Played to the end, also where only proofs are asked for: engines have none.
-        case = replace(case, timeline=replace(case.timeline, watched=True, margins=()))
+        case = replace(case, timeline=_until_answered(case))
         named, runs = case_name(case), [(name, f) for name in systems for f in ENTRANTS[name].factors(factors)]
         jobs += [Job(case, named, system, factor) for system, factor in runs]
     return jobs
+
+
+def _until_answered(case: Case) -> Timeline:
+    """What is played of a case: also where only proofs are asked for, as engines have none, and what is known of it.
+
+    A collapse is followed, by every system, only where something hits the structure or is known of what becomes of it.
+    """
+    timeline = case.timeline
+    hit = any(not isinstance(action, Placement) or action.thrown or action.drop for action in timeline.actions)
+    aftermath = hit or any(truth.needs_aftermath for truth in case.scenario.truth)
+    return replace(timeline, watched=True, margins=(), aftermath=aftermath)
 
 
 def case_name(case: Case) -> str:

@@ -4,7 +4,6 @@ Each measurement has a process of its own: what an engine keeps from one world t
 most memory that a process ever had is that of one case.
 """
 
-import os
 import resource
 import sys
 from collections.abc import Iterator
@@ -17,8 +16,6 @@ from stackdsl.timeline import Timeline
 ENOUGH = 0.25  # [s] of playing, so that a run of a millisecond is not timed by its first time alone
 MOST_RUNS = 9
 WORTH_REPEATING = 5.0  # [s] beyond, the tenth of a second that imports take on the way makes no difference
-# Read where linear algebra is loaded. On a shared machine several threads make small problems slower, up to ten times.
-ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 BYTES_PER_UNIT = 1 if sys.platform == "darwin" else 1024  # of the memory that getrusage tells
 
 
@@ -34,7 +31,6 @@ class Played:
 
 def measured(timeline: Timeline, system: str, factor: float) -> Played:
     """Play a timeline at so many times the time step; what takes no time is played several times."""
-    os.environ.update(ONE_THREAD)
     entrant = ENTRANTS[system]
 
     def walls() -> Iterator[float]:
