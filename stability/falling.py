@@ -10,8 +10,9 @@ from dataclasses import dataclass, field
 from math import dist, hypot, radians
 
 from stability.engine import World
-from stability.model import BodyId, Box, Brick, Plane
+from stability.model import BodyId, BodyState, Box, Brick, Plane
 from stability.statics.facts import Motion, Placed, Tolerances
+from stability.statics.sliding import Slip, slip_of
 from stability.statics.structure import Structure
 from stability.statics.turning import FallingPart, falling_part, holds_together, is_clear, part_in_motion, reach
 
@@ -47,6 +48,10 @@ class _Swing:
         self.angle, self.speed = angle, speed
         return True
 
+    def states(self) -> dict[BodyId, BodyState]:
+        """Where its bricks are, and how they move."""
+        return part_in_motion(self.part, self.angle, self.speed)
+
     def _looked_further(self) -> bool:
         if self._clear >= self._stage:
             stage = self._stage + STAGE
@@ -70,7 +75,7 @@ class FallingParts:
     gravity: float  # [m/s2]
     _coming: Motion | None = field(default=None, init=False)
     _gently: bool = field(default=False, init=False)
-    _swing: _Swing | None = field(default=None, init=False)
+    _swing: _Swing | Slip | None = field(default=None, init=False)
 
     def woken(self, awake: Collection[BodyId], motion: Motion | None) -> None:
         """Say that bricks were given back to the engine, which are awake by now, and with which motion they begin."""
@@ -89,12 +94,12 @@ class FallingParts:
             self._gently = False
         return passed
 
-    def _turned(self, swing: _Swing, steps: int) -> int:
+    def _turned(self, swing: _Swing | Slip, steps: int) -> int:
         step, passed = self.world.settings.time_step, 0
         while passed < steps and swing.goes_on(step):
             passed += 1
         self.world.skip(passed * step)
-        for name, state in part_in_motion(swing.part, swing.angle, swing.speed).items():
+        for name, state in swing.states().items():
             self.world.set_state(name, state)
         if passed < steps:
             self.end()
@@ -105,7 +110,7 @@ class FallingParts:
         if self._swing is not None:
             self._swing, self._gently = None, True
 
-    def _begun(self, motion: Motion) -> _Swing | None:
+    def _begun(self, motion: Motion) -> _Swing | Slip | None:
         states = self.world.states(sorted(motion.velocity))
         if any(hypot(*s.velocity_W, *s.angular_velocity_W) > AT_REST for s in states.values()):
             return None
@@ -117,9 +122,10 @@ class FallingParts:
         # What lies beyond is taken as fixed, for what it rests on may be farther still.
         known = structure.spread(motion.velocity.keys(), len(bricks) + MOST_FEELING)
         names = sorted(known - {placed.brick.id for placed in beyond})
-        part = falling_part(structure.problem(names, structure.contacts_of(names)), motion, self.gravity)
+        problem = structure.problem(names, structure.contacts_of(names))
+        part = falling_part(problem, motion, self.gravity)
         if part is None or not holds_together(part, 0.0):
-            return None
+            return slip_of(problem, motion, self.gravity, others, self.planes)
         smallest = min(min(placed.brick.size) for placed in (*bricks, *others))
         return _Swing(part, others, self.planes, UNSEEN * smallest / reach(part))
 

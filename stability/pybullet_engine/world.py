@@ -1,6 +1,6 @@
 """A PyBullet world of one's own, with every setting that matters made explicit; every brick moves by itself."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from math import log10, sqrt
 from types import MappingProxyType
@@ -15,7 +15,7 @@ from stability.pybullet_engine.bodies import PyBulletBodies
 from stability.pybullet_engine.parameters import body_parameters, engine_parameters, step_parameters
 from stability.pybullet_engine.solids import Solids
 from stability.stepping import Awake, Stepping, stepping
-from stability.vectors import plus, times
+from stability.vectors import dot, plus, times
 
 # Combined friction is the product of two bodies' own; this stands for "none" where a partner must still reach its own.
 FRICTIONLESS = 1e-6
@@ -29,8 +29,10 @@ HALF_SPACE_BESIDE_HULLS = 1e2
 ROOM = 10.0
 # Edges are not rounded by more than this share of a brick's smallest side, however small it is.
 MOST_ROUNDED = 0.02
-# A brick lies square if the cosine of an axis of it to the vertical is more than this: by 0.1 deg.
+# A brick lies square if the cosine of an axis of it to the vertical, or to the normal of a slope, is more than this: by
+# 0.1 deg.
 SQUARE = 1.0 - 1.5e-6
+UP: Vec3 = (0.0, 0.0, 1.0)
 # [engine kg] for the heaviest brick: far above the thresholds, and even ten thousand press far below the cap of 1e10.
 HEAVIEST = 1e4
 
@@ -229,7 +231,9 @@ class PlainWorld(PyBulletBodies):
         self._reach_beyond(brick, pose)
         half = times(0.5 * self.scale, brick.size)
         radius = self.scale * self._edge_radius(brick)
-        square = lies_square(pose)
+        square = lies_square(
+            pose, (UP, *(plane.normal_W for plane in self._planes.values() if plane.normal_W[2] > 0.0))
+        )
         shape = self._solids.rounded_box(half, radius) if radius and not square else self._solids.box(half)
         body = self._body(brick.mass, shape, times(self.scale, pose.position_W), pose.orientation)
         self._name(body, brick.id, self._own_friction())
@@ -335,6 +339,7 @@ def _turning_z_to(normal_W: Vec3) -> Quaternion:
     return (-ny / half, nx / half, 0.0, half / 2.0)
 
 
-def lies_square(pose: Pose) -> bool:
-    """Whether an axis of a brick is vertical: it may touch others with its faces, and does not lean on them."""
-    return any(abs(axis_W[2]) > SQUARE for axis_W in body_axes(pose.orientation))
+def lies_square(pose: Pose, ups_W: Iterable[Vec3] = (UP,)) -> bool:
+    """Whether an axis of a brick is vertical, or square to a slope: it may touch others with its faces, not lean."""
+    axes_W = body_axes(pose.orientation)
+    return any(abs(dot(axis_W, up_W)) > SQUARE for axis_W in axes_W for up_W in ups_W)
