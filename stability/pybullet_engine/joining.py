@@ -114,6 +114,8 @@ class PyBulletWorld(PlainWorld):
         return member_state(found[joined.name], joined.group.places_G[brick])
 
     def contacts(self, brick: BodyId) -> Sequence[ContactPoint]:
+        if not self._groups:
+            return super().contacts(brick)
         asked = self._joined[brick].name if brick in self._joined else brick
         poses = {name: state.pose for name, state in super().states(self._groups).items()}
         points = [self._of_bricks(point, poses) for point in super().contacts(asked)]
