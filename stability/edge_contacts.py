@@ -19,6 +19,7 @@ EDGE_RADIUS = 1e-4  # [m] how much edges are taken to be rounded
 MOST_ROUNDED = 0.02  # share of a brick's smallest side; less than EDGE_RADIUS on bricks thinner than 5 mm
 LEANS = cos(radians(1.0))  # of the angle of the most upright axis of a brick to the vertical: below it, the brick leans
 WRONG = cos(radians(10.0))  # of the angle between a normal and the true one: below it, the normal is wrong
+FACE_ON = cos(radians(5.0))  # of the angle between a normal and that of a face: below it, no face is touched
 LOADED = 0.01  # share of the weight of the lighter brick that a contact must carry to matter
 ROUNDS = 20  # of going to and fro between two boxes; those that meet along parallel edges need two
 BEFORE = (0.0, 0.5, 1.0)  # shares of a time step since contacts may have been found
@@ -27,12 +28,11 @@ NEAR = 0.01  # share of the rounding by which the nearest point may still move
 
 @dataclass(frozen=True, slots=True)
 class WrongNormal:
-    """A contact of two bricks that the engine gives the normal of a face though their edges meet."""
+    """A contact of two bricks under load that the engine gives a normal which their geometry does not."""
 
     upper: BodyId
     lower: BodyId
     angle: float  # from the true normal to that of the engine [rad]
-    force: float  # along the engine's normal [N]
 
 
 def edge_radius(size: Vec3, radius: float = EDGE_RADIUS) -> float:
@@ -46,16 +46,22 @@ def leans(pose: Pose) -> bool:
 
 
 def true_normal(a: Block, b: Block, touching_W: Vec3, radius: float) -> Vec3 | None:
-    """The unit normal from b to a of two boxes with rounded edges where they touch; None if they overlap by too much."""
-    on_a = touching_W
-    for _ in range(ROUNDS):
-        on_b = _nearest_inside(b, radius, on_a)
-        before, on_a = on_a, _nearest_inside(a, radius, on_b)
-        if norm(minus(on_a, before)) < NEAR * radius:
-            break
+    """The unit normal from b to a of two boxes with rounded edges where they touch; None if they lie too deep."""
+    on_a, on_b = nearest_points(a, b, touching_W, radius)
     between = minus(on_a, on_b)
     distance = norm(between)
     return times(1.0 / distance, between) if distance > NEAR * radius else None
+
+
+def nearest_points(a: Block, b: Block, start_W: Vec3, radius: float) -> tuple[Vec3, Vec3]:
+    """The points of two boxes without their rounding that are nearest to each other, from a start near to them [m]."""
+    on_a = start_W
+    for _ in range(ROUNDS):
+        on_b = _nearest_inside(b, radius, on_a)
+        before, on_a = on_a, _nearest_inside(a, radius, on_b)
+        if norm(minus(on_a, before)) < NEAR * EDGE_RADIUS:
+            break
+    return on_a, on_b
 
 
 def _nearest_inside(box: Block, radius: float, point_W: Vec3) -> Vec3:
@@ -67,9 +73,7 @@ def _nearest_inside(box: Block, radius: float, point_W: Vec3) -> Vec3:
     return found
 
 
-def wrong_normals(
-    engine: World, states: Mapping[BodyId, BodyState], gravity: float
-) -> Iterator[WrongNormal]:
+def wrong_normals(engine: World, states: Mapping[BodyId, BodyState], gravity: float) -> Iterator[WrongNormal]:
     """Contacts under load of these bricks, as far as they lean, whose normal is wrong; every pair of bricks once."""
     seen = set()
     for name, state in states.items():
@@ -102,7 +106,7 @@ def _of_pair(engine: World, points: Collection[ContactPoint], gravity: float) ->
     if off < WRONG:
         over = states[point.a].pose.position_W[2] >= states[point.b].pose.position_W[2]
         upper, lower = (point.a, point.b) if over else (point.b, point.a)
-        yield WrongNormal(upper, lower, acos(max(off, -1.0)), point.normal_force)
+        yield WrongNormal(upper, lower, acos(max(off, -1.0)))
 
 
 def _agreements(
@@ -115,7 +119,7 @@ def _agreements(
     (box_a, state_a), (box_b, state_b) = a, b
     radius = max(min(edge_radius(box_a.size), edge_radius(box_b.size)), -point.gap)
     middle_W = moved(point.position_W, 0.5 * point.gap, point.normal_BA_W)
-    slip_W = minus(_velocity_at(state_a, middle_W), _velocity_at(state_b, middle_W))
+    slip_W = minus(velocity_at(state_a, middle_W), velocity_at(state_b, middle_W))
     resting = block(box_b.size, state_b.pose)
     for share in BEFORE:
         where = moved(state_a.pose.position_W, -share * time_step, slip_W)
@@ -124,5 +128,6 @@ def _agreements(
             yield dot(normal, point.normal_BA_W)
 
 
-def _velocity_at(state: BodyState, point_W: Vec3) -> Vec3:
+def velocity_at(state: BodyState, point_W: Vec3) -> Vec3:
+    """The velocity of a point of a body [m/s]."""
     return plus(state.velocity_W, cross(state.angular_velocity_W, minus(point_W, state.pose.position_W)))
