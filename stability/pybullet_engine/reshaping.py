@@ -15,8 +15,8 @@ from stability.pybullet_engine.world import PlainWorld, lies_square
 from stability.separation import Block, block
 from stability.vectors import dot, minus, norm, times
 
-LOOK, CLOSE_LOOK = 0.02, 0.005  # [s] between looks for bricks that lean, and at those that do
-ALONG = cos(radians(2.0))  # edges run along each other within this; from 1 deg on, the normal of sharp ones is right
+LOOK = 0.02  # [s] between looks at how bricks lie to each other
+ALONG = cos(radians(1.0))  # edges run along each other within this; beyond, the normal of sharp ones is right
 NEAR = 0.25  # share of its smallest side: a brick that is so close to another may touch it before the next look
 # [s] So long ahead a brick that moves gets rounded edges, so that the forces that its foot loses with the old body are
 # back by then. Of 144 pairs of planks that are tipped against each other, 9 slip with 10 ms, 6 with 40 ms.
@@ -61,35 +61,38 @@ class ReshapingWorld(PlainWorld):
 
     def step(self) -> None:
         if self.settings.edge_radius and self._clock >= self._next_look:
-            self._next_look = self._clock + self._reshape()
+            self._next_look = self._clock + LOOK
+            self._reshape()
         super().step()
 
-    def _reshape(self) -> float:
-        """Give every brick that is awake the edges that it needs; how long that will do [s]."""
+    def _reshape(self) -> None:
+        """Give every brick that is awake the edges that it needs."""
         states = self.states([name for name in self._masses if name in self._bodies and not self.holds(name)])
         leaning = {
             name: self._seen(name, state)
             for name, state in states.items()
             if name not in self._rounded and leans(state.pose)
         }
-        edge_on = [name for name in leaning if self._edge_on(name, leaning)]
+        edge_on = self._edge_on(leaning)
         lying = [name for name, state in states.items() if name in self._rounded and _lies(state)]
-        for name in (*edge_on, *lying):
+        for name in (*(name for name in leaning if name in edge_on), *lying):
             self._swap(name)
-        return CLOSE_LOOK if leaning else LOOK
 
     def _seen(self, name: BodyId, state: BodyState) -> _Seen:
         return _Seen(state, block(self._bricks[name].size, state.pose))
 
-    def _edge_on(self, name: BodyId, leaning: dict[BodyId, _Seen]) -> bool:
-        """Whether an edge of a box is about to meet an edge of another brick that runs along it."""
-        thin, one = min(self._bricks[name].size), leaning[name]
-        for other in self.near(name, NEAR * thin + AHEAD * one.fastest):
-            if other in self._bricks:
+    def _edge_on(self, leaning: dict[BodyId, _Seen]) -> set[BodyId]:
+        """Those whose edges are about to meet edges of another brick that run along them."""
+        found: set[BodyId] = set()
+        for name, one in leaning.items():
+            thin = min(self._bricks[name].size)
+            for other in self.near(name, NEAR * thin + AHEAD * one.fastest):
+                if other not in self._bricks or (other in leaning and other < name):
+                    continue  # every pair once
                 two = leaning.get(other) or self._seen(other, self.states([other])[other])
                 if _edges_meet(one, two, NEAR * thin, ROUNDED * thin):
-                    return True
-        return False
+                    found |= {name, other}
+        return found
 
     def _swap(self, name: BodyId) -> None:
         """Give a brick a body with the other kind of edges: same place, motion, mass and name."""
@@ -112,8 +115,8 @@ def _lies(state: BodyState) -> bool:
 
 def _edges_meet(a: _Seen, b: _Seen, near: float, radius: float) -> bool:
     """Whether bricks will soon touch with edges that run along each other, and with no face."""
-    along = sum(abs(dot(x, y)) > ALONG for x in a.block.axes_W for y in b.block.axes_W)
-    if along != 1:  # three: they are turned alike, and touch with their faces
+    alike = sum(abs(dot(x, y)) > ALONG for x in a.block.axes_W for y in b.block.axes_W)
+    if alike == 0 or (alike == 3 and _faces_meet(a.block, b.block, 2.0 * radius)):  # noqa: PLR2004 -- all three axes
         return False
     on_a, on_b = nearest_points(a.block, b.block, a.block.p_WC, radius)
     between = minus(on_a, on_b)
@@ -124,4 +127,22 @@ def _edges_meet(a: _Seen, b: _Seen, near: float, radius: float) -> bool:
     closing = dot(minus(velocity_at(b.state, on_b), velocity_at(a.state, on_a)), normal)
     if distance > near + 2.0 * radius + AHEAD * max(closing, 0.0):
         return False
-    return max(abs(dot(axis, normal)) for axis in (*a.block.axes_W, *b.block.axes_W)) < FACE_ON
+    if max(abs(dot(axis, normal)) for axis in (*a.block.axes_W, *b.block.axes_W)) > FACE_ON:
+        return False
+    return abs(dot(_edge_across(a.block, normal), _edge_across(b.block, normal))) > ALONG
+
+
+def _faces_meet(a: Block, b: Block, radius: float) -> bool:
+    """Whether boxes that are turned alike lie side by side, by more than a rounding."""
+    between = minus(a.p_WC, b.p_WC)
+    gaps = sorted(abs(dot(between, axis)) - _extent(a, axis) - _extent(b, axis) for axis in a.axes_W)
+    return gaps[1] < -radius
+
+
+def _extent(box: Block, direction_W: Vec3) -> float:
+    return sum(abs(dot(half_edge, direction_W)) for half_edge in box.half_edges_W)
+
+
+def _edge_across(box: Block, normal_W: Vec3) -> Vec3:
+    """The direction of the edges of a box that are most across a normal."""
+    return min(box.axes_W, key=lambda axis: abs(dot(axis, normal_W)))
