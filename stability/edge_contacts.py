@@ -21,7 +21,7 @@ LEANS = cos(radians(1.0))  # of the angle of the most upright axis of a brick to
 WRONG = cos(radians(10.0))  # of the angle between a normal and the true one: below it, the normal is wrong
 FACE_ON = cos(radians(5.0))  # of the angle between a normal and that of a face: below it, no face is touched
 LOADED = 0.01  # share of the weight of the lighter brick that a contact must carry to matter
-ROUNDS = 20  # of going to and fro between two boxes; those that meet along parallel edges need two
+ROUNDS = 60  # of going to and fro between two boxes: parallel edges need two, edges that cross at 20 deg fifty
 BEFORE = (0.0, 0.5, 1.0)  # shares of a time step since contacts may have been found
 NEAR = 0.01  # share of the rounding by which the nearest point may still move
 
