@@ -31,19 +31,20 @@ test-slow: $(READY) ## the tests that take minutes
 # Scenarios with a known answer that every system can play within the 20 minutes that a bench may take.
 BENCHED := $(addprefix scenarios/,four-stack.yaml slant-tower.yaml columns.yaml harmonic.yaml incline.yaml leaning.yaml \
   drop.yaml) $(wildcard scenarios/hard)
-BENCHED_ON := $(addprefix --system ,exact thesis tuned stock mujoco sapien)
+BENCHED_ON := $(addprefix --system ,exact thesis tuned stock mujoco sapien cra rbe)
 BENCH_OPTIONS ?= --resolutions 1,1/2
 
 bench: $(READY) ## speed against error: every system at several time steps; table and plot in bench/
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --editable '.[bench,mujoco,sapien]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --editable '.[bench,mujoco,sapien,cra]'
 	$(BIN)/stackdsl bench $(BENCHED) --tag '!long' $(BENCHED_ON) --time-limit 240 --output bench $(BENCH_OPTIONS)
 
 bench-stack: $(READY) ## the four-stack alone, every system in one run
 	$(BIN)/python -m benchmarks.four_stack
 
-bench-motion: $(READY) ## hits and collapses of exact against runs in which every brick is awake
+bench-motion: $(READY) ## hits, collapses and slips of exact against converged runs and equations of motion
 	$(BIN)/python -m benchmarks.hits
 	$(BIN)/python -m benchmarks.collapse
+	$(BIN)/python -m benchmarks.slips
 
 bench-statics: $(READY) ## what exact statics cost, and how far each answer is off
 	$(BIN)/python -m benchmarks.statics

@@ -24,7 +24,7 @@ from stability.statics.assembly import Assembly
 from stability.statics.facts import Motion, Placed, Problem
 from stability.statics.onset import as_it_begins
 from stability.statics.turning import Turn, turn_of
-from stability.vectors import cross, dot, minus
+from stability.vectors import cross, dot, minus, norm
 from stability.watching import Extension
 from stackdsl.gathering import gather
 from stackdsl.judging.falling import largest_difference, seen_displacements, widest_angle
@@ -129,13 +129,13 @@ def _stepped(world: World, extension: Extension | None, falling: FallingParts) -
     bricks = sorted(world.masses())
     seen = [world.states(bricks)]
     for step in range(round(FOLLOWED / world.settings.time_step)):
-        falling.begin()
-        world.step()
-        falling.follow()
-        if extension is not None:
-            extension.update()
+        if not falling.turn(1):
+            world.step()
+            if extension is not None:
+                extension.update()
         if (step + 1) % every == 0:
             seen.append(world.states(bricks))
+            world.limit_travel(max(norm(state.velocity_W) for state in seen[-1].values()))
     return seen
 
 

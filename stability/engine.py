@@ -87,6 +87,9 @@ class World(Engine, Joining, Protocol):
     def add_brick(self, brick: Brick, pose: Pose, velocity_W: Vec3 = AT_REST) -> None:
         """Set a brick down at rest, or let it go with a velocity of its centre [m/s]."""
 
+    def set_state(self, brick: BodyId, state: BodyState) -> None:
+        """Put a brick that is not frozen somewhere else, in motion."""
+
     def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:
         """Give a brick that is not frozen an impulse [N s] at a point [m]."""
 

@@ -26,7 +26,8 @@ class RestingWorld:
     _bricks: dict[BodyId, tuple[Brick, Pose]] = field(default_factory=dict, init=False)
     _masses: dict[BodyId, float] = field(default_factory=dict, init=False)
     _told: Mapping[BodyId, float] = field(default_factory=dict, init=False)  # what `masses` answers with
-    _moving: dict[BodyId, Vec3] = field(default_factory=dict, init=False)  # those let go with a velocity [m/s]
+    _let_go: dict[BodyId, Vec3] = field(default_factory=dict, init=False)  # those that came with a velocity [m/s]
+    _moving: dict[BodyId, BodyState] = field(default_factory=dict, init=False)  # those put somewhere in motion
     _frozen: set[BodyId] = field(default_factory=set, init=False)
     _fastest: float = field(default=0.0, init=False)  # that bodies will be, as was said [m/s]
     _world: World | None = field(default=None, init=False)
@@ -60,18 +61,26 @@ class RestingWorld:
     def add_brick(self, brick: Brick, pose: Pose, velocity_W: Vec3 = AT_REST) -> None:
         self._bricks[brick.id] = (brick, pose)
         if velocity_W != AT_REST:
-            self._moving[brick.id] = velocity_W
+            self._let_go[brick.id] = velocity_W
         self._masses[brick.id] = brick.mass
         self._told = MappingProxyType(self._masses)  # another object says that a brick has come
         if self._world is not None:
             self._world.add_brick(brick, pose, velocity_W)
+
+    def set_state(self, brick: BodyId, state: BodyState) -> None:
+        if self._world is not None:
+            self._world.set_state(brick, state)
+            return
+        self._bricks[brick] = (self._bricks[brick][0], state.pose)
+        self._let_go.pop(brick, None)
+        self._moving[brick] = state
 
     def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:
         self._engine().push(brick, impulse_W, at_W)
 
     def remove_brick(self, brick: BodyId) -> None:
         del self._bricks[brick], self._masses[brick]
-        self._moving.pop(brick, None)
+        self._stops(brick)
         self._frozen.discard(brick)
         self._told = MappingProxyType(self._masses)
         if self._world is not None:
@@ -96,7 +105,10 @@ class RestingWorld:
     def states(self, bodies: Collection[BodyId]) -> Mapping[BodyId, BodyState]:
         if self._world is not None:
             return self._world.states(bodies)
-        return {body: BodyState(self._pose(body), self._moving.get(body, AT_REST)) for body in bodies}
+        return {body: self._moving.get(body) or self._at(body) for body in bodies}
+
+    def _at(self, body: BodyId) -> BodyState:
+        return BodyState(self._pose(body), self._let_go.get(body, AT_REST))
 
     def _pose(self, body: BodyId) -> Pose:
         return Pose(self._planes[body].point_W) if body in self._planes else self._bricks[body][1]
@@ -106,9 +118,13 @@ class RestingWorld:
 
     def freeze(self, brick: BodyId) -> None:
         self._frozen.add(brick)
-        self._moving.pop(brick, None)
+        self._stops(brick)
         if self._world is not None:
             self._world.freeze(brick)
+
+    def _stops(self, brick: BodyId) -> None:
+        self._let_go.pop(brick, None)
+        self._moving.pop(brick, None)
 
     def holds(self, brick: BodyId) -> bool:
         return brick in self._frozen
@@ -138,7 +154,9 @@ class RestingWorld:
             for plane in self._planes.values():
                 self._world.add_plane(plane)
             for brick, pose in self._bricks.values():
-                self._world.add_brick(brick, pose, self._moving.get(brick.id, AT_REST))
+                self._world.add_brick(brick, pose, self._let_go.get(brick.id, AT_REST))
+            for name, state in self._moving.items():
+                self._world.set_state(name, state)
             for name in sorted(self._frozen):
                 self._world.freeze(name)
             self._world.skip(self._clock)

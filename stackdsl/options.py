@@ -1,15 +1,15 @@
 """Options that several commands have."""
 
+from collections.abc import Mapping
+
 import click
 
-from stackdsl.playing.peers import missing
+from stackdsl.playing.peers import NEEDS, Extra, missing
 
 
-def playable(systems: tuple[str, ...]) -> tuple[str, ...]:
+def playable(systems: tuple[str, ...], needs: Mapping[str, Extra] = NEEDS) -> tuple[str, ...]:
     """The systems that were asked for, if what they need is installed."""
-    for peer in missing(systems):
-        package = peer.package
-        raise click.BadParameter(
-            f"'{peer.system.name}' needs {package}, which is not installed; try: pip install 'stackdsl[{package}]'"
-        )
+    for name, extra in missing(systems, needs):
+        told = f"'{name}' needs {extra.package}, which is not installed"
+        raise click.BadParameter(f"{told}; try: pip install 'stackdsl[{extra.name}]'")
     return tuple(dict.fromkeys(systems))

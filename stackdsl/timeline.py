@@ -75,6 +75,7 @@ class Timeline:
     watched: bool = True
     margins: tuple[str, ...] = ()  # those of the proof that are asked for, such as `tilt`
     closely: bool = False  # whether it is asked how something begins to fall, or where it lands
+    aftermath: bool = True  # whether a collapse is followed for a while; if not, a run ends as soon as it is known
 
     @property
     def placements(self) -> tuple[Placement, ...]:

@@ -23,6 +23,8 @@ from stackdsl.bench.table import bench_text
 from stackdsl.gathering import Case
 from stackdsl.observations import KINDS, Seen
 from stackdsl.outcome import RunStatus
+from stackdsl.playing.runner import play
+from stackdsl.playing.systems import SYSTEMS
 from stackdsl.pool import PoolResult, Task, TaskResult, TaskStatus, run_supervised
 from tests.scenes import compiled, scene
 
@@ -179,6 +181,20 @@ def test_the_moving_part_is_held_against_the_reference() -> None:
     assert scores_of(fine, {"tower": SHOULD_FALL})[0].mm is None  # the reference has no distance from itself
 
 
+def test_a_time_that_is_known_is_better_than_that_of_a_reference() -> None:
+    known = replace(SHOULD_FALL, earliest=2.5, latest=2.6)
+    records = [run(FELL, factor=0.5), run(FELL, factor=0.25), run(FELL, "exact", collapse_time=2.55)]
+    seconds = [score.seconds for score in scores_of(records, {"tower": known})]
+    assert seconds == [pytest.approx(0.4), pytest.approx(0.4), 0.0]
+
+
+def test_runs_that_see_a_fall_at_times_more_than_a_look_apart_have_not_converged() -> None:
+    fine, coarse, own = run(FELL, factor=0.25), run(FELL, factor=0.5, collapse_time=2.08), run(FELL, "exact")
+    assert scores_of([fine, coarse, own], {"tower": SHOULD_FALL})[2].seconds is None
+    coarse = run(FELL, factor=0.5, collapse_time=2.09)
+    assert scores_of([fine, coarse, own], {"tower": SHOULD_FALL})[2].seconds == 0.0
+
+
 def test_what_nobody_knows_is_known_from_converged_runs() -> None:
     fine = [run(factor=0.25), run(factor=0.5), run(system="exact", height=41.0), run(FELL, system="stock")]
     scores = scores_of(fine, {"tower": None})
@@ -322,6 +338,30 @@ def doing(only: int, asked: list[Task]) -> Callable[..., PoolResult]:
         return PoolResult(tuple(results), interrupted=only < len(tasks))
 
     return supervised
+
+
+@pytest.mark.parametrize(
+    ("rest", "followed"),
+    [
+        ("truth:\n  - {collapses: {at: level 3}, source: closed form}\n", False),
+        ("truth:\n  - {falls: {count: 2}, source: closed form}\n", True),
+    ],
+)
+def test_a_collapse_is_followed_by_every_system_only_if_it_is_known_what_becomes_of_it(
+    rest: str, followed: bool
+) -> None:
+    case = case_of("- column: {levels: 3, step: 45 mm}\n  every: 1 s", rest)
+    for system in ("exact", "stock"):
+        (job,) = jobs_of([case], [system], [1.0])
+        trace = play(job.case.timeline, SYSTEMS[system])
+        assert trace.collapse is not None
+        assert (trace.cost.simulated_time > trace.collapse.time + 0.5) is followed
+
+
+def test_what_is_hit_is_played_to_its_end_whatever_is_known() -> None:
+    hit = "impacts:\n  - push: {brick: L1.1, impulse: [0.01 N*s, 0 N*s, 0 N*s]}\n"
+    case = case_of("- column: {levels: 3}", hit + "expect:\n  - stands: all\n")
+    assert jobs_of([case], ["exact"], [1.0])[0].case.timeline.aftermath
 
 
 def test_every_case_is_played_on_every_system_at_every_step_whatever_its_scenario_names() -> None:

@@ -17,6 +17,7 @@ ORDER = {
         "model",
         "geometry",
         "vectors",
+        "pendulum",
         "impulse",
         "rigid_group",
         "separation",
@@ -59,6 +60,7 @@ ORDER = {
         "statics.assembly",
         "statics.onset",
         "statics.turning",
+        "statics.sliding",
         "statics.margins.prestress",
         "statics.margins.arc_forces",
         "statics.margins.face_centre",
@@ -172,6 +174,8 @@ ORDER = {
         "playing.edges",
         "playing.opening",
         "playing.runner",
+        "assessing.assessment",
+        "assessing.compas",
         "outcome",
         "judging.finding",
         "judging.standing",
@@ -258,6 +262,12 @@ def test_one_file_imports_the_engine(engine: str) -> None:
     assert users == [f"stability.{engine}_engine.binding"]
 
 
+def test_one_file_imports_the_assessor() -> None:
+    names = {"compas", "compas_assembly", "compas_cra"}
+    users = [module_name(p) for p in FILES if any(n.split(".")[0] in names for n in imported(p))]
+    assert users == ["stackdsl.assessing.compas"]
+
+
 @ENGINES
 def test_one_package_knows_the_engine_and_all_else_asks_it(engine: str) -> None:
     package = f"stability.{engine}_engine"
@@ -266,5 +276,5 @@ def test_one_package_knows_the_engine_and_all_else_asks_it(engine: str) -> None:
 
 
 def test_the_command_line_starts_without_the_engine() -> None:
-    code = "import sys, stackdsl.cli; sys.exit(bool({'pybullet', 'mujoco', 'sapien'} & set(sys.modules)))"
+    code = "import sys, stackdsl.cli; sys.exit(bool({'pybullet', 'mujoco', 'sapien', 'compas'} & set(sys.modules)))"
     assert subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=False).returncode == 0

@@ -27,8 +27,8 @@ Opened: TypeAlias = Callable[..., AbstractContextManager[World]]
 @pytest.fixture(params=BARE)
 def opened(request: pytest.FixtureRequest) -> Opened:
     """A way to open worlds of a peer, with a ground at z = 0 that may be tilted."""
-    for peer in missing([request.param]):
-        pytest.skip(f"{peer.package} is not installed")
+    for _, extra in missing([request.param]):
+        pytest.skip(f"{extra.package} is not installed")
 
     @contextmanager
     def world(

@@ -85,7 +85,12 @@ class MuJoCoWorld(KeptBodies):
 
     def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:
         size, mass = self._bricks[brick].size, self._bricks[brick].mass
-        self._put(brick, pushed(self._state(brick), size, mass, impulse_W, at_W), held=False)
+        self.set_state(brick, pushed(self._state(brick), size, mass, impulse_W, at_W))
+
+    def set_state(self, brick: BodyId, state: BodyState) -> None:
+        if brick in self._groups:
+            self.part(brick)
+        self._put(brick, state, held=False)
 
     def freeze(self, brick: BodyId) -> None:
         if brick in self._groups:

@@ -107,6 +107,11 @@ class PyBulletWorld(ReshapingWorld):
         super().remove_brick(brick)
         self._told_at = -1.0
 
+    def set_state(self, brick: BodyId, state: BodyState) -> None:
+        if brick in self._joined:
+            self.part(brick)
+        super().set_state(brick, state)
+
     def holds(self, brick: BodyId) -> bool:
         return brick not in self._joined and super().holds(brick)
 

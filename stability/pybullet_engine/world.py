@@ -1,6 +1,6 @@
 """A PyBullet world of one's own, with every setting that matters made explicit; every brick moves by itself."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from math import log10, sqrt
 from types import MappingProxyType
@@ -15,7 +15,7 @@ from stability.pybullet_engine.bodies import PyBulletBodies
 from stability.pybullet_engine.parameters import body_parameters, engine_parameters, step_parameters
 from stability.pybullet_engine.solids import Solids
 from stability.stepping import Awake, Stepping, stepping
-from stability.vectors import plus, times
+from stability.vectors import dot, plus, times
 
 # Combined friction is the product of two bodies' own; this stands for "none" where a partner must still reach its own.
 FRICTIONLESS = 1e-6
@@ -29,8 +29,10 @@ HALF_SPACE_BESIDE_HULLS = 1e2
 ROOM = 10.0
 # Edges are not rounded by more than this share of a brick's smallest side, however small it is.
 MOST_ROUNDED = 0.02
-# A brick lies square if the cosine of an axis of it to the vertical is more than this: by 0.1 deg.
+# A brick lies square if the cosine of an axis of it to the vertical, or to the normal of a slope, is more than this: by
+# 0.1 deg.
 SQUARE = 1.0 - 1.5e-6
+UP: Vec3 = (0.0, 0.0, 1.0)
 # [engine kg] for the heaviest brick: far above the thresholds, and even ten thousand press far below the cap of 1e10.
 HEAVIEST = 1e4
 
@@ -227,7 +229,7 @@ class PlainWorld(PyBulletBodies):
     def add_brick(self, brick: Brick, pose: Pose, velocity_W: Vec3 = AT_REST) -> None:
         """Set a brick down at rest, or let it go with a velocity of its centre [m/s]."""
         self._reach_beyond(brick, pose)
-        square = lies_square(pose)
+        square = self._lies_square(pose)
         body = self._brick_body(brick, times(self.scale, pose.position_W), pose.orientation, rounded=not square)
         self._bricks[brick.id] = brick
         self._masses[brick.id] = brick.mass
@@ -238,6 +240,10 @@ class PlainWorld(PyBulletBodies):
             self._anchored.add(brick.id)
             self._anchor([brick.id], not self._told_stepping.lively)
         self._comes_free(brick.id)
+
+    def _lies_square(self, pose: Pose) -> bool:
+        """Whether a brick may touch others, or the ground, with its faces."""
+        return lies_square(pose, (UP, *(plane.normal_W for plane in self._planes.values() if plane.normal_W[2] > 0.0)))
 
     def _brick_body(self, brick: Brick, position: Vec3, orientation: Quaternion, rounded: bool) -> int:
         """The number of a new body of a brick, at a place in engine metres, with sharp or rounded edges."""
@@ -300,6 +306,12 @@ class PlainWorld(PyBulletBodies):
         if brick in self._flying:
             self._comes_free(brick)
 
+    def set_state(self, brick: BodyId, state: BodyState) -> None:
+        """Put a brick that is not frozen somewhere else, in motion."""
+        self.put_at(brick, state.pose)
+        self._stays(brick)  # as for falling: its speed is of this moment, whatever it touches
+        self._set_motion(self._bodies[brick], state.velocity_W, state.angular_velocity_W)
+
     def _set_motion(self, body: int, velocity_W: Vec3, angular_velocity_W: Vec3) -> None:
         rate = sqrt(self.scale)
         pybullet.resetBaseVelocity(
@@ -334,6 +346,7 @@ def _turning_z_to(normal_W: Vec3) -> Quaternion:
     return (-ny / half, nx / half, 0.0, half / 2.0)
 
 
-def lies_square(pose: Pose) -> bool:
-    """Whether an axis of a brick is vertical: it may touch others with its faces, and does not lean on them."""
-    return any(abs(axis_W[2]) > SQUARE for axis_W in body_axes(pose.orientation))
+def lies_square(pose: Pose, ups_W: Iterable[Vec3] = (UP,)) -> bool:
+    """Whether an axis of a brick is vertical, or square to a slope: it may touch others with its faces, not lean."""
+    axes_W = body_axes(pose.orientation)
+    return any(abs(dot(axis_W, up_W)) > SQUARE for axis_W in axes_W for up_W in ups_W)

@@ -114,9 +114,13 @@ class SapienWorld(KeptBodies):
 
     def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:
         size, mass = self._bricks[brick].size, self._bricks[brick].mass
-        after = pushed(self._state(brick), size, mass, impulse_W, at_W)
-        self._bodies[brick].linear_velocity = np.array(after.velocity_W)
-        self._bodies[brick].angular_velocity = np.array(after.angular_velocity_W)
+        self.set_state(brick, pushed(self._state(brick), size, mass, impulse_W, at_W))
+
+    def set_state(self, brick: BodyId, state: BodyState) -> None:
+        body = self._bodies[brick]
+        body.entity_pose = _to_sapien(state.pose)
+        body.linear_velocity = np.array(state.velocity_W)
+        body.angular_velocity = np.array(state.angular_velocity_W)
 
     def states(self, bodies: Collection[BodyId]) -> dict[BodyId, BodyState]:
         return {body: self._state(body) for body in bodies}

@@ -6,7 +6,7 @@ that balances is proven whatever it stands on. A group that cannot balance even 
 to fall. What neither shows is asked again of a larger group, up to everything that is connected.
 """
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence, Set
 from dataclasses import dataclass
 
 from stability.contact_graph import from_the_top
@@ -25,6 +25,7 @@ from stability.statics.tipping import Fall, tipping
 
 SPREAD = 4  # times more levels, or bricks, each time that a group grows
 SEARCHED = 300  # bricks: of a body that tips and is not larger, the smallest part that tips by itself is looked for
+CUT = 60  # bricks: of what falls and is not larger, the part that falls as one body from somewhere on is looked for
 TOLD = 20  # bricks that move of which it is looked whether they are deep in another body
 SMALL = 60  # bricks: a programme of so many is still cheap
 
@@ -122,7 +123,20 @@ def _smaller_falls(structure: Structure, fall: Fall) -> Iterator[Fall | None]:
 
 def _fall_of(structure: Structure, brick: BodyId) -> Fall | None:
     """The fall of a brick and all that it can carry as one body, if plain arithmetic agrees."""
-    moving = structure.with_all_above([brick])
+    return _fall_as_one(structure, structure.with_all_above([brick]))
+
+
+def _fall_on_top(structure: Structure, bricks: Collection[BodyId]) -> Fall | None:
+    """Of bricks that fall, the fewest that do as one body: all, or those above one, with it or without."""
+    if len(bricks) > CUT:
+        return None
+    above = {frozenset(bricks)} | {frozenset(structure.with_all_above([name])) for name in bricks}
+    above |= {frozenset(structure.with_all_above(structure.carried[name])) for name in bricks}
+    parts = sorted((part for part in above if part and part <= set(bricks)), key=lambda part: (len(part), min(part)))
+    return next((fall for part in parts if (fall := _fall_as_one(structure, part)) is not None), None)
+
+
+def _fall_as_one(structure: Structure, moving: Set[BodyId]) -> Fall | None:
     bricks = {name: structure.bricks[name] for name in moving}
     contacts = structure.contacts_of(sorted(moving))
     fall = tipping(bricks, [c for c in contacts if (c.lower in moving) != (c.upper in moving)])
@@ -220,7 +234,10 @@ def _is_within(contact: Contact, members: Collection[BodyId], structure: Structu
 
 
 def _falls(structure: Structure, problem: Problem, motion: Motion) -> Answer:
-    least = smallest_mechanism(problem, motion, structure.tolerances) if structure.smallest else motion
+    least = motion
+    if structure.smallest:
+        whole = _fall_on_top(structure, motion.velocity.keys())
+        least = whole.motion if whole is not None else smallest_mechanism(problem, motion, structure.tolerances)
     reason = _reason(structure, problem, least)
     return Answer(verdict=Verdict(Stability.UNSTABLE, Stage.CONES, reason, tuple(sorted(least.velocity)), least))
 

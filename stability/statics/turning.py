@@ -1,18 +1,19 @@
 """How far does a falling part turn as one body, before its bricks slide on each other, lift off, or hit something?
 
-A part that begins to turn about an axis goes on as a pendulum. At an angle its speed follows from the height lost, its
-acceleration from the torque of the weights. With the forces of inertia among the loads (d'Alembert) each brick is at
-rest within the part if contact forces within the friction cones balance the loads: the same proof as for what stands.
-Contacts with what does not move act where the axis goes through them, all others have opened.
+A part that begins to turn about an axis goes on as a pendulum: at each angle its speed and its acceleration are known.
+With the forces of inertia among the loads (d'Alembert) it falls as one, and what it turns on stands, if contact forces
+within the friction cones balance every brick: the same proof as for what stands. Contacts between what turns and what
+stands act where the axis goes through them, all others of these have opened.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Set
 from dataclasses import dataclass
-from math import cos, sin, sqrt
+from math import cos, dist, hypot, sin
 
 from stability.geometry import box_corners, composed, turned
 from stability.impulse import moments
-from stability.model import BodyId, Plane, Pose, Vec3
+from stability.model import BodyId, BodyState, Plane, Pose, Vec3
+from stability.pendulum import Pendulum
 from stability.separation import boxes_apart
 from stability.statics.facts import Contact, Motion, Placed, Problem, Tolerances, Wrench
 from stability.statics.programmes.equilibrium import balance
@@ -33,16 +34,27 @@ class Turn:
 
 @dataclass(frozen=True, slots=True)
 class FallingPart:
-    """Bricks that begin to turn as one, their contacts with each other and with what does not move, and gravity."""
+    """Bricks that turn as one, among others that stand, and the contacts of all of them."""
 
-    problem: Problem
+    problem: Problem  # before the turn; bricks that feel nothing of it may be left out
+    moving: Set[BodyId]  # those of the problem that turn
     turn: Turn
+    pendulum: Pendulum
     gravity: float  # [m/s2]
 
 
+def falling_part(problem: Problem, motion: Motion, gravity: float) -> FallingPart | None:
+    """The part of a problem that begins to move; None if it is not one turn about one axis."""
+    turn = turn_of(problem, motion)
+    if turn is None:
+        return None
+    moving = [problem.bricks[name] for name in sorted(motion.velocity)]
+    return FallingPart(problem, motion.velocity.keys(), turn, _pendulum(moving, turn, gravity), gravity)
+
+
 def turn_of(problem: Problem, motion: Motion) -> Turn | None:
-    """The turn about one axis that all bricks of a problem begin with; None if they do not."""
-    if not problem.bricks or set(motion.velocity) != set(problem.bricks):
+    """The turn about one axis with which all that moves begins; None if it does not."""
+    if not motion.velocity or not problem.bricks.keys() >= motion.velocity.keys():
         return None
     first = min(motion.velocity)
     velocity, spin = motion.velocity[first]
@@ -57,17 +69,55 @@ def turn_of(problem: Problem, motion: Motion) -> Turn | None:
     return Turn(point, unit(spin))
 
 
-def turns_as_one_until(
-    part: FallingPart, angles: Sequence[float], others: Collection[Placed], planes: Collection[Plane]
-) -> float | None:
-    """The last of some growing angles [rad] up to which a part is proven to hold together and hits nothing."""
-    last = None
-    for angle in angles:
-        bricks = {name: _turned(placed, part.turn, angle) for name, placed in part.problem.bricks.items()}
-        if _hits(bricks, others, planes) or balance(_at_angle(part, bricks, angle)).forces is None:
-            break
-        last = angle
-    return last
+def turned_part(part: FallingPart, angle: float) -> dict[BodyId, Placed]:
+    """Its bricks where they are at an angle [rad]."""
+    return {name: _turned(part.problem.bricks[name], part.turn, angle) for name in sorted(part.moving)}
+
+
+def part_in_motion(part: FallingPart, angle: float, speed: float) -> dict[BodyId, BodyState]:
+    """The same, with how they move at a speed of the angle [rad/s]."""
+    spin = times(speed, part.turn.axis_W)
+    return {
+        name: BodyState(placed.pose, cross(spin, minus(placed.pose.position_W, part.turn.point_W)), spin)
+        for name, placed in turned_part(part, angle).items()
+    }
+
+
+def holds_together(part: FallingPart, angle: float) -> bool:
+    """Whether it is proven to be one body at an angle [rad], and what it turns on to stand."""
+    return balance(_at_angle(part, angle)).forces is not None
+
+
+def is_clear(part: FallingPart, angle: float, others: Collection[Placed], planes: Collection[Plane]) -> bool:
+    """Whether at an angle [rad] none of its bricks lies deeper in something than what touches does."""
+    for placed in turned_part(part, angle).values():
+        size, pose = placed.brick.size, placed.pose
+        depth, around = ON_AXIS * min(size), 0.5 * hypot(*size)
+        if any(_height(pose.position_W, plane) < around and _lowest(size, pose, plane) < -depth for plane in planes):
+            return False
+        for other in others:
+            near = dist(pose.position_W, other.pose.position_W) < around + 0.5 * hypot(*other.brick.size)
+            if near and boxes_apart(size, pose, other.brick.size, other.pose).gap < -depth:
+                return False
+    return True
+
+
+def reach(part: FallingPart) -> float:
+    """How far from the axis its farthest corner is [m]."""
+    corners = (c for name in part.moving for c in _corners(part.problem.bricks[name]))
+    return max(norm(minus(corner, _foot(part.turn, corner))) for corner in corners)
+
+
+def _corners(placed: Placed) -> tuple[Vec3, ...]:
+    return box_corners(placed.brick.size, placed.pose)
+
+
+def _height(point_W: Vec3, plane: Plane) -> float:
+    return dot(minus(point_W, plane.point_W), plane.normal_W)
+
+
+def _lowest(size: Vec3, pose: Pose, plane: Plane) -> float:
+    return min(_height(corner, plane) for corner in box_corners(size, pose))
 
 
 def _turned(placed: Placed, turn: Turn, angle: float) -> Placed:
@@ -85,41 +135,19 @@ def _direction(vector_W: Vec3, turn: Turn, angle: float) -> Vec3:
     return turned((*times(sin(0.5 * angle), turn.axis_W), cos(0.5 * angle)), vector_W)
 
 
-def _hits(bricks: Mapping[BodyId, Placed], others: Collection[Placed], planes: Collection[Plane]) -> bool:
-    """Whether a brick lies deeper in something than what touches does."""
-    for placed in bricks.values():
-        size, pose = placed.brick.size, placed.pose
-        depth = ON_AXIS * min(size)
-        corners = box_corners(size, pose)
-        if any(min(dot(minus(c, plane.point_W), plane.normal_W) for c in corners) < -depth for plane in planes):
-            return True
-        if any(boxes_apart(size, pose, other.brick.size, other.pose).gap < -depth for other in others):
-            return True
-    return False
-
-
 def _foot(turn: Turn, point_W: Vec3) -> Vec3:
     """The nearest point of the axis."""
     return moved(turn.point_W, dot(turn.axis_W, minus(point_W, turn.point_W)), turn.axis_W)
 
 
-def _at_angle(part: FallingPart, bricks: Mapping[BodyId, Placed], angle: float) -> Problem:
-    """The part in mid-fall, with the forces of inertia."""
-    turn = part.turn
-    inertia = sum(_about(turn, placed) for placed in bricks.values())
-    lost = sum(
-        placed.brick.mass * (part.problem.bricks[name].pose.position_W[2] - placed.pose.position_W[2])
-        for name, placed in bricks.items()
-    )
-    weights = [
-        cross(minus(placed.pose.position_W, turn.point_W), times(placed.brick.mass * part.gravity, DOWN))
-        for placed in bricks.values()
-    ]
-    alpha = sum(dot(torque, turn.axis_W) for torque in weights) / inertia
-    omega = sqrt(max(0.0, 2.0 * part.gravity * lost / inertia))
-    loads = {name: _load(placed, turn, part.gravity, omega, alpha) for name, placed in bricks.items()}
-    contacts = [found for contact in part.problem.contacts if (found := _contact(part, contact, angle)) is not None]
-    return Problem(bricks, contacts, loads)
+def _pendulum(bricks: Collection[Placed], turn: Turn, gravity: float) -> Pendulum:
+    torque = torque_across = 0.0
+    for placed in bricks:
+        arm = minus(placed.pose.position_W, turn.point_W)
+        weight = times(placed.brick.mass * gravity, DOWN)
+        torque += dot(turn.axis_W, cross(arm, weight))
+        torque_across += dot(turn.axis_W, cross(cross(turn.axis_W, arm), weight))
+    return Pendulum(sum(_about(turn, placed) for placed in bricks), torque, torque_across)
 
 
 def _about(turn: Turn, placed: Placed) -> float:
@@ -136,6 +164,18 @@ def _inertia_times(placed: Placed, vector_W: Vec3) -> Vec3:
     return turned(placed.pose.orientation, (one * a, two * b, three * c))
 
 
+def _at_angle(part: FallingPart, angle: float) -> Problem:
+    """All of it in mid-fall, with the forces of inertia on what turns."""
+    moving = turned_part(part, angle)
+    omega, alpha = part.pendulum.speed_at(angle), part.pendulum.acceleration_at(angle)
+    loads: Mapping[BodyId, Wrench] = {
+        name: _load(moving[name], part.turn, part.gravity, omega, alpha) if name in moving else load
+        for name, load in part.problem.loads.items()
+    }
+    contacts = [found for contact in part.problem.contacts if (found := _contact(part, contact, angle)) is not None]
+    return Problem({**part.problem.bricks, **moving}, contacts, loads)
+
+
 def _load(placed: Placed, turn: Turn, gravity: float, omega: float, alpha: float) -> Wrench:
     """The weight of a brick, less mass times acceleration; and less the change of its spin."""
     arm, spin = minus(placed.pose.position_W, turn.point_W), times(omega, turn.axis_W)
@@ -148,14 +188,16 @@ def _load(placed: Placed, turn: Turn, gravity: float, omega: float, alpha: float
 
 
 def _contact(part: FallingPart, contact: Contact, angle: float) -> Contact | None:
-    """A contact in mid-fall: turned with the part; with what does not move, where it lies on the axis, if anywhere."""
-    turn, bricks = part.turn, part.problem.bricks
+    """A contact in mid-fall: turned with the part; with what stands, where it lies on the axis, if anywhere."""
+    turn, pair = part.turn, {contact.lower, contact.upper}
+    turning = pair & part.moving
+    if not turning:
+        return contact
     normals = tuple(_direction(normal, turn, angle) for normal in contact.normals_W)
-    if contact.lower in bricks and contact.upper in bricks:
+    if turning == pair:
         points = tuple(_point(point, turn, angle) for point in contact.points_W)
         return Contact(contact.lower, contact.upper, points, normals, contact.friction)
-    moving = bricks[contact.upper if contact.upper in bricks else contact.lower]
-    near = ON_AXIS * min(moving.brick.size)
+    near = ON_AXIS * min(part.problem.bricks[turning.pop()].brick.size)
     # On the axis, exactly: beside it by what a solver leaves, no forces would balance to the last digits.
     points = tuple(p for point in contact.points_W if norm(minus(p := _foot(turn, point), point)) <= near)
     if not points:

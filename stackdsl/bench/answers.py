@@ -25,6 +25,8 @@ class Answer:
     source: Source
     least: float = -inf  # level under construction when it falls
     most: float = inf
+    earliest: float = -inf  # when it has fallen [s]
+    latest: float = inf
     still: bool = False  # whether nothing of it should move at all, as nothing is dropped, thrown or pushed
 
     def levels_off(self, fell_at: float | None, levels: int) -> float:
@@ -33,6 +35,15 @@ class Answer:
         if self.stands:
             return levels + 1.0 - reached
         return max(0.0, self.least - reached, reached - self.most if self.most < inf else 0.0)
+
+    @property
+    def timed(self) -> bool:
+        """Whether it is known when it falls."""
+        return self.latest < inf
+
+    def seconds_off(self, fell_after: float) -> float:
+        """How much too early or too late a collapse is seen [s]."""
+        return max(0.0, self.earliest - fell_after, fell_after - self.latest)
 
 
 def answer_of(scenario: Scenario, timeline: Timeline) -> Answer | None:
@@ -49,8 +60,9 @@ def _from_truth(scenario: Scenario) -> Answer | None:
     """A collapse that is known outweighs what is known to stand beside it."""
     for truth in scenario.truth:
         if truth.collapses is not None:
-            at = truth.collapses.at
-            return Answer(False, Source.TRUTH, *((at.low, at.high) if at is not None else ()))
+            at, time = truth.collapses.at, truth.collapses.time
+            levels = (at.low, at.high) if at is not None else (-inf, inf)
+            return Answer(False, Source.TRUTH, *levels, *((time.low, time.high) if time is not None else ()))
     for truth in scenario.truth:
         if truth.verdict in ("stable", "unstable"):
             return Answer(truth.verdict == "stable", Source.TRUTH)

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from stackdsl.bench.conduct import Bench, Plan, bench, jobs_of
-from stackdsl.bench.entrants import ENTRANTS, installed
+from stackdsl.bench.entrants import ENTRANTS, NEEDED, installed
 from stackdsl.bench.journal import Journal
 from stackdsl.bench.page import bench_page
 from stackdsl.bench.plot import PlotMissingError, draw
@@ -44,7 +44,7 @@ def _factors(context: click.Context, parameter: click.Parameter, text: str) -> t
     "systems",
     multiple=True,
     type=click.Choice(list(ENTRANTS)),
-    callback=lambda *given: playable(given[-1]),
+    callback=lambda *given: playable(given[-1], NEEDED),
     help="Only these systems; default: all that are installed.",
 )
 @click.option("-k", "keyword", default="", help="Only cases whose name contains this.")

@@ -3,28 +3,39 @@
 import json
 import platform
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
 from itertools import groupby
 
+from stackdsl.assessing.assessment import Assessment
 from stackdsl.bench.answers import Answer, answer_of
 from stackdsl.bench.entrants import ENTRANTS
 from stackdsl.bench.journal import Journal
 from stackdsl.bench.measuring import Played, measured
 from stackdsl.bench.points import Point, points_of
-from stackdsl.bench.record import Record, TruthHeld, finite, step_text
+from stackdsl.bench.record import NOT_TAKEN, Record, TruthHeld, finite, step_text
 from stackdsl.bench.scoring import Score, scores_of
 from stackdsl.check import STATUSES
 from stackdsl.expectations import compare_with_truth
 from stackdsl.gathering import Case
 from stackdsl.language.variants import compact
 from stackdsl.observations import observations
-from stackdsl.outcome import Outcome
-from stackdsl.playing.resolution import at_step
+from stackdsl.outcome import Outcome, RunStatus
 from stackdsl.pool import Task, TaskResult, run_supervised
+from stackdsl.timeline import Placement, Timeline
+from stackdsl.trace import Trace
 
-PACKAGES = ("stackdsl", "clarabel", "numpy", "pybullet", "scipy", "mujoco", "sapien")  # that may change a figure
+PACKAGES = (
+    "stackdsl",
+    "clarabel",
+    "numpy",
+    "pybullet",
+    "scipy",
+    "mujoco",
+    "sapien",
+    "compas_cra",
+)  # that may change a figure
 OnRecord = Callable[[Record], None]
 
 
@@ -39,8 +50,8 @@ class Job:
 
     @property
     def settings(self) -> Mapping[str, float | bool | str | None]:
-        """Of the engine."""
-        return asdict(at_step(ENTRANTS[self.system].engine, self.factor))
+        """All that may change what comes of it."""
+        return ENTRANTS[self.system].settings(self.factor)
 
     @property
     def id(self) -> str:
@@ -72,14 +83,25 @@ class Bench:
 
 
 def jobs_of(cases: Iterable[Case], systems: Sequence[str], factors: Sequence[float]) -> list[Job]:
-    """Every case on every system at every time step, whatever systems its scenario names."""
+    """Every case on every system at every time step that it has, whatever systems its scenario names."""
     jobs = []
     for _, same in groupby(cases, key=lambda case: (case.scenario.scenario, case.variant.parameters)):
         case = next(same)
-        # Played to the end, also where only proofs are asked for: engines have none.
-        case = replace(case, timeline=replace(case.timeline, watched=True, margins=()))
-        jobs += [Job(case, case_name(case), system, factor) for system in systems for factor in factors]
+        case = replace(case, timeline=_until_answered(case))
+        named, runs = case_name(case), [(name, f) for name in systems for f in ENTRANTS[name].factors(factors)]
+        jobs += [Job(case, named, system, factor) for system, factor in runs]
     return jobs
+
+
+def _until_answered(case: Case) -> Timeline:
+    """What is played of a case: also where only proofs are asked for, as engines have none, and what is known of it.
+
+    A collapse is followed, by every system, only where something hits the structure or is known of what becomes of it.
+    """
+    timeline = case.timeline
+    hit = any(not isinstance(action, Placement) or action.thrown or action.drop for action in timeline.actions)
+    aftermath = hit or any(truth.needs_aftermath for truth in case.scenario.truth)
+    return replace(timeline, watched=True, margins=(), aftermath=aftermath)
 
 
 def case_name(case: Case) -> str:
@@ -116,6 +138,8 @@ def bench(jobs: Sequence[Job], plan: Plan, on_record: OnRecord = lambda record: 
         keep(record)
     interrupted = False
     for stage in _stages(jobs):
+        for job, why in _refused(stage):
+            add(replace(_planned(job, made_with), status=NOT_TAKEN, message=why))
         for job, without_steps in _needless(stage, jobs, records):
             add(as_played(job, without_steps))
         left = [job for job in stage if job.id not in records]
@@ -141,6 +165,12 @@ def _stages(jobs: Sequence[Job]) -> tuple[list[Job], list[Job]]:
     return [job for job in jobs if first[job.name, job.system] is job], [
         job for job in jobs if first[job.name, job.system] is not job
     ]
+
+
+def _refused(stage: Iterable[Job]) -> list[tuple[Job, str]]:
+    """The jobs that their entrants cannot take, each with the reason."""
+    reasons = [(job, ENTRANTS[job.system].refusal(job.case.timeline)) for job in stage]
+    return [(job, why) for job, why in reasons if why]
 
 
 def _needless(stage: Iterable[Job], jobs: Iterable[Job], records: Mapping[str, Record]) -> list[tuple[Job, Record]]:
@@ -175,27 +205,16 @@ def _answers(jobs: Iterable[Job]) -> dict[str, Answer | None]:
 
 def recorded(job: Job, result: TaskResult, made_with: Mapping[str, str]) -> Record:
     """What is kept of a run."""
-    record = Record(
-        id=job.id,
-        case=job.name,
-        file=job.case.source.file,
-        system=job.system,
-        factor=job.factor,
-        settings=job.settings,
-        versions=made_with,
-        status=STATUSES[result.status].value,
-        message=result.message,
-    )
+    record = replace(_planned(job, made_with), status=STATUSES[result.status].value, message=result.message)
     if not isinstance(result.value, Played):
         return record
-    played, trace, cost = result.value, result.value.trace, result.value.trace.cost
-    truths = compare_with_truth(trace, job.case.scenario, job.case.variant, job.case.source)
+    played, told, cost = result.value, result.value.result, result.value.result.cost
     return replace(
         record,
-        numerical=trace.numerical,
+        numerical=told.numerical,
         levels=job.case.timeline.levels,
-        observations=observations(trace),
-        truths=tuple(_held(outcome) for outcome in truths),
+        observations=told.observations if isinstance(told, Assessment) else observations(told),
+        truths=() if isinstance(told, Assessment) else _truths(job.case, told),
         wall_time=played.wall_time,
         runs=played.runs,
         simulated_time=cost.simulated_time,
@@ -204,6 +223,25 @@ def recorded(job: Job, result: TaskResult, made_with: Mapping[str, str]) -> Reco
         solves=sum(cost.proofs.values()),
         peak_memory=played.peak_memory,
     )
+
+
+def _planned(job: Job, made_with: Mapping[str, str]) -> Record:
+    """What is known of a run beforehand."""
+    return Record(
+        id=job.id,
+        case=job.name,
+        file=job.case.source.file,
+        system=job.system,
+        factor=job.factor,
+        settings=job.settings,
+        versions=made_with,
+        status=RunStatus.NOT_RUN.value,
+    )
+
+
+def _truths(case: Case, trace: Trace) -> tuple[TruthHeld, ...]:
+    """What is known from outside, held against what moved."""
+    return tuple(_held(outcome) for outcome in compare_with_truth(trace, case.scenario, case.variant, case.source))
 
 
 def _held(outcome: Outcome) -> TruthHeld:

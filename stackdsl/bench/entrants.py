@@ -1,15 +1,122 @@
-"""Which systems take part: our own, and those on other engines whose packages are installed."""
+"""Who takes part: our own systems, those on other engines, and assessors of statics, as far as they are installed."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Protocol
 
-from stackdsl.playing.peers import PEERS
+from stackdsl.assessing.assessment import Assessment, Assessor, Setting, assessed, refusal, why_numerical
+from stackdsl.assessing.compas import ASSESSORS
+from stackdsl.playing.peers import NEEDS, PEERS, Extra
+from stackdsl.playing.resolution import at_step, system_at_step
 from stackdsl.playing.systems import SYSTEMS, System
+from stackdsl.refinement import with_numerical_collapse
+from stackdsl.timeline import Timeline
+from stackdsl.trace import Trace
 
-ENTRANTS: Mapping[str, System] = SYSTEMS | {name: peer.system for name, peer in PEERS.items()}  # by name
 # Bare engines that a converged reference may be taken from, the most trusted first.
 REFERENCES = ("tuned", "stock")
+NO_STEPS = 0.0  # in place of a factor to the time step, of what takes none
+Result = Trace | Assessment
+
+
+class Entrant(Protocol):
+    """What a bench may hold against the others, at so many times its time step."""
+
+    def factors(self, asked: Sequence[float]) -> Sequence[float]:
+        """Which of the time steps that were asked for make a difference to it."""
+
+    def settings(self, factor: float) -> Mapping[str, Setting]:
+        """All that may change what comes of it."""
+
+    def refusal(self, timeline: Timeline) -> str:
+        """Why it cannot take a case; empty if it can."""
+
+    def load(self) -> None:
+        """Import what it needs from the start."""
+
+    def play(self, timeline: Timeline, factor: float) -> Result:
+        """One run, from nothing."""
+
+    def checked(self, result: Result, timeline: Timeline) -> Result:
+        """The same, with what statics say of it; no part of a run."""
+
+
+@dataclass(frozen=True, slots=True)
+class Player:
+    """A system, which plays a timeline in steps."""
+
+    system: System
+
+    def factors(self, asked: Sequence[float]) -> Sequence[float]:
+        """All of them."""
+        return asked
+
+    def settings(self, factor: float) -> Mapping[str, Setting]:
+        """Of its engine."""
+        return asdict(at_step(self.system.engine, factor))
+
+    def refusal(self, timeline: Timeline) -> str:
+        """None."""
+        return ""
+
+    def load(self) -> None:
+        """Its engine, or the proofs that may do without."""
+        from stackdsl.playing.opening import load  # noqa: PLC0415 -- it imports an engine
+
+        load(self.system)
+
+    def play(self, timeline: Timeline, factor: float) -> Result:
+        """A trace."""
+        from stackdsl.playing.runner import play  # noqa: PLC0415 -- it imports an engine
+
+        return play(timeline, system_at_step(self.system, factor))
+
+    def checked(self, result: Result, timeline: Timeline) -> Result:
+        """A collapse that statics disprove is marked."""
+        return with_numerical_collapse(result, timeline, self.system) if isinstance(result, Trace) else result
+
+
+@dataclass(frozen=True, slots=True)
+class Judge:
+    """An assessor, which says whether it stands after each placement, and has no time step."""
+
+    assessor: Assessor
+
+    def factors(self, asked: Sequence[float]) -> Sequence[float]:
+        """One run says all."""
+        return (NO_STEPS,)
+
+    def settings(self, factor: float) -> Mapping[str, Setting]:
+        """Of the assessor."""
+        return self.assessor.settings
+
+    def refusal(self, timeline: Timeline) -> str:
+        """Motion, and whatever else it knows nothing of."""
+        return refusal(timeline, self.assessor)
+
+    def load(self) -> None:
+        """Its package."""
+        self.assessor.load()
+
+    def play(self, timeline: Timeline, factor: float) -> Result:
+        """An assessment."""
+        return assessed(timeline, self.assessor)
+
+    def checked(self, result: Result, timeline: Timeline) -> Result:
+        """A fall that statics disprove is marked."""
+        if isinstance(result, Trace):
+            return result
+        return replace(result, numerical=why_numerical(result, timeline))
+
+
+PLAYERS: Mapping[str, Entrant] = {
+    system.name: Player(system) for system in (*SYSTEMS.values(), *(peer.system for peer in PEERS.values()))
+}
+JUDGES: Mapping[str, Entrant] = {name: Judge(assessor) for name, assessor in ASSESSORS.items()}
+ENTRANTS: Mapping[str, Entrant] = {**PLAYERS, **JUDGES}  # by name
+NEEDED: Mapping[str, Extra] = {**NEEDS, **{name: assessor.extra for name, assessor in ASSESSORS.items()}}
 
 
 def installed() -> tuple[str, ...]:
-    """The names of those that can be played here."""
-    return tuple(name for name in ENTRANTS if name not in PEERS or PEERS[name].installed)
+    """The names of those that can take part here."""
+    return tuple(name for name in ENTRANTS if name not in NEEDED or NEEDED[name].installed)

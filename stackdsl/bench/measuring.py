@@ -10,11 +10,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from statistics import median
 
-from stackdsl.bench.entrants import ENTRANTS
-from stackdsl.playing.resolution import system_at_step
-from stackdsl.refinement import with_numerical_collapse
+from stackdsl.bench.entrants import ENTRANTS, Result
 from stackdsl.timeline import Timeline
-from stackdsl.trace import Trace
 
 ENOUGH = 0.25  # [s] of playing, so that a run of a millisecond is not timed by its first time alone
 MOST_RUNS = 9
@@ -26,32 +23,29 @@ BYTES_PER_UNIT = 1 if sys.platform == "darwin" else 1024  # of the memory that g
 class Played:
     """One case, played."""
 
-    trace: Trace
+    result: Result
     wall_time: float  # [s], median of the runs
     runs: int
     peak_memory: int  # [bytes] of the whole process, Python and libraries included
 
 
 def measured(timeline: Timeline, system: str, factor: float) -> Played:
-    """Play a timeline on a system at so many times its time step; what takes no time is played several times."""
-    from stackdsl.playing.opening import load  # noqa: PLC0415 -- it imports an engine
-    from stackdsl.playing.runner import play  # noqa: PLC0415 -- likewise
-
-    entrant = system_at_step(ENTRANTS[system], factor)
+    """Play a timeline at so many times the time step; what takes no time is played several times."""
+    entrant = ENTRANTS[system]
 
     def walls() -> Iterator[float]:
         while True:
-            yield play(timeline, entrant).cost.wall_time
+            yield entrant.play(timeline, factor).cost.wall_time
 
-    load(entrant)
+    entrant.load()
     loaded = len(sys.modules)
-    first = play(timeline, entrant)
+    first = entrant.play(timeline, factor)
     took = first.cost.wall_time
     if len(sys.modules) > loaded and took < WORTH_REPEATING:
         took = next(walls())  # what is imported on the way, as solvers are, is no part of a run
     times = enough(took, walls())
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * BYTES_PER_UNIT
-    return Played(with_numerical_collapse(first, timeline, entrant), median(times), len(times), peak)
+    return Played(entrant.checked(first, timeline), median(times), len(times), peak)
 
 
 def enough(first: float, more: Iterator[float]) -> list[float]:

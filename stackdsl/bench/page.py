@@ -4,23 +4,27 @@ from collections.abc import Iterator, Sequence
 from itertools import groupby
 
 from stackdsl.bench.conduct import Bench
+from stackdsl.bench.entrants import NO_STEPS
 from stackdsl.bench.plot import FILES
-from stackdsl.bench.points import pace_of
+from stackdsl.bench.points import COMPARED_WITH, pace_of
 from stackdsl.bench.scoring import Score, numerical_reason
-from stackdsl.bench.table import closing_line, number, point_rows, run_row
+from stackdsl.bench.table import closing_line, not_taken, number, point_rows, run_row
 from stackdsl.report.blocks import Row
 from stackdsl.trace import NUMERICAL_COLLAPSE
 
-COMPARED_WITH = "exact"  # whose pace those of others are told in, case by case
 READING = """\
 One row is one system at one time step: its own, times or divided by a number; iterations and all else stay as they are.
 `wrong` counts verdicts (stands or falls) against those known from the scenarios' `truth`, from exact statics, or from
 the two finest runs of a bare engine that agree. Errors are the largest over the scenarios: `levels`, of the level at
 which it falls; `creep`, how far anything moves in a structure that should stand; `mm`, `deg` and `s`, the distance
 from truths and from the converged reference, of runs with the right verdict. `energy` is the largest gain after the
-last action. The pace is the geometric mean over the scenarios that every row has finished. `solves` counts proofs.
-`front` names the measures in which nothing is both faster and nearer. A run that is itself the reference has no
-distance from it."""
+last action. A collapse is followed, by every system, only where something hits the structure or a truth asks what
+becomes of it: `wall s` is the time to the answer. The pace is the geometric mean over the scenarios that every row has
+finished that takes them; a row that does not take all of these has none. `x exact` is the pace in times of that of
+`exact` at its own time step, over the scenarios that both have finished. `cra` and `rbe` (compas_cra) tell whether it
+stands after each placement, and nothing of motion: what they do not take is listed, and their time ends where they say
+that it falls. `solves` counts proofs, and their answers. `front` names the measures in which nothing is both faster and
+nearer. A run that is itself the reference has no distance from it."""
 
 
 def bench_page(bench: Bench) -> str:
@@ -40,22 +44,23 @@ def _lines(bench: Bench) -> Iterator[str]:
     yield READING
     yield ""
     yield from markdown_table(point_rows(bench.points))
-    yield from _numerical(bench.scores)
+    yield from _listed("Not taken", not_taken(bench.scores))
+    numerical = [score for score in bench.scores if score.verdict == NUMERICAL_COLLAPSE]
+    yield from _listed("Numerical collapses", [f"{s.record.name}: {numerical_reason(s)}" for s in numerical])
     yield from _cases(bench)
 
 
-def _numerical(scores: Sequence[Score]) -> Iterator[str]:
-    found = [score for score in scores if score.verdict == NUMERICAL_COLLAPSE]
-    if found:
+def _listed(title: str, told: Sequence[str]) -> Iterator[str]:
+    if told:
         yield ""
-        yield "## Numerical collapses"
+        yield f"## {title}"
         yield ""
-        yield from (f"- {score.record.name}: {numerical_reason(score)}" for score in found)
+        yield from (f"- {each}" for each in told)
 
 
 def _cases(bench: Bench) -> Iterator[str]:
     """Each case at the systems' own time steps."""
-    own = [score for score in bench.scores if score.record.factor == 1.0]
+    own = [score for score in bench.scores if score.record.factor in (1.0, NO_STEPS) and score.record.taken]
     if own:
         yield ""
         yield "## Case by case, at each system's own time step"

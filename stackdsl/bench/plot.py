@@ -81,7 +81,7 @@ def _draw_panel(panel: "Axes", measure: str, points: Sequence[Point], front: Seq
     panel.axhspan(floor_at / 10.0, floor_at, color="0.92", zorder=0)
     panel.text(0.01, floor_at / 9.0, "no error", transform=panel.get_yaxis_transform(), color="0.5", va="bottom")
     # Numbered over all points, so that a system keeps its colour where another is missing.
-    for number, system in enumerate(dict.fromkeys(point.system for point in points)):
+    for number, system in enumerate(dict.fromkeys(point.system for point in points if point.pace is not None)):
         places = [_place(point, measure, floor_at) for point in told if point.system == system]
         style = {"marker": MARKERS[number % len(MARKERS)], "color": f"C{number}"}
         panel.plot(*(zip(*places, strict=True) if places else ((), ())), linewidth=0.8, label=system, **style)

@@ -10,6 +10,7 @@ from stackdsl.bench.scoring import Score
 from stackdsl.trace import NUMERICAL_COLLAPSE
 
 PERCENT = 100.0
+COMPARED_WITH = "exact"  # whose pace those of others are told in, case by case
 MEASURES: Mapping[str, str] = {  # kinds of error, and their units as shown
     "wrong": "%",
     "levels": "levels",
@@ -33,7 +34,12 @@ class Point:
     numerical: int  # numerical collapses
     errors: Mapping[str, float | None]  # by measure
     energy: float | None  # [%]
-    pace: float | None  # wall time for a simulated second, geometric mean over the cases that every point has done
+    # Wall time for a simulated second, geometric mean over the cases that every point has done that takes them; None
+    # where it has not done all of these.
+    pace: float | None
+    times_exact: (
+        float | None
+    )  # pace in times of that of COMPARED_WITH, geometric mean over the cases that both have done
     wall_time: float  # [s], sum
     simulated_time: float  # [s], sum
     steps: int
@@ -53,23 +59,28 @@ def points_of(scores: Iterable[Score]) -> list[Point]:
         grouped[score.record.system, score.record.factor].append(score)
     order = list(dict.fromkeys(system for system, _ in grouped))
     shared = _shared_cases(grouped.values())
+    fastest = paces_of(score.record for score in grouped[COMPARED_WITH, 1.0]) if (COMPARED_WITH, 1.0) in grouped else {}
     keys = sorted(grouped, key=lambda key: (order.index(key[0]), -key[1]))
-    return [_point(*key, grouped[key], shared) for key in keys]
+    return [_point(*key, grouped[key], shared, fastest) for key in keys]
 
 
 def _shared_cases(groups: Iterable[Sequence[Score]]) -> frozenset[str]:
-    """The cases that all of them have done, so that paces can be compared."""
-    done = [frozenset(score.record.case for score in group if score.record.done) for group in groups]
+    """The cases that all have done who take them, so that paces can be compared."""
+    done = [frozenset(s.record.case for s in group if s.record.done or not s.record.taken) for group in groups]
     return frozenset.intersection(*done) if done else frozenset()
 
 
-def _point(system: str, factor: float, scores: Sequence[Score], shared: frozenset[str]) -> Point:
+def _point(
+    system: str, factor: float, scores: Sequence[Score], shared: frozenset[str], fastest: Mapping[str, float]
+) -> Point:
     records = [score.record for score in scores]
     known = [score for score in scores if score.wrong is not None]
     wrong = sum(bool(score.wrong) for score in known)
     errors: dict[str, float | None] = {"wrong": PERCENT * wrong / len(known) if known else None}
     errors |= {measure: _largest(scores, measure) for measure in MEASURES if measure != "wrong"}
-    paces = [pace for record in records if record.case in shared and (pace := pace_of(record)) is not None]
+    own, complete = paces_of(records), shared <= {record.case for record in records if record.done}
+    paces = [pace for case, pace in own.items() if case in shared] if complete else []
+    times = [pace / fastest[case] for case, pace in own.items() if case in fastest]
     return Point(
         system=system,
         factor=factor,
@@ -81,12 +92,18 @@ def _point(system: str, factor: float, scores: Sequence[Score], shared: frozense
         errors=errors,
         energy=_largest(scores, "energy"),
         pace=geometric_mean(paces) if paces else None,
+        times_exact=geometric_mean(times) if times else None,
         wall_time=sum(record.wall_time for record in records),
         simulated_time=sum(record.simulated_time for record in records),
         steps=sum(record.steps for record in records),
         solves=sum(record.solves for record in records),
         peak_memory=max(record.peak_memory for record in records),
     )
+
+
+def paces_of(records: Iterable[Record]) -> dict[str, float]:
+    """That of each case that has one."""
+    return {record.case: pace for record in records if record.done and (pace := pace_of(record)) is not None}
 
 
 def pace_of(record: Record) -> float | None:

@@ -5,8 +5,10 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from math import isfinite
 
+from stackdsl.bench.entrants import NO_STEPS
 from stackdsl.observations import Seen
 
+NOT_TAKEN = "not taken"  # in place of a RunStatus: the entrant says nothing of such a case
 FORMAT = 1  # of a line; raise it whenever an older one can no longer be read
 
 
@@ -32,10 +34,10 @@ class Record:
     case: str  # such as `stepped-column[step=10mm]`
     file: str
     system: str
-    factor: float  # times the system's own time step
+    factor: float  # times the system's own time step, or NO_STEPS
     settings: Mapping[str, float | bool | str | None]  # of the engine
     versions: Mapping[str, str]  # of what it was played with
-    status: str  # a RunStatus
+    status: str  # a RunStatus, or NOT_TAKEN
     message: str = ""  # why it is not done
     numerical: str = ""  # why its collapse is the solver's; empty where nothing says so
     levels: int = 0  # of the whole structure
@@ -60,6 +62,11 @@ class Record:
         return self.observations is not None
 
     @property
+    def taken(self) -> bool:
+        """Whether it was to be played at all."""
+        return self.status != NOT_TAKEN
+
+    @property
     def conclusion(self) -> str:
         """What came of it, in a word."""
         if self.observations is None:
@@ -73,7 +80,9 @@ class Record:
 
 
 def step_text(factor: float) -> str:
-    """`1/4 step`, `2 steps`: how long one is, as people say it."""
+    """`step x 2`, `step / 4`: how long one is, as people say it."""
+    if factor == NO_STEPS:
+        return "no steps"
     if factor >= 1.0:
         return f"step x {factor:g}"
     return f"step / {1.0 / factor:g}"

@@ -11,12 +11,13 @@ from dataclasses import dataclass, replace
 from stackdsl.bench.answers import Answer, Source
 from stackdsl.bench.entrants import REFERENCES
 from stackdsl.bench.record import Record, step_text
-from stackdsl.observations import KINDS, Seen, changes, turned_back
+from stackdsl.observations import KINDS, Change, Seen, changes, turned_back
 from stackdsl.trace import NUMERICAL_COLLAPSE, Verdict
 
 VERDICTS = frozenset({"stands", "collapses", "verdict", "drift"})  # kinds of truth that answer and creep speak for
 # What is compared with a converged reference. The rest is creep, or chaos, as is the height of what a fall leaves.
 COMPARED_FALLEN = ("collapse time", "reach", "bearing")
+LOOKS_APART = 0.0105  # [s] between two looks of a run, and a little
 COMPARED_STANDING = ("height",)  # where something was dropped, thrown or pushed; what is still has its own height
 
 
@@ -79,10 +80,15 @@ def reference_of(records: Sequence[Record], answer: Answer | None) -> Reference 
 def _agreed(finest: Sequence[Record]) -> Mapping[str, Seen] | None:
     match finest:
         case [Record(observations=dict() as fine), Record(observations=dict() as coarser)]:
-            moved = {change.name for change in changes(coarser, fine) if change.moved}
+            moved = {change.name for change in changes(coarser, fine) if change.moved or _still_converges(change)}
             return None if "verdict" in moved else {kind: seen for kind, seen in fine.items() if kind not in moved}
         case _:
             return None
+
+
+def _still_converges(change: Change) -> bool:
+    """Whether two runs see a fall at times further apart than two looks: solvers begin falls early, by many steps."""
+    return change.name == "collapse time" and change.difference is not None and abs(change.difference) > LOOKS_APART
 
 
 def _score(record: Record, fellows: Sequence[Record], answer: Answer | None, reference: Reference | None) -> Score:
@@ -104,7 +110,10 @@ def _score(record: Record, fellows: Sequence[Record], answer: Answer | None, ref
     )
     if wrong:
         return score
-    compared = () if reference is None or known.still else _differences(record, reference)
+    compared = [] if reference is None or known.still else _differences(record, reference, known)
+    fell_after = record.seen("collapse time")
+    if fell_after is not None and known.timed:
+        compared.append(("s", known.seconds_off(fell_after)))
     return replace(
         score,
         mm=_furthest(record, compared, "mm"),
@@ -136,12 +145,16 @@ def _furthest(record: Record, compared: Sequence[tuple[str, float]], unit: str) 
     return max((value for value in off if value is not None), default=None)
 
 
-def _differences(record: Record, reference: Reference) -> list[tuple[str, float]]:
-    """Each unit and distance from the reference; a run has none from itself."""
+def _differences(record: Record, reference: Reference, known: Answer) -> list[tuple[str, float]]:
+    """Each unit and distance from the reference, where nothing better is known; a run has none from itself."""
     if (record.system, record.factor) == (reference.system, reference.factor):
         return []
     kinds = COMPARED_STANDING if record.seen("collapse level") is None else COMPARED_FALLEN
-    found = [(kind, _difference(kind, record.seen(kind), reference.observations.get(kind))) for kind in kinds]
+    found = [
+        (kind, _difference(kind, record.seen(kind), reference.observations.get(kind)))
+        for kind in kinds
+        if kind != "collapse time" or not known.timed
+    ]
     return [(KINDS[kind].unit, difference) for kind, difference in found if difference is not None]
 
 

@@ -68,5 +68,6 @@ def _point(point: Point) -> Mapping[str, object]:
         "peak_memory": "peak_memory_bytes",
         "pace": "wall_s_per_simulated_s",
         "energy": "energy_gain_percent",
+        "times_exact": "pace_in_times_of_exact",
     }
     return {renamed.get(key, key): value for key, value in asdict(point).items()} | {"name": point.name}

@@ -1,9 +1,10 @@
 """A bench as text: every run, then what is wrong, then one row a point, the figures that people choose by."""
 
+from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 
 from stackdsl.bench.conduct import Bench
-from stackdsl.bench.points import MEASURES, Point, fronts_of
+from stackdsl.bench.points import COMPARED_WITH, MEASURES, Point, fronts_of
 from stackdsl.bench.record import step_text
 from stackdsl.bench.scoring import Score, numerical_reason
 from stackdsl.report.blocks import Block, Row, blocks_text, line, table, titled
@@ -25,13 +26,16 @@ def closing_line(bench: Bench) -> str:
     done = sum(score.record.done for score in bench.scores)
     wrong = sum(bool(score.wrong) for score in bench.scores)
     numerical = sum(score.verdict == NUMERICAL_COLLAPSE for score in bench.scores)
-    told = f"{done} of {bench.wanted} runs done, {wrong} wrong verdicts, {numerical} numerical collapses"
+    left = sum(not score.record.taken for score in bench.scores)
+    not_taken_too = f", {left} not taken" if left else ""
+    told = f"{done} of {bench.wanted} runs done{not_taken_too}, {wrong} wrong verdicts, {numerical} numerical collapses"
     return told + ("; interrupted, go on with --resume" if bench.interrupted else "")
 
 
 def _blocks(bench: Bench) -> Iterator[Block]:
     yield [table([run_row(score) for score in bench.scores], LEFT)] if bench.scores else []
-    yield titled("Did not finish", [_stopped(score) for score in bench.scores if not score.record.done])
+    yield titled("Not taken", not_taken(bench.scores))
+    yield titled("Did not finish", [_stopped(s) for s in bench.scores if s.record.taken and not s.record.done])
     yield titled("Wrong verdicts", [_wrong(score) for score in bench.scores if score.wrong])
     yield titled("Numerical collapses", [_numerical(s) for s in bench.scores if s.verdict == NUMERICAL_COLLAPSE])
     yield [table(point_rows(bench.points), LEFT)] if bench.points else []
@@ -80,6 +84,7 @@ def _point_row(point: Point, fronts: Iterable[str]) -> Row:
         "s": number(point.errors["seconds"]),
         "energy %": number(point.energy),
         "wall s / sim. s": number(point.pace),
+        f"x {COMPARED_WITH}": number(point.times_exact),
         "wall s": number(point.wall_time),
         "sim. s": f"{point.simulated_time:.1f}",
         "steps": str(point.steps),
@@ -87,6 +92,19 @@ def _point_row(point: Point, fronts: Iterable[str]) -> Row:
         "MiB": f"{point.peak_memory / MEBIBYTE:.0f}",
         "front": ", ".join(measure for measure in MEASURES if measure in fronts) or NOTHING,
     }
+
+
+def not_taken(scores: Iterable[Score]) -> list[str]:
+    """What entrants say nothing of, and why: one line for each of them and each reason, or for several at one."""
+    cases: defaultdict[tuple[str, str], list[str]] = defaultdict(list)
+    for score in scores:
+        if not score.record.taken:
+            cases[score.record.system, score.record.message].append(score.record.case)
+    systems: defaultdict[tuple[str, tuple[str, ...]], list[str]] = defaultdict(list)
+    for (system, why), names in cases.items():
+        systems[why, tuple(names)].append(system)
+    found = [(" and ".join(same), len(names), why, names) for (why, names), same in systems.items()]
+    return [f"{who} ({count}): {why}: {', '.join(names)}" for who, count, why, names in found]
 
 
 def number(value: float | None) -> str:

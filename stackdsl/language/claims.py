@@ -202,6 +202,11 @@ class Claim(Choice):
         return self.verdict is not None or self.margin is not None
 
     @property
+    def needs_aftermath(self) -> bool:
+        """Whether it is asked what becomes of a structure that collapses."""
+        return self.kind not in ("stands", "collapses", "verdict", "margin")
+
+    @property
     def needs_close_looks(self) -> bool:
         """Whether it is asked how something begins to fall, or where it lands."""
         return self.pivots is not None or self.lands is not None

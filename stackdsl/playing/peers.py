@@ -4,7 +4,7 @@ Only the command line and benchmarks know them. A scenario cannot name them in `
 alike for those who have the package and those who have not (docs/decisions/0016).
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from importlib.util import find_spec
 
@@ -14,16 +14,27 @@ from stackdsl.playing.systems import MOVING, SYSTEMS, Method, System
 
 
 @dataclass(frozen=True, slots=True)
-class Peer:
-    """A system, and the package that it needs."""
+class Extra:
+    """A package that not everybody has."""
 
-    system: System
-    package: str  # what is imported, and the extra of stackdsl that brings it
+    package: str  # what is imported
+    name: str  # the extra of stackdsl that brings it
 
     @property
     def installed(self) -> bool:
         """Whether the package is there; it is not imported."""
         return find_spec(self.package) is not None
+
+
+@dataclass(frozen=True, slots=True)
+class Peer:
+    """A system, and what it needs."""
+
+    system: System
+    extra: Extra
+
+
+WITH_MUJOCO, WITH_SAPIEN = Extra("mujoco", "mujoco"), Extra("sapien", "sapien")
 
 
 # What stacked best at real constants: stiffer springs and finer steps cost more and help no longer.
@@ -59,12 +70,13 @@ SAPIEN = SapienSettings(
 PEERS = {
     peer.system.name: peer
     for peer in (
-        Peer(System("mujoco", "MuJoCo with the settings that stack best", MUJOCO, method=None), "mujoco"),
-        Peer(System("mujoco-stiff", "MuJoCo with stiff contacts", MUJOCO_STIFF, method=None), "mujoco"),
-        Peer(System("mujoco-exact", "exact statics, and MuJoCo for what moves", MUJOCO, Method.PROVEN), "mujoco"),
-        Peer(System("sapien", "PhysX 5 with the settings that stack best", SAPIEN, method=None), "sapien"),
+        Peer(System("mujoco", "MuJoCo with the settings that stack best", MUJOCO, method=None), WITH_MUJOCO),
+        Peer(System("mujoco-stiff", "MuJoCo with stiff contacts", MUJOCO_STIFF, method=None), WITH_MUJOCO),
+        Peer(System("mujoco-exact", "exact statics, and MuJoCo for what moves", MUJOCO, Method.PROVEN), WITH_MUJOCO),
+        Peer(System("sapien", "PhysX 5 with the settings that stack best", SAPIEN, method=None), WITH_SAPIEN),
     )
 }
+NEEDS: Mapping[str, Extra] = {name: peer.extra for name, peer in PEERS.items()}
 
 
 def system_named(name: str) -> System:
@@ -72,6 +84,6 @@ def system_named(name: str) -> System:
     return PEERS[name].system if name in PEERS else SYSTEMS[name]
 
 
-def missing(names: Iterable[str]) -> list[Peer]:
-    """Those of some systems whose package is not installed."""
-    return [PEERS[name] for name in names if name in PEERS and not PEERS[name].installed]
+def missing(names: Iterable[str], needs: Mapping[str, Extra] = NEEDS) -> list[tuple[str, Extra]]:
+    """Those of some systems that need what is not installed, and what that is."""
+    return [(name, needs[name]) for name in names if name in needs and not needs[name].installed]

@@ -64,7 +64,8 @@ class _Run:
     gave_way: BodyId | None = None
     carried_at_first: dict[BodyId, tuple[Edge, ...]] = field(default_factory=dict)
     forces: ForceMeter = field(default_factory=ForceMeter)
-    steps: int = 0
+    ticks: int = 0  # time steps that passed while something could move
+    steps: int = 0  # of them, those that an engine took
     judgements: int = 0
     one_by_one: int = 0
     proofs: Counter[str] = field(default_factory=Counter)  # bricks by what proved them
@@ -126,7 +127,7 @@ class _Run:
         """Until when there is something to see, as far as is known by now."""
         if self.collapse is None:
             return self.timeline.end
-        aftermath = self.collapse.time + AFTERMATH
+        aftermath = self.collapse.time + (AFTERMATH if self.timeline.aftermath else 0.0)
         goes_on = self.watch.hit or self.last_action > self.collapse.time
         return max(aftermath, self.last_arrival + self.timeline.hold) if goes_on else aftermath
 
@@ -191,24 +192,31 @@ class _Run:
                 return
 
     def _advance(self, until: float) -> None:
-        """Step the world up to a time, or to the first collapse."""
+        """Let time pass up to a time, or to the first collapse."""
         every, closely = (max(1, round(s / self.world.settings.time_step)) for s in (SAMPLING, CLOSE_SAMPLING))
         had_collapsed = self.collapse is not None
-        while self.world.time() < until - 0.5 * self.world.settings.time_step:
+        while (left := until - self.world.time()) > 0.5 * self.world.settings.time_step:
             if self._nothing_can_move():
-                self.world.skip(until - self.world.time())
+                self.world.skip(left)
                 return
-            self.falling.begin()
-            self.world.step()
-            self.falling.follow()
-            self.steps += 1
-            if self.extension is not None:
-                self._judge(self.extension)
-            if self.steps % every == 0:
+            look = closely if self.measures.close else every
+            self._pass(min(look - self.ticks % look, round(left / self.world.settings.time_step)))
+            if self.ticks % every == 0:
                 if self._look() and not had_collapsed:
                     return
-            elif self.steps % closely == 0 and self.measures.close:
+            elif self.ticks % closely == 0 and self.measures.close:
                 self.measures.look_closely(self.world.time(), self.world.states(self._moving()))
+
+    def _pass(self, most: int) -> None:
+        """Let a time step pass, or up to so many while what moves needs no engine."""
+        passed = self.falling.turn(most)
+        self.ticks += passed or 1
+        if passed:
+            return
+        self.world.step()
+        self.steps += 1
+        if self.extension is not None:
+            self._judge(self.extension)
 
     def _moving(self) -> Sequence[BodyId]:
         return self.extension.awake() if self.extension is not None else list(self.watch.present)

@@ -1,13 +1,24 @@
 """How far a falling part turns as one body: closed forms of what slides within it, and of what it hits."""
 
+from collections.abc import Callable, Sequence
 from math import atan, cos, degrees, radians, sin
 
 import pytest
 
+from stability.geometry import turn_between
 from stability.model import GROUND, Brick, Plane, Pose, Vec3
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Motion, Placed
-from stability.statics.turning import FallingPart, turn_of, turns_as_one_until
+from stability.statics.turning import (
+    FallingPart,
+    falling_part,
+    holds_together,
+    is_clear,
+    part_in_motion,
+    turn_of,
+    turned_part,
+)
+from stability.vectors import minus, norm, times
 
 LENGTH, WIDTH, THICKNESS = 0.12, 0.024, 0.008  # of a plank [m]
 G = 9.81  # [m/s2]
@@ -24,16 +35,25 @@ def leaning_column(step: float, count: int, friction: float) -> tuple[FallingPar
     )
     assert first.motion is not None
     problem = assembly.problem(first.moving)
-    turn = turn_of(problem, first.motion)
-    assert turn is not None
-    return FallingPart(problem, turn, G), assembly
+    part = falling_part(problem, first.motion, G)
+    assert part is not None
+    return part, assembly
 
 
 def holds_until(part: FallingPart) -> float:
     """The last whole degree at which friction holds the part together."""
-    last = turns_as_one_until(part, ANGLES, [], [])
-    assert last is not None
-    return round(degrees(last))
+    return last_of(lambda angle: holds_together(part, angle))
+
+
+def clear_until(part: FallingPart, others: Sequence[Placed], planes: Sequence[Plane]) -> float:
+    """The last whole degree at which it has hit nothing."""
+    return last_of(lambda angle: is_clear(part, angle, others, planes))
+
+
+def last_of(holds: Callable[[float], bool]) -> float:
+    first_not = next((n for n, angle in enumerate(ANGLES) if not holds(angle)), len(ANGLES))
+    assert first_not > 0
+    return round(degrees(ANGLES[first_not - 1]))
 
 
 def slides_at(part: FallingPart, friction: float) -> float:
@@ -84,20 +104,19 @@ def test_a_part_is_one_body_only_until_its_lowest_corner_strikes_the_ground() ->
     top: Vec3 = part.problem.bricks["p03"].pose.position_W
     x, z = top[0] + LENGTH / 2.0 - edge[0], top[2] - THICKNESS / 2.0 - edge[2]
     touches = next(a for a in ANGLES if x * sin(a) - z * cos(a) > edge[2])
-    last = turns_as_one_until(part, ANGLES, [], assembly.planes)
-    assert last is not None
-    assert degrees(last) == pytest.approx(degrees(touches), abs=2.0)
-    assert last < holds_until(part)
+    assert clear_until(part, [], assembly.planes) == pytest.approx(degrees(touches), abs=1.0)
 
 
 def test_a_part_is_one_body_only_until_it_strikes_a_brick() -> None:
     part, _ = leaning_column(0.032, 4, 0.5)
     post = Placed(Brick("post", (0.02, 0.02, 0.012), 0.01), Pose((0.14, 0.0, 0.006)))
-    free = turns_as_one_until(part, ANGLES, [], [])
-    stopped = turns_as_one_until(part, ANGLES, [post], [])
-    assert free is not None
-    assert stopped is not None
-    assert stopped < free
+    # The face that the top plank has below is at the height h from the edge; turned, it is h above all points with
+    # x sin + z cos = h, where x and z are from the edge. The far upper corner of the post is the first of its.
+    edge = part.turn.point_W
+    x, z = 0.15 - edge[0], 0.012 - edge[2]
+    h = part.problem.bricks["p03"].pose.position_W[2] - THICKNESS / 2.0 - edge[2]
+    touches = next(a for a in ANGLES if x * sin(a) + z * cos(a) > h)
+    assert clear_until(part, [post], []) == pytest.approx(degrees(touches), abs=1.0)
 
 
 def test_what_slides_or_falls_straight_down_does_not_turn() -> None:
@@ -108,3 +127,35 @@ def test_what_slides_or_falls_straight_down_does_not_turn() -> None:
     assert turn_of(assembly.problem(["loose"]), first.motion) is None
     screw = Motion({"loose": ((0.0, 0.0, 1.0), (0.0, 0.0, 1.0))})
     assert turn_of(assembly.problem(["loose"]), screw) is None
+
+
+def test_a_part_is_one_body_only_while_what_it_turns_on_stands() -> None:
+    # Planks stepped by d hang over the end of the one below them all if there are more than L / d - 1, here 9.9. With
+    # ten above p01 they tip over its end; but with p01 that makes eleven above p00, over whose end all tip by more.
+    part, assembly = leaning_column(0.011, 12, 0.5)
+    assert min(part.moving) == "p02"
+    assert holds_together(part, 0.0)
+    among_all = falling_part(assembly.problem(sorted(assembly.bricks)), Motion(velocities(part)), G)
+    assert among_all is not None
+    assert not holds_together(among_all, 0.0)
+    # One plank less, and p00 stands, whatever turns on its end.
+    shorter, others = leaning_column(0.011, 11, 0.5)
+    among_all = falling_part(others.problem(sorted(others.bricks)), Motion(velocities(shorter)), G)
+    assert among_all is not None
+    assert holds_until(among_all) == holds_until(shorter)
+
+
+def velocities(part: FallingPart) -> dict[str, tuple[Vec3, Vec3]]:
+    return {
+        name: (state.velocity_W, state.angular_velocity_W) for name, state in part_in_motion(part, 0.0, 1.0).items()
+    }
+
+
+def test_a_part_in_motion_moves_as_its_places_change() -> None:
+    part, _ = leaning_column(0.011, 12, 0.5)
+    before, after = (turned_part(part, angle) for angle in (0.3 - 1e-6, 0.3 + 1e-6))
+    for name, state in part_in_motion(part, 0.3, 2.0).items():
+        moved = minus(after[name].pose.position_W, before[name].pose.position_W)
+        assert times(1e6, moved) == pytest.approx(state.velocity_W, abs=1e-9)
+        turn = turn_between(before[name].pose, after[name].pose)
+        assert 1e6 * turn == pytest.approx(norm(state.angular_velocity_W), rel=1e-6)

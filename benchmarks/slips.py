@@ -1,0 +1,256 @@
+"""Planks that slip and slide against the equations of motion: how late, how fast, and at what cost.
+
+A plank that leans on a smooth wall, two that lean on each other, and one on a slope have a little less friction than
+they need, and begin at rest. Errors are those of the time until the foot has got 5, 10, 20 mm, and of its speed there.
+Run it with `python -m benchmarks.slips`.
+"""
+
+import argparse
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import product
+from math import cos, hypot, inf, radians, sin, tan
+from statistics import median
+from time import perf_counter
+
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+from benchmarks.slipping import Leaning, needed_friction, slides, slip, time_to_slide
+from stability.engine import World
+from stability.falling import FallingParts
+from stability.geometry import composed, turned
+from stability.model import GROUND, BodyState, Brick, Plane, Pose, Vec3
+from stability.vectors import cross, dot, minus, plus, times
+from stability.watching import Extension
+from stackdsl.playing.opening import extension_for, opened_world
+from stackdsl.playing.resolution import system_at_step
+from stackdsl.playing.systems import MOVING, SYSTEMS, System
+from stackdsl.timeline import Placement, Timeline
+from stackdsl.timeline import World as Scene
+
+KAPLA: Vec3 = (0.1176, 0.0234, 0.0078)  # [m]
+MASS, GRAVITY = 0.012, 9.81  # [kg], [m/s2]
+WAYS = (0.005, 0.010, 0.020)  # [m]
+SHARES = (0.99, 0.97, 0.90, 0.50)  # of the friction that would do
+ANGLES = {"ladder": (50.0, 60.0, 70.0), "V": (50.0, 60.0, 70.0), "slope": (26.6, 45.0)}  # to the floor [deg]
+YAWS = (0.0, 10.0, 30.0, 45.0, 75.0)  # of the whole about the vertical [deg]
+PARTS = (1.0, 0.5, 0.25)  # of a system's own step
+FINE = System("all awake, 1/7680 s", "", replace(MOVING, time_step=1.0 / 7680.0, first_steps=0), method=None)
+PATIENCE = 3.0  # times as long as it should take: what has not arrived by then is stuck
+LOOK = 0.01  # [s] as the runner looks at what moves, for the speed that steps must suit
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """What slips or slides."""
+
+    kind: str  # ladder, V, slope
+    angle: float  # to the floor [deg]
+    share: float  # of the friction that would hold it
+    yaw: float = 0.0  # [deg]
+    size: Vec3 = KAPLA  # of a plank [m]
+
+    @property
+    def friction(self) -> float:
+        angle, (length, _, thickness) = radians(self.angle), self.size
+        needed = tan(angle) if self.kind == "slope" else needed_friction(length, thickness, angle)
+        return self.share * needed
+
+    def truth(self, way: float) -> tuple[float, float]:
+        """When it has got so far [m], and how fast it is then: [s], [m/s]."""
+        return _truth(self.kind, radians(self.angle), self.friction, self.size, way)
+
+
+@lru_cache(maxsize=4096)  # yaws and systems have it in common
+def _truth(kind: str, angle: float, friction: float, size: Vec3, way: float) -> tuple[float, float]:
+    if kind == "slope":
+        time = time_to_slide(way, angle, friction, GRAVITY)
+        return time, slides(angle, friction, time, GRAVITY)[1]
+    down = slip(Leaning(size[0], size[2], angle, friction, gravity=GRAVITY))
+    time = down.time_to(way)
+    return time, down.speed(time) if time < inf else inf
+
+
+@dataclass(frozen=True, slots=True)
+class Errors:
+    """How far off a run was."""
+
+    case: Case
+    time: float  # the largest, as a share; infinite if it got stuck
+    speed: float
+    cost: float  # [s of wall time]
+
+
+def towards(yaw: float) -> Vec3:
+    """The level direction in which a case slips or leans, for a yaw [rad]."""
+    return (cos(yaw), sin(yaw), 0.0)
+
+
+def leaning_pose(size: Vec3, angle: float, side: float, yaw: float) -> Pose:
+    """A plank that leans over the origin [rad], from behind (-1) or before (1), with an edge on the ground."""
+    length, _, thickness = size
+    out = 0.5 * side * (length * cos(angle) + thickness * sin(angle))
+    up = 0.5 * (length * sin(angle) + thickness * cos(angle))
+    turn = composed(_about((0.0, 0.0, 1.0), yaw), _about((0.0, 1.0, 0.0), side * angle))
+    return Pose((out * cos(yaw), out * sin(yaw), up), turn)
+
+
+def _about(axis_W: Vec3, angle: float) -> tuple[float, float, float, float]:
+    return (*times(sin(0.5 * angle), axis_W), cos(0.5 * angle))
+
+
+def timeline(case: Case) -> Timeline:
+    """The scene of a case."""
+    angle, yaw = radians(case.angle), radians(case.yaw)
+    if case.kind == "slope":
+        ux, uy, _ = towards(yaw)
+        normal_W = (sin(angle) * ux, sin(angle) * uy, cos(angle))
+        planes = [Plane(GROUND, (0.0, 0.0, 0.0), normal_W, case.friction)]
+        poses = {"left": Pose(times(0.5 * case.size[2], normal_W), _about((-uy, ux, 0.0), angle))}
+    else:
+        planes = [Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), case.friction)]
+        poses = {"left": leaning_pose(case.size, angle, -1.0, yaw)}
+        if case.kind == "V":
+            poses["right"] = leaning_pose(case.size, angle, 1.0, yaw)
+        else:
+            planes.append(Plane("wall", (0.0, 0.0, 0.0), times(-1.0, towards(yaw)), 0.0))
+    placed = (Placement(0.0, Brick(name, case.size, MASS), 1, pose) for name, pose in poses.items())
+    return Timeline(Scene(GRAVITY, case.friction, tuple(planes)), tuple(placed), hold=1.0)
+
+
+def seen_motion(case: Case, system: System) -> Iterator[tuple[float, float, float]]:
+    """Time [s], way [m] and speed [m/s] of the foot after every step on a system, for as long as it is asked."""
+    scene = timeline(case)
+    world = opened_world(scene, system)
+    try:
+        for placed in scene.placements:
+            world.add_brick(placed.brick, placed.pose)
+        extension = extension_for(scene, system, world)
+        falling = FallingParts(world, scene.world.planes, scene.world.friction, scene.world.gravity)
+        if extension is not None:
+            _set_down(extension, falling, [placed.brick.id for placed in scene.placements])
+        foot = _Foot(case, world.states(["left"])["left"])
+        while True:
+            _step(world, extension, falling)
+            yield world.time(), *foot.seen(world.states(["left"])["left"])
+    finally:
+        world.close()
+
+
+def _set_down(extension: Extension, falling: FallingParts, bricks: Sequence[str]) -> None:
+    extension.set_down(bricks)
+    update, verdict = extension.update(), extension.verdict()
+    if not update.failed or verdict is None:
+        raise ValueError("this stands")
+    falling.woken(extension.awake(), verdict.motion)
+
+
+def _step(world: World, extension: Extension | None, falling: FallingParts) -> None:
+    states: Mapping[str, BodyState] = world.states(sorted(world.masses()))
+    fastest = max(hypot(*state.velocity_W) for state in states.values())
+    world.limit_travel(fastest + LOOK * GRAVITY)
+    if extension is not None and falling.turn(1):
+        return
+    world.step()
+    if extension is not None:
+        extension.update()
+
+
+class _Foot:
+    """The edge on the ground of the plank that comes from behind, or the middle of one on a slope."""
+
+    def __init__(self, case: Case, start: BodyState) -> None:
+        length, _, thickness = case.size
+        yaw, angle = radians(case.yaw), radians(case.angle)
+        self.point_B: Vec3 = (-0.5 * length, 0.0, -0.5 * thickness)
+        self.way_W = times(-1.0, towards(yaw))
+        if case.kind == "slope":
+            self.point_B = (0.0, 0.0, 0.0)
+            self.way_W = (cos(angle) * cos(yaw), cos(angle) * sin(yaw), -sin(angle))
+        self.start_W = self._at(start)
+
+    def _arm(self, state: BodyState) -> Vec3:
+        return turned(state.pose.orientation, self.point_B)
+
+    def _at(self, state: BodyState) -> Vec3:
+        return plus(state.pose.position_W, self._arm(state))
+
+    def seen(self, state: BodyState) -> tuple[float, float]:
+        """How far it has got [m], and how fast it is [m/s]."""
+        velocity_W = plus(state.velocity_W, cross(state.angular_velocity_W, self._arm(state)))
+        return dot(minus(self._at(state), self.start_W), self.way_W), dot(velocity_W, self.way_W)
+
+
+def passed(case: Case, system: System, ways: Iterable[float] = WAYS) -> Iterator[tuple[float, float]]:
+    """When a case has got as far as these ways [m], and how fast it is there: [s], [m/s]. Those it gets to only."""
+    left = [way for way in ways if case.truth(way)[0] < inf]
+    latest = PATIENCE * case.truth(left[-1])[0]
+    last = (0.0, 0.0, 0.0)
+    for now in seen_motion(case, system):
+        while left and now[1] >= left[0]:
+            share = (left.pop(0) - last[1]) / (now[1] - last[1])
+            yield last[0] + share * (now[0] - last[0]), last[2] + share * (now[2] - last[2])
+        if not left or now[0] > latest:
+            return
+        last = now
+
+
+def errors(case: Case, system: System) -> Errors:
+    """How far off a case is on a system."""
+    due = [truth for truth in map(case.truth, WAYS) if truth[0] < inf]
+    started = perf_counter()
+    found = list(passed(case, system))
+    cost = perf_counter() - started
+    if len(found) < len(due):
+        return Errors(case, inf, inf, cost)
+    late, fast = (
+        max((now[which] / then[which] - 1.0 for now, then in zip(found, due, strict=True)), key=abs) for which in (0, 1)
+    )
+    return Errors(case, late, fast, cost)
+
+
+def main() -> None:
+    """Let them slip, and print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--parts", type=float, nargs="+", default=PARTS, help="of a system's own step")
+    parser.add_argument("--kinds", nargs="+", default=list(ANGLES), choices=list(ANGLES))
+    chosen = parser.parse_args()
+    errors(Case("V", 60.0, 0.5), SYSTEMS["exact"])  # so that no row pays for what the first one loads
+    rows = list(product(chosen.kinds, ("exact", "tuned"), chosen.parts))
+    fine = {kind: _cost([errors(case, FINE) for case in _cases(kind) if case.yaw == 0.0]) for kind in chosen.kinds}
+    headings = (f"{100.0 * (1.0 - share):.0f} % too little" for share in SHARES)
+    table = Table("", "system", "step", *headings, "median", "speed", "stuck", "cost of 1/7680 s")
+    for kind, name, part in track(rows, "slips", console=Console(stderr=True), transient=True):
+        system = system_at_step(SYSTEMS[name], part)
+        found = [errors(case, system) for case in _cases(kind)]
+        cost = _cost([one for one in found if one.case.yaw == 0.0])
+        table.add_row(kind, name, f"1/{1.0 / system.engine.time_step:.0f} s", *_row(found), f"{fine[kind] / cost:.1f}")
+    Console(width=140).print("Largest errors of time, of speed, over all angles and yaws; cost: times as dear.", table)
+
+
+def _cases(kind: str) -> list[Case]:
+    return [Case(kind, *which) for which in product(ANGLES[kind], SHARES, YAWS)]
+
+
+def _cost(found: Sequence[Errors]) -> float:
+    return sum(one.cost for one in found)
+
+
+def _row(found: Sequence[Errors]) -> Iterator[str]:
+    arrived = [one for one in found if one.time < inf]
+    for share in SHARES:
+        yield _percent(max((one.time for one in arrived if one.case.share == share), key=abs, default=inf))
+    yield _percent(median(abs(one.time) for one in arrived)) if arrived else ""
+    yield _percent(max((one.speed for one in arrived), key=abs, default=inf))
+    yield f"{len(found) - len(arrived)} of {len(found)}"
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:+.2f} %" if share < inf else ""
+
+
+if __name__ == "__main__":
+    main()
