@@ -166,6 +166,8 @@ ORDER = {
         "proving",
         "refinement",
         "playing.watch",
+        "playing.clearance",
+        "playing.tracks",
         "playing.energy",
         "playing.onset",
         "playing.landing",

@@ -3,7 +3,8 @@
 import pytest
 
 from stability.statics.facts import Stability
-from stackdsl.playing.runner import BlockedPlacementError, play
+from stackdsl.playing.clearance import BlockedPlacementError
+from stackdsl.playing.runner import play
 from stackdsl.playing.systems import SYSTEMS
 from stackdsl.trace import STAND, BrickState, Event, EventKind, Trace, Verdict
 from tests.scenes import timeline_of

@@ -18,7 +18,7 @@ from stackdsl.timeline import Timeline
 USUAL_GRAVITY, USUAL_SIZE, USUAL_DIAGONAL = 9.81, 0.0078, 0.1202  # [m/s2], [m], [m]
 # Steps are no more than this share of a doubling longer than in the usual scene, or they are halved.
 MOST_LONGER = 0.25
-SAMPLING = 0.01  # [s] between two looks of the runner, in which all may fall
+SAMPLING = 0.01  # [s] between looks at all that moves; a free fall covers half a millimetre in the first
 
 
 def rest_limits(timeline: Timeline) -> RestLimits:

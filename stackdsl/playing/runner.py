@@ -5,7 +5,7 @@ A collapse ends the build, and is followed for a while to see what falls. Hits g
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import hypot
 from time import perf_counter
@@ -13,31 +13,25 @@ from time import perf_counter
 from stability.engine import World
 from stability.falling import FallingParts
 from stability.model import BodyId, BodyState
-from stability.separation import boxes_apart
 from stability.statics.facts import Stability
 from stability.vectors import plus
 from stability.watching import Extension, Update
 from stackdsl.playing.carrying import ForceMeter
+from stackdsl.playing.clearance import keep_clear
 from stackdsl.playing.edges import EdgeWatch
 from stackdsl.playing.going_on import after_collapse, last_arrival, time_of
 from stackdsl.playing.measuring import Measures
-from stackdsl.playing.opening import extension_for, load, opened_world
+from stackdsl.playing.opening import SAMPLING, extension_for, load, opened_world
 from stackdsl.playing.systems import System
+from stackdsl.playing.tracks import tracks_of
 from stackdsl.timeline import Moment, Placement, Push, Removal, Timeline
-from stackdsl.trace import STAND, BrickState, BrickTrack, Collapse, Cost, Edge, Event, EventKind, Trace
+from stackdsl.trace import STAND, BrickState, Collapse, Cost, Edge, Event, EventKind, Trace
 
-SAMPLING = 0.01  # [s] between looks at all that moves; a free fall covers half a millimetre in the first
-CLOSE_SAMPLING = 0.002  # [s] the same while it is asked how something begins to fall, or where it lands
+CLOSE_SAMPLING = 0.002  # [s] between looks while it is asked how something begins to fall, or where it lands
 AFTERMATH = 1.0  # [s] a collapse is followed; a plank falls from a metre in less than half of it
 FORCE_WINDOW = 0.25  # [s] at the end over which a bare engine's contact forces are averaged
 
-# [m] a brick that is placed may lie this deep in one that was dropped: engines let bricks sink and creep by as much.
-MOST_OVERLAP = 1e-3
 OnEvent = Callable[[Event], None]
-
-
-class BlockedPlacementError(RuntimeError):
-    """A brick is to be placed where another one is by now."""
 
 
 def play(timeline: Timeline, system: System, on_event: OnEvent = lambda event: None) -> Trace:
@@ -133,7 +127,7 @@ class _Run:
 
     def _place(self, group: Sequence[Placement]) -> None:
         for placement in group:
-            self._keep_clear(placement)
+            keep_clear(placement, self.watch)
             self.world.add_brick(placement.brick, placement.pose, placement.velocity_W)
             self.measures.add(placement)
         self._tell(Event(group[0].time, EventKind.PLACED, tuple(placement.brick.id for placement in group)))
@@ -163,17 +157,6 @@ class _Run:
                 return
         centre_W = self.world.states([push.brick])[push.brick].pose.position_W
         self.world.push(push.brick, push.impulse_W, plus(centre_W, push.offset_W))
-
-    def _keep_clear(self, placement: Placement) -> None:
-        """Where a dropped brick comes to lie is not known before, nor what gave a little before one is slid in."""
-        anywhere = placement.inserted or self.watch.hit or placement.thrown
-        others = [self.watch.bricks[name] for name in self.watch.present] if anywhere else self.watch.dropped
-        for other in others:
-            apart = boxes_apart(placement.brick.size, placement.pose, other.placement.brick.size, other.last)
-            if apart.gap < -MOST_OVERLAP:
-                message = f"brick '{placement.brick.id}' cannot be placed at {placement.time:g} s:"
-                where = f"'{other.placement.brick.id}' has moved there"
-                raise BlockedPlacementError(f"{message} {where} ({-1000.0 * apart.gap:.3g} mm of overlap)")
 
     def _close_placement(self) -> None:
         """Before the next bricks come: note how the last ones were carried, and how safely the stack stood."""
@@ -283,7 +266,8 @@ class _Run:
         self.on_event(event)
 
     def trace(self, wall_time: float) -> Trace:
-        tracks = dict(self._tracks())
+        unproven = not self.timeline.watched and self._only_an_engine_knows_more()
+        tracks = tracks_of(self.timeline, self.watch, self._is_frozen, unproven)
         standing = [name for name, track in tracks.items() if track.state in STAND]
         shares = self.extension.shares() if self.extension is not None else self.forces.shares(standing)
         return Trace(
@@ -302,28 +286,11 @@ class _Run:
             landing=self.measures.landing([n for n, track in tracks.items() if track.state is BrickState.FALLEN]),
         )
 
+    def _is_frozen(self, brick: BodyId) -> bool:
+        return self.extension is not None and self.extension.is_frozen(brick)
+
     def _proofs(self) -> Mapping[str, int]:
         return {proof: count for proof, count in sorted(self.proofs.items()) if proof}
-
-    def _tracks(self) -> Iterator[tuple[BodyId, BrickTrack]]:
-        for placement in self.timeline.placements:
-            name = placement.brick.id
-            if name in self.watch.bricks:
-                yield name, self._track(name)
-            else:
-                pose = placement.pose
-                yield (
-                    name,
-                    BrickTrack(
-                        placement.brick, placement.level, BrickState.UNPLACED, pose, pose, pose, shift=0.0, tilt=0.0
-                    ),
-                )
-
-    def _track(self, name: BodyId) -> BrickTrack:
-        frozen = self.extension is not None and self.extension.is_frozen(name)
-        track = self.watch.bricks[name].track(frozen)
-        unwatched = not frozen and not self.timeline.watched and self._only_an_engine_knows_more()
-        return replace(track, state=BrickState.UNWATCHED) if unwatched else track
 
 
 def _edges(brick: BodyId, shares: Mapping[BodyId, float]) -> tuple[Edge, ...]:

@@ -1,0 +1,33 @@
+"""What became of every brick of a timeline, whether it was placed or not."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from stability.model import BodyId
+from stackdsl.playing.watch import Watch
+from stackdsl.timeline import Placement, Timeline
+from stackdsl.trace import BrickState, BrickTrack
+
+
+def tracks_of(
+    timeline: Timeline, watch: Watch, is_frozen: Callable[[BodyId], bool], unproven: bool
+) -> dict[BodyId, BrickTrack]:
+    """The track of each, in the order of the timeline.
+
+    `unproven`: what is not frozen was not played, as only a proof was asked for, and there was none that it stands.
+    """
+    found = {}
+    for placement in timeline.placements:
+        name = placement.brick.id
+        if name not in watch.bricks:
+            found[name] = _unplaced(placement)
+            continue
+        frozen = is_frozen(name)
+        track = watch.bricks[name].track(frozen)
+        found[name] = replace(track, state=BrickState.UNWATCHED) if unproven and not frozen else track
+    return found
+
+
+def _unplaced(placement: Placement) -> BrickTrack:
+    pose = placement.pose
+    return BrickTrack(placement.brick, placement.level, BrickState.UNPLACED, pose, pose, pose, shift=0.0, tilt=0.0)
