@@ -30,6 +30,7 @@ KINDS: Mapping[str, Kind] = {
     "fallen": Kind(),
     "drift": Kind("mm", 0.1),  # of what stands in the end; finer than a collapse, or creep would hide
     "largest shift": Kind("mm", 0.1),  # of whatever belongs to the structure
+    "shift before": Kind("mm", 0.1),  # the same when a brick was last set down before a collapse, or at all
     "largest tilt": Kind("deg", 0.5),
     "height": Kind("mm", 0.5),  # as in golden files
     "energy gain": Kind("%", 0.1),
@@ -86,6 +87,7 @@ def observations(trace: Trace) -> Mapping[str, Seen]:
         "fallen": tuple(sorted(track.brick.id for track in placed if track.state is BrickState.FALLEN)),
         "drift": _largest_shift(standing),
         "largest shift": _largest_shift(placed),
+        "shift before": MILLIMETRES * trace.shift_before,
         "largest tilt": degrees(max((track.tilt for track in placed), default=0.0)),
         "height": MILLIMETRES * max((box_top(track.brick.size, track.final) for track in standing), default=0.0),
         "energy gain": _finite(PERCENT * trace.energy.gain) if trace.energy is not None else None,

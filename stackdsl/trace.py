@@ -208,6 +208,7 @@ class Trace:
     onset: Onset | None = None  # None where nothing was proven to fall, or fell so, or nobody asked
     landing: Landing | None = None  # None where nothing fell, or nobody asked
     wrong_edges: WrongEdges | None = None  # None where no contact was seen to have a wrong normal
+    shift_before: float = 0.0  # largest of any brick when one was last set down before a collapse, or at all [m]
     numerical: str = ""  # why the collapse is the solver's and none of physics; empty where nothing says so
 
     @property

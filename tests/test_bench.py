@@ -37,6 +37,7 @@ STOOD: dict[str, Seen] = {
     "largest tilt": 0.0,
     "height": 39.0,
     "energy gain": 0.5,
+    "shift before": 0.125,
 }
 FELL: dict[str, Seen] = {
     **STOOD,
@@ -66,7 +67,7 @@ RECORD = Record(
     steps=4000,
     peak_memory=2**20,
 )
-SHOULD_STAND = Answer(stands=True, source=Source.TRUTH, still=True)
+SHOULD_STAND = Answer(stands=True, source=Source.TRUTH, undisturbed=True)
 SHOULD_FALL = Answer(stands=False, source=Source.TRUTH, least=3.0, most=3.0)
 
 
@@ -84,17 +85,17 @@ def case_of(build: str, rest: str = "expect:\n  - stands: all\n") -> Case:
 # --- what is known ----------------------------------------------------------------------------------------------------
 
 ANSWERS = {
-    "statics prove that it stands": ("- column: {levels: 3}", "", Answer(True, Source.STATICS, still=True)),
+    "statics prove that it stands": ("- column: {levels: 3}", "", Answer(True, Source.STATICS, undisturbed=True)),
     # Planks stepped by 40 mm: the first too many is number floor(117.6 / 40) + 1 = 3.
     "statics name the level": (
         "- column: {levels: 4, step: 40 mm}\n  every: 1 s",
         "",
-        Answer(False, Source.STATICS, 3.0, 3.0),
+        Answer(False, Source.STATICS, 3.0, 3.0, undisturbed=True),
     ),
     "truth comes first": (
         "- column: {levels: 3}",
         "truth:\n  - collapses: {at: level 2 ± 1}\n    source: a test\n",
-        Answer(False, Source.TRUTH, 1.0, 3.0),
+        Answer(False, Source.TRUTH, 1.0, 3.0, undisturbed=True),
     ),
     "nobody knows where what is dropped lands": (
         "- column: {levels: 1}\n- bricks: [{at: [0 mm, 0 mm, 40 mm], drop: true}]\n  after: built + 1 s",
@@ -134,6 +135,12 @@ def test_creep_is_the_largest_shift_of_what_should_stand_whether_it_falls_or_not
     stood, fell = scores_of([run(), run(FELL, factor=2.0)], {"tower": SHOULD_STAND})
     assert (stood.wrong, stood.creep, stood.levels, stood.energy) == (False, 0.25, 0.0, 0.5)
     assert (fell.wrong, fell.creep, fell.levels) == (True, 200.0, 3.0)
+
+
+def test_creep_of_what_should_fall_is_what_moved_before_the_brick_came_with_which_it_does() -> None:
+    known = replace(SHOULD_FALL, undisturbed=True)
+    assert scores_of([run(FELL, shift_before=0.125)], {"tower": known})[0].creep == 0.125
+    assert scores_of([run(FELL)], {"tower": SHOULD_FALL})[0].creep is None  # it was hit
 
 
 def test_what_falls_before_it_should_is_wrong_though_it_should_fall() -> None:

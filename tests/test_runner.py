@@ -287,3 +287,13 @@ def test_where_only_a_proof_is_asked_for_no_engine_shows_what_falls() -> None:
     assert judged.cost.steps == 0
     watched = played(overhang, "expect: [{verdict: unstable}, {collapses: any}]", system="exact")
     assert watched.cost.steps > 0
+
+
+def test_what_moved_before_a_fall_is_told_apart_from_the_fall() -> None:
+    # Two bricks stand; the third hangs over by half its length and more, and falls.
+    falling = timeline_of(
+        "- column: {levels: 2}\n  every: 1 s\n- bricks:\n    - {at: [70 mm, 0 mm, 19.5 mm], level: 3}"
+    )
+    exact, bare = play(falling, SYSTEMS["exact"]), play(falling, SYSTEMS["stock"])
+    assert exact.shift_before == 0.0
+    assert 0.0 < bare.shift_before < 0.001 < max(track.shift for track in bare.tracks.values())

@@ -27,7 +27,7 @@ class Answer:
     most: float = inf
     earliest: float = -inf  # when it has fallen [s]
     latest: float = inf
-    still: bool = False  # whether nothing of it should move at all, as nothing is dropped, thrown or pushed
+    undisturbed: bool = False  # as nothing is dropped, thrown or pushed, nothing should move that does not fall
 
     def levels_off(self, fell_at: float | None, levels: int) -> float:
         """How many levels a run is off that fell at this one, or not at all, of a structure of so many."""
@@ -35,6 +35,11 @@ class Answer:
         if self.stands:
             return levels + 1.0 - reached
         return max(0.0, self.least - reached, reached - self.most if self.most < inf else 0.0)
+
+    @property
+    def still(self) -> bool:
+        """Whether nothing of it should move at all."""
+        return self.stands and self.undisturbed
 
     @property
     def timed(self) -> bool:
@@ -53,7 +58,7 @@ def answer_of(scenario: Scenario, timeline: Timeline) -> Answer | None:
     answer, moves = _from_truth(scenario), any(leaves_to_engine(action) for action in timeline.actions)
     if answer is None and not moves:
         answer = _from_statics(timeline)
-    return replace(answer, still=answer.stands and not moves) if answer is not None else None
+    return replace(answer, undisturbed=not moves) if answer is not None else None
 
 
 def _from_truth(scenario: Scenario) -> Answer | None:

@@ -16,15 +16,16 @@ READING = """\
 One row is one system at one time step: its own, times or divided by a number; iterations and all else stay as they are.
 `wrong` counts verdicts (stands or falls) against those known from the scenarios' `truth`, from exact statics, or from
 the two finest runs of a bare engine that agree. Errors are the largest over the scenarios: `levels`, of the level at
-which it falls; `creep`, how far anything moves in a structure that should stand; `mm`, `deg` and `s`, the distance
-from truths and from the converged reference, of runs with the right verdict. `energy` is the largest gain after the
-last action. A collapse is followed, by every system, only where something hits the structure or a truth asks what
-becomes of it: `wall s` is the time to the answer. The pace is the geometric mean over the scenarios that every row has
-finished that takes them; a row that does not take all of these has none. `x exact` is the pace in times of that of
-`exact` at its own time step, over the scenarios that both have finished. `cra` and `rbe` (compas_cra) tell whether it
-stands after each placement, and nothing of motion: what they do not take is listed, and their time ends where they say
-that it falls. `solves` counts proofs, and their answers. `front` names the measures in which nothing is both faster and
-nearer. A run that is itself the reference has no distance from it."""
+which it falls; `creep`, how far anything moves in a structure that should stand, or in one that should fall before the
+brick comes with which it does; `mm`, `deg` and `s`, the distance from truths and from the converged reference, of runs
+with the right verdict. `energy` is the largest gain after the last action. A collapse is followed, by every system,
+only where something hits the structure or a truth asks what becomes of it: `wall s` is the time to the answer. The pace
+is the geometric mean over the scenarios that every row has finished that takes them; a row that does not take all of
+these has none. `x exact` is the pace in times of that of `exact` at its own time step, over the scenarios that both
+have finished. `cra` and `rbe` (compas_cra) tell whether it stands after each placement, and nothing of motion: what
+they do not take is listed, and their time ends where they say that it falls. `solves` counts proofs, and their answers.
+`front` names the measures in which nothing is both faster and nearer. A run that is itself the reference has no
+distance from it."""
 
 
 def bench_page(bench: Bench) -> str:

@@ -50,7 +50,7 @@ class Score:
     mm: float | None = None
     deg: float | None = None
     seconds: float | None = None
-    creep: float | None = None  # largest shift of anything in a structure that should stand [mm]
+    creep: float | None = None  # largest shift of anything while nothing should move [mm]
     energy: float | None = None  # gain after the last action [%]
 
 
@@ -106,7 +106,7 @@ def _score(record: Record, fellows: Sequence[Record], answer: Answer | None, ref
         known=known.source,
         wrong=wrong,
         levels=known.levels_off(fell, record.levels),
-        creep=record.seen("largest shift") if known.still else None,
+        creep=_creep(record, known),
     )
     if wrong:
         return score
@@ -120,6 +120,13 @@ def _score(record: Record, fellows: Sequence[Record], answer: Answer | None, ref
         deg=_furthest(record, compared, "deg"),
         seconds=_furthest(record, compared, "s"),
     )
+
+
+def _creep(record: Record, known: Answer) -> float | None:
+    """How far anything moved in a structure that should stand, or in one that should fall, before it was set down."""
+    if not known.undisturbed:
+        return None
+    return record.seen("largest shift" if known.stands else "shift before")
 
 
 def _verdict(record: Record, fellows: Sequence[Record], known: Answer | None) -> str:

@@ -64,6 +64,7 @@ class _Run:
     one_by_one: int = 0
     proofs: Counter[str] = field(default_factory=Counter)  # bricks by what proved them
     last_action: float = 0.0  # [s]
+    shift_before: float = 0.0  # largest of any brick when something was last done before a collapse [m]
     last_arrival: float = 0.0  # of what has to fly to the structure [s]
 
     def __post_init__(self) -> None:
@@ -95,6 +96,7 @@ class _Run:
     def _act(self, moment: Moment) -> None:
         if self.collapse is None:
             self._close_placement()
+            self.shift_before = self.watch.largest_shift
         if self._nothing_can_move():
             self.gave_way = None  # what failed before has come to rest again, and is not what fails now
         self.falling.end()
@@ -283,6 +285,7 @@ class _Run:
             energy=self.measures.energy.energy(),
             onset=self.measures.onset.onset,
             wrong_edges=self.edges.wrong(),
+            shift_before=self.shift_before,
             landing=self.measures.landing([n for n, track in tracks.items() if track.state is BrickState.FALLEN]),
         )
 

@@ -117,6 +117,7 @@ class Watch:
     dropped: list[Watched] = field(default_factory=list)  # where these lie, or what was thrown, is not known before
     made_of: dict[BodyId, Brick] = field(default_factory=dict)
     hit: bool = False  # whether something has hit the structure
+    largest_shift: float = 0.0  # of any so far [m]
     present: dict[BodyId, None] = field(default_factory=dict)  # those that are not pulled out
     _left: dict[BodyId, Watched] = field(default_factory=dict)  # their places
 
@@ -155,6 +156,7 @@ class Watch:
         for name, state in states.items():
             watched = self.bricks[name]
             watched.see(time, state)
+            self.largest_shift = max(self.largest_shift, watched.shift)
             if watched.left_at is not None:
                 self._left[name] = watched
 
