@@ -124,7 +124,7 @@ def run_command(context: click.Context, file: Path, systems: tuple[str, ...], ke
         cost = f"{trace.cost.simulated_time:g} s played in {trace.cost.wall_time:.3f} s, {trace.cost.steps} steps"
         write(f"{fell or 'stands'}; {cost}" + (f"; a numerical collapse: {trace.numerical}" * bool(trace.numerical)))
         if trace.wrong_edges is not None:
-            write(wrong_edges_text(trace.wrong_edges))
+            write(wrong_edges_text(trace.wrong_edges, trace.collapse))
         results.append(judged(case, trace))
         for outcome in results[-1].outcomes:
             write(f"{'passed' if outcome.passed else 'failed'}: {outcome.span}: {outcome_text(outcome)}")

@@ -174,6 +174,7 @@ class WrongEdges:
     lower: BodyId
     angle: float  # between its normal and the true one [rad]
     time: float  # when that was seen [s]
+    first: float  # when any of them was first seen [s]
 
 
 NUMERICAL_COLLAPSE = "numerical-collapse"  # in place of a verdict: it fell, and nothing but the solver made it

@@ -216,7 +216,7 @@ def test_what_is_not_taken_is_neither_right_nor_wrong_and_is_told_with_the_reaso
     assert (refused.record.case, refused.record.status, refused.wrong) == ("case-1", NOT_TAKEN, None)
     ruler = found.points[0]
     assert (ruler.runs, ruler.done, ruler.known, ruler.wrong_verdicts) == (2, 1, 1, 0)
-    for told in (bench_text(found), bench_page(found)):
+    for told in (bench_text(found), bench_page(found, drawn=False)):
         assert f"ruler (1): {MOVES}: case-1" in told
     text = bench_text(found)
     assert "Did not finish" not in text

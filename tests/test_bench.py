@@ -17,7 +17,7 @@ from stackdsl.bench.page import bench_page
 from stackdsl.bench.plot import PlotMissingError, draw, floor_of, shown_at
 from stackdsl.bench.points import fronts_of, pareto_front, points_of
 from stackdsl.bench.record import MalformedRecordError, Record, TruthHeld, line_of, record_of
-from stackdsl.bench.scoring import numerical_reason, reference_of, scores_of
+from stackdsl.bench.scoring import LOOKS_APART, numerical_reason, reference_of, scores_of
 from stackdsl.bench.summary import bench_json
 from stackdsl.bench.table import bench_text
 from stackdsl.gathering import Case
@@ -182,7 +182,7 @@ def test_the_moving_part_is_held_against_the_reference() -> None:
     fine = [run(FELL, factor=0.25), run(FELL, factor=0.5)]
     own = run(FELL, system="exact", collapse_time=2.13, reach=76.0, bearing=-178.0)
     score = scores_of([*fine, own], {"tower": SHOULD_FALL})[2]
-    assert score.seconds == pytest.approx(0.03)
+    assert score.seconds == pytest.approx(0.03 - LOOKS_APART)
     assert score.mm == pytest.approx(4.0)
     assert score.deg == pytest.approx(3.0)  # across the half turn
     assert scores_of(fine, {"tower": SHOULD_FALL})[0].mm is None  # the reference has no distance from itself
@@ -318,6 +318,17 @@ def test_a_journal_goes_on_with_what_is_done_and_wanted(tmp_path: Path) -> None:
     assert journal.path.read_text(encoding="utf-8") == line_of(done) + "\n"
 
 
+def test_runs_that_were_put_aside_are_found_when_they_are_wanted_again(tmp_path: Path) -> None:
+    journal, both = Journal(tmp_path), {run().id, run(factor=2.0).id}
+    for record in (run(), run(factor=2.0)):
+        journal.add(record)
+    assert journal.go_on({run().id}) == [run()]
+    assert journal.go_on({run().id}) == [run()]
+    assert journal.aside.read_text(encoding="utf-8") == line_of(run(factor=2.0)) + "\n"
+    assert {record.id for record in journal.go_on(both)} == both
+    assert not journal.aside.exists()
+
+
 def test_a_bench_that_begins_anew_keeps_the_last_one(tmp_path: Path) -> None:
     journal = Journal(tmp_path)
     for record in (run(), run(factor=2.0)):
@@ -426,17 +437,24 @@ def test_what_did_not_finish_is_told_in_every_form(tmp_path: Path, monkeypatch: 
     assert "0 of 4 runs done" in text
     assert "interrupted, go on with --resume" in text.splitlines()[-1]
     assert '"interrupted": true' in bench_json(found)
-    assert "0 of 4 runs done" in bench_page(found)
+    assert "0 of 4 runs done" in bench_page(found, drawn=False)
 
 
 def test_the_page_tells_paces_in_times_of_exact() -> None:
     runs = [replace(run(system="exact"), wall_time=0.01), run()]  # 4 s in 0.01 s, and in 2 s
     scores = tuple(scores_of(runs, {"tower": SHOULD_STAND}))
-    page = bench_page(Bench(scores, tuple(points_of(scores)), {"tower": SHOULD_STAND}, {}, wanted=2, interrupted=False))
+    found = Bench(scores, tuple(points_of(scores)), {"tower": SHOULD_STAND}, {}, wanted=2, interrupted=False)
+    page = bench_page(found, drawn=True)
     assert "### tower: stands, truth" in page
     exact, tuned = (line.split(" | ") for line in page.splitlines()[-2:])
     assert exact[-1].startswith("1 ")
     assert tuned[-1].startswith("200 ")
+
+
+def test_the_page_shows_the_picture_only_where_there_is_one() -> None:
+    nothing = Bench((), (), {}, {}, wanted=1, interrupted=False)
+    assert "speed-against-error.svg" in bench_page(nothing, drawn=True)
+    assert "speed-against-error.svg" not in bench_page(nothing, drawn=False)
 
 
 # --- the plot ---------------------------------------------------------------------------------------------------------

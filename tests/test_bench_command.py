@@ -100,7 +100,7 @@ def test_a_coarse_step_is_found_to_bring_down_what_stands(folder: Path) -> None:
     assert code == 0
     assert re.search(r"flat on stock, step x 4: falls at level \d, known from truth", out)
     assert "flat on stock, step x 4: statics prove that it stands" in out
-    assert "1 wrong verdicts, 1 numerical collapses" in out.splitlines()[-1]
+    assert "1 wrong verdict, 1 numerical collapse" in out.splitlines()[-1]
 
 
 @pytest.mark.parametrize(
@@ -147,3 +147,15 @@ def test_resuming_where_other_jobs_were_done_is_told_and_loses_nothing(folder: P
     assert "kept in out/runs.of-other-jobs.jsonl" in err
     aside = (folder / "out" / "runs.of-other-jobs.jsonl").read_text(encoding="utf-8")
     assert sorted((journal.read_text(encoding="utf-8") + aside).splitlines()) == sorted(runs.splitlines())
+
+    code, out, err = called(folder, *exact, "--resume")
+    assert (code, sorted(journal.read_text(encoding="utf-8").splitlines())) == (0, sorted(runs.splitlines()))
+    assert "kept in" not in err
+
+
+def test_what_cannot_be_compiled_is_told_again_below_the_table(folder: Path) -> None:
+    (folder / "bad.yaml").write_text("scenario: bad\nbuild: []\n", encoding="utf-8")
+    code, out, err = called(folder, "bench", ".", "-k", "flat", "--system", "exact", "--resolutions", "1")
+    assert code == 2
+    assert "1 of 1 runs done" in out
+    assert err.rstrip().endswith("1 mistake in scenarios, told above: these were not played")

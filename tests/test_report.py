@@ -21,6 +21,7 @@ from stackdsl.outcome import (
     VariantResult,
     exit_code,
 )
+from stackdsl.report.edge_text import wrong_edges_text
 from stackdsl.report.json import report_json
 from stackdsl.report.outcome_text import outcome_text
 from stackdsl.report.text import report_text
@@ -260,16 +261,26 @@ def test_what_passed_is_not_told_again_below_the_table() -> None:
 
 
 def test_wrong_edge_normals_are_told_with_the_worst_of_them() -> None:
-    wrong = WrongEdges(contacts=3, upper="L3.1", lower="L2.2", angle=radians(28.0), time=12.34)
+    wrong = WrongEdges(contacts=3, upper="L3.1", lower="L2.2", angle=radians(28.0), time=12.34, first=0.5)
     seen = report(replace(PASSED, wrong_edges=wrong), PASSED)
     told = (
-        "wrong edge normals in 3 contacts, most L3.1 on L2.2 at 12.3 s by 28 deg; where these lie is not to be trusted"
+        "wrong edge normals in 3 contacts (worst: L3.1 on L2.2, 28 deg off at 12.3 s); "
+        "unless proven, whether these bricks stand or fall is not to be trusted"
     )
     assert report_text(seen).count(told) == 1
     assert [result["wrong_edges"] for result in json.loads(report_json(seen))["results"]] == [
-        {"contacts": 3, "upper": "L3.1", "lower": "L2.2", "angle_rad": wrong.angle, "time_s": 12.34},
+        {"contacts": 3, "upper": "L3.1", "lower": "L2.2", "angle_rad": wrong.angle, "time_s": 12.34, "first_s": 0.5},
         None,
     ]
+
+
+def test_wrong_edge_normals_after_a_collapse_put_only_its_debris_in_doubt() -> None:
+    wrong = WrongEdges(contacts=1, upper="L3.1", lower="L2.2", angle=radians(28.0), time=3.0, first=2.0)
+    assert wrong_edges_text(wrong, Collapse(1.0, 3, "L3.1")) == (
+        "wrong edge normals in 1 contact (L3.1 on L2.2, 28 deg off at 3.0 s); "
+        "where this debris comes to lie is not to be trusted"
+    )
+    assert "whether these bricks stand or fall" in wrong_edges_text(wrong, Collapse(2.5, 3, "L3.1"))
 
 
 def test_names_of_others_do_not_steer_the_terminal() -> None:

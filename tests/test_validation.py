@@ -59,7 +59,7 @@ def told(text: str) -> list[tuple[str, str, str]]:
         (HEAD + BUILD + "expect: [{drift: {is: < 1 mm, most: 1}}]", "SD101", "most", "unknown key", "is, bricks"),
         (HEAD, "SD102", "scenario", "missing key 'build'", "what is built, step by step"),
         (HEAD + "build: [{column: {step: 1 mm}}]", "SD102", "{step: 1 mm}", "missing key 'levels'", "how many planks"),
-        (HEAD + BUILD + "expect: [{stands: {}}]", "SD102", "{}", "the mapping is empty", "levels, bricks, for"),
+        (HEAD + BUILD + "expect: [{stands: {}}]", "SD102", "{}", "the mapping is empty", "write all, or give one"),
         (HEAD + BUILD + "tags: x", "SD103", "x", "expected a list, not 'x'", ""),
         (HEAD + BUILD + "friction: high", "SD103", "high", "expected a number, not 'high'", "Coulomb"),
         (HEAD + BUILD + "friction: true", "SD103", "true", "expected a number, not true", ""),

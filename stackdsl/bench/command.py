@@ -105,6 +105,9 @@ def bench_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     except OSError as error:
         raise click.ClickException(f"{output} cannot be written: {error.strerror}; use another --output") from error
     write(bench_text(found, *paper()))
+    if gathered.diagnostics:
+        count = len(gathered.diagnostics)
+        tell(f"{count} mistake{'s' * (count > 1)} in scenarios, told above: these were not played")
     context.exit(_exit_code(found, bool(gathered.diagnostics)))
 
 
@@ -131,11 +134,12 @@ def _some(names: Sequence[str]) -> str:
 
 def _write_down(found: Bench, output: Path) -> None:
     (output / "bench.json").write_text(bench_json(found), encoding="utf-8")
-    (output / "speed-against-error.md").write_text(bench_page(found), encoding="utf-8")
     try:
-        draw(found.points, output)
+        drawn = bool(draw(found.points, output))
     except PlotMissingError as error:
+        drawn = False
         tell(str(error))
+    (output / "speed-against-error.md").write_text(bench_page(found, drawn), encoding="utf-8")
 
 
 def _exit_code(found: Bench, mistakes: bool) -> ExitCode:

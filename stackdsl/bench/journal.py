@@ -1,7 +1,7 @@
 """The file that runs are written to as they come: one line each, read again to go on where it was left."""
 
 import os
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -42,32 +42,41 @@ class Journal:
             os.fsync(file.fileno())
 
     def held(self) -> list[Record]:
-        """All runs that the file holds by now."""
-        return list(self._read())
+        """All runs that the file holds by now, and those that were put aside."""
+        return [*_read(self.aside), *_read(self.path)]
 
     def go_on(self, wanted: Collection[str]) -> list[Record]:
         """What was done before of what is wanted now, by id; the file keeps these runs and no other.
 
-        Those that nobody wants now are put beside it.
+        Those that nobody wants now are put beside it, and are found there when they are wanted again.
         """
         self.folder.mkdir(parents=True, exist_ok=True)
         held = self.held()
         found = {record.id: record for record in held if record.id in wanted and record.done}
-        others = [line_of(record) + "\n" for record in held if record.id not in wanted]
+        others = {record.id: record for record in held if record.id not in wanted}
+        # Runs go both ways: for a moment the one aside holds all, so that none is lost if this call ends in between.
         if others:
-            with self.aside.open("a", encoding="utf-8") as file:
-                file.writelines(others)
-        fresh = self.path.with_suffix(".jsonl.new")
-        fresh.write_text("".join(line_of(record) + "\n" for record in found.values()), encoding="utf-8")
-        fresh.replace(self.path)
+            _rewrite(self.aside, held)
+        _rewrite(self.path, found.values())
+        if others:
+            _rewrite(self.aside, others.values())
+        else:
+            self.aside.unlink(missing_ok=True)
         return list(found.values())
 
-    def _read(self) -> Iterator[Record]:
-        """A line that was cut off, or is of another format, is as good as none: its run is done again."""
-        if not self.path.exists():
-            return
-        for line in self.path.read_text(encoding="utf-8", errors="replace").splitlines():
-            try:
-                yield record_of(line)
-            except MalformedRecordError:
-                continue
+
+def _rewrite(path: Path, records: Iterable[Record]) -> None:
+    fresh = path.with_suffix(".jsonl.new")
+    fresh.write_text("".join(line_of(record) + "\n" for record in records), encoding="utf-8")
+    fresh.replace(path)
+
+
+def _read(path: Path) -> Iterator[Record]:
+    """A line that was cut off, or is of another format, is as good as none: its run is done again."""
+    if not path.exists():
+        return
+    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
+        try:
+            yield record_of(line)
+        except MalformedRecordError:
+            continue

@@ -13,35 +13,48 @@ from stackdsl.report.blocks import Row
 from stackdsl.trace import NUMERICAL_COLLAPSE
 
 READING = """\
-One row is one system at one time step: its own, times or divided by a number; iterations and all else stay as they are.
-`wrong` counts verdicts (stands or falls) against those known from the scenarios' `truth`, from exact statics, or from
-the two finest runs of a bare engine that agree. Errors are the largest over the scenarios: `levels`, of the level at
-which it falls; `creep`, how far anything moves in a structure that should stand, or in one that should fall before the
-brick comes with which it does; `mm`, `deg` and `s`, the distance from truths and from the converged reference, of runs
-with the right verdict. `energy` is the largest gain after the last action. A collapse is followed, by every system,
-only where something hits the structure or a truth asks what becomes of it: `wall s` is the time to the answer. The pace
-is the geometric mean over the scenarios that every row has finished that takes them; a row that does not take all of
-these has none. `x exact` is the pace in times of that of `exact` at its own time step, over the scenarios that both
-have finished. `cra` and `rbe` (compas_cra) tell whether it stands after each placement, and nothing of motion: what
-they do not take is listed, and their time ends where they say that it falls. `solves` counts proofs, and their answers.
-`front` names the measures in which nothing is both faster and nearer. A run that is itself the reference has no
-distance from it."""
+One row is one system at one time step: its own, times or divided by a number; iterations and all else stay as they
+are.
+
+- `wrong`: verdicts (stands or falls) other than what is known, out of those where it is: from the scenarios'
+  `truth`, from exact statics, or else from the two finest runs of `tuned`, or of `stock`, if they agree. Such a
+  reference counts as right.
+- `numerical`: collapses that statics disprove, or that the next finer time step of the same system does not show.
+- Errors are the largest over the scenarios, and `-` where nothing is known to compare with. `levels`: how many
+  levels too early or too late it falls; where it should stand, how many were missing when it fell. `creep`: how far
+  anything moves in a structure that should stand still, also by falling; and in one that should fall, how far before
+  the brick comes with which it does. The other three are those of runs with the
+  right verdict, from truths and from that reference, which has no distance from itself. `mm`: lengths, such as how
+  far away a fall lands, or how high what was hit stands. `deg`: angles, such as which way it falls. `s`: when it
+  falls, by more than the 10 ms between two looks at a run.
+- `energy`: the largest gain after the last action, of the potential energy above the ground then.
+- `wall s`: the time to the answer. A collapse is followed, by every system, only where something hits the structure
+  or a truth asks what becomes of it. `wall s / sim. s`, the pace, is the geometric mean over the scenarios that all
+  rows have finished, but for rows that do not take them; a row that does not take all of these has none. `x exact`:
+  the pace in times of that of `exact` at its own time step, over the scenarios that both have finished.
+- `steps`, `solves`: engine steps, and proofs and their answers, summed. `MiB`: the most memory that a run took.
+- `front`: the errors in which no row is both faster and nearer; `seconds` is that of the column `s`.
+
+What takes no engine step is played at one time step and copied to the others. `cra` and `rbe` (compas_cra) tell
+whether it stands after each placement, and nothing of motion: what they do not take is listed as not taken, and
+their time ends where they say that it falls."""
 
 
-def bench_page(bench: Bench) -> str:
-    """The page; the picture is expected beside it."""
-    return "\n".join(_lines(bench)) + "\n"
+def bench_page(bench: Bench, drawn: bool) -> str:
+    """The page; the picture is beside it if it was drawn."""
+    return "\n".join(_lines(bench, drawn)) + "\n"
 
 
-def _lines(bench: Bench) -> Iterator[str]:
+def _lines(bench: Bench, drawn: bool) -> Iterator[str]:
     yield "# Speed against error"
     yield ""
     yield "Written by `stackdsl bench`; see `make bench`. Machines differ and are shared: quote ratios, not seconds."
     yield ""
     yield f"{closing_line(bench)}. Versions: {', '.join(f'{name} {found}' for name, found in bench.versions.items())}."
     yield ""
-    yield f"![Speed against error, one panel a kind of error]({FILES[1]})"
-    yield ""
+    if drawn:
+        yield f"![Speed against error, one panel a kind of error]({FILES[1]})"
+        yield ""
     yield READING
     yield ""
     yield from markdown_table(point_rows(bench.points))

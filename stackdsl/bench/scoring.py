@@ -168,4 +168,5 @@ def _differences(record: Record, reference: Reference, known: Answer) -> list[tu
 def _difference(kind: str, seen: float | None, true: Seen) -> float | None:
     if seen is None or not isinstance(true, float):
         return None
-    return abs(turned_back(seen - true) if KINDS[kind].unit == "deg" else seen - true)
+    off = abs(turned_back(seen - true) if KINDS[kind].unit == "deg" else seen - true)
+    return max(0.0, off - LOOKS_APART) if kind == "collapse time" else off  # both are seen at the next look

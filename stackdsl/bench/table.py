@@ -26,9 +26,11 @@ def closing_line(bench: Bench) -> str:
     done = sum(score.record.done for score in bench.scores)
     wrong = sum(bool(score.wrong) for score in bench.scores)
     numerical = sum(score.verdict == NUMERICAL_COLLAPSE for score in bench.scores)
+    wrong_verdicts = "1 wrong verdict" if wrong == 1 else f"{wrong} wrong verdicts"
+    collapses = "1 numerical collapse" if numerical == 1 else f"{numerical} numerical collapses"
     left = sum(not score.record.taken for score in bench.scores)
     not_taken_too = f", {left} not taken" if left else ""
-    told = f"{done} of {bench.wanted} runs done{not_taken_too}, {wrong} wrong verdicts, {numerical} numerical collapses"
+    told = f"{done} of {bench.wanted} runs done{not_taken_too}, {wrong_verdicts}, {collapses}"
     return told + ("; interrupted, go on with --resume" if bench.interrupted else "")
 
 

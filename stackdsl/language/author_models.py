@@ -75,6 +75,10 @@ class Shorthand(AuthorModel):
         raise MistakeError("SD104", message, f"write {cls.scalar_word}, or a mapping with {cls._keys()}")
 
     @classmethod
+    def _remedy(cls) -> str:
+        return f"{f'write {cls.scalar_word}, or ' if cls.scalar_word else ''}give one of {cls._keys()}"
+
+    @classmethod
     def _keys(cls) -> str:
         return ", ".join(field.alias or name for name, field in cls.model_fields.items())
 
@@ -87,7 +91,7 @@ class Shorthand(AuthorModel):
     @classmethod
     def _spell_out(cls, written: object, handler: ModelWrapValidatorHandler[Self]) -> Self:
         if written == {}:
-            raise MistakeError("SD102", "the mapping is empty", f"give one of {cls._keys()}")
+            raise MistakeError("SD102", "the mapping is empty", cls._remedy())
         spelt = written if isinstance(written, dict | list | cls) else cls.spelt_out(written)
         return spelt if isinstance(spelt, cls) else handler(spelt)
 

@@ -21,6 +21,7 @@ class EdgeWatch:
     gravity: float  # [m/s2]
     _looks: int = field(default=0, init=False)
     _seen: set[tuple[BodyId, BodyId]] = field(default_factory=set, init=False)
+    _first: float | None = field(default=None, init=False)  # [s]
     _most: tuple[WrongNormal, float] | None = field(default=None, init=False)  # and when it was seen [s]
 
     def look(self, time: float, states: Mapping[BodyId, BodyState]) -> None:
@@ -29,12 +30,13 @@ class EdgeWatch:
         moving = {brick: state for brick, state in states.items() if thorough or hypot(*state.velocity_W) > QUIET}
         for wrong in wrong_normals(self.world, moving, self.gravity):
             self._seen.add((wrong.upper, wrong.lower))
+            self._first = time if self._first is None else self._first
             if self._most is None or wrong.angle > self._most[0].angle:
                 self._most = wrong, time
 
     def wrong(self) -> WrongEdges | None:
         """All that was seen; None if nothing was."""
-        if self._most is None:
+        if self._most is None or self._first is None:
             return None
         most, time = self._most
-        return WrongEdges(len(self._seen), most.upper, most.lower, most.angle, time)
+        return WrongEdges(len(self._seen), most.upper, most.lower, most.angle, time, self._first)

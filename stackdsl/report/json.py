@@ -95,6 +95,7 @@ def _wrong_edges(wrong: WrongEdges) -> dict[str, object]:
         "lower": wrong.lower,
         "angle_rad": _number(wrong.angle),
         "time_s": _number(wrong.time),
+        "first_s": _number(wrong.first),
     }
 
 

@@ -99,7 +99,7 @@ def _factor(value: float | None) -> str:
 def _wrong_edges(report: Report) -> Iterator[str]:
     for result in report.results:
         if result.wrong_edges is not None:
-            yield f"{result.name}: {wrong_edges_text(result.wrong_edges)}"
+            yield f"{result.name}: {wrong_edges_text(result.wrong_edges, result.collapse)}"
 
 
 def _moved(report: Report) -> Iterator[str]:
