@@ -61,12 +61,13 @@ def turn_of(problem: Problem, motion: Motion) -> Turn | None:
     first = min(motion.velocity)
     velocity, spin = motion.velocity[first]
     speed = norm(spin)
-    if speed == 0.0 or abs(dot(velocity, spin)) > PITCH * speed * norm(velocity):
+    fastest = max(norm(v) for v, _ in motion.velocity.values())  # what a solver leaves is a share of that
+    if speed == 0.0 or abs(dot(velocity, spin)) > PITCH * speed * fastest:
         return None
     point = plus(problem.bricks[first].pose.position_W, times(1.0 / (speed * speed), cross(spin, velocity)))
     for name, (v, w) in motion.velocity.items():
         expected = cross(spin, minus(problem.bricks[name].pose.position_W, point))
-        if norm(minus(w, spin)) > PITCH * speed or norm(minus(v, expected)) > PITCH * norm(v):
+        if norm(minus(w, spin)) > PITCH * speed or norm(minus(v, expected)) > PITCH * fastest:
             return None
     return Turn(point, unit(spin))
 

@@ -18,7 +18,7 @@ from stability.statics.turning import (
     turn_of,
     turned_part,
 )
-from stability.vectors import minus, norm, times
+from stability.vectors import minus, norm, plus, times
 
 LENGTH, WIDTH, THICKNESS = 0.12, 0.024, 0.008  # of a plank [m]
 G = 9.81  # [m/s2]
@@ -172,6 +172,19 @@ def test_what_slides_or_falls_straight_down_does_not_turn() -> None:
     assert turn_of(assembly.problem(["loose"]), first.motion) is None
     screw = Motion({"loose": ((0.0, 0.0, 1.0), (0.0, 0.0, 1.0))})
     assert turn_of(assembly.problem(["loose"]), screw) is None
+
+
+def test_a_turn_is_one_though_a_solver_leaves_more_than_the_speed_of_what_is_near_the_axis_allows() -> None:
+    part, _ = leaning_column(0.011, 12, 0.5)
+    motion = velocities(part)
+    slowest, fastest = (by(motion, key=lambda name: norm(motion[name][0])) for by in (min, max))
+    velocity, spin = motion[slowest]
+    off = plus(velocity, (0.0, 6e-7 * norm(motion[fastest][0]), 0.0))
+    assert norm(minus(off, velocity)) > 1e-6 * norm(velocity)
+    assert turn_of(part.problem, Motion({**motion, slowest: (off, spin)})) is not None
+    # A brick that slides along is no part of the turn, however slow the others are.
+    off = plus(velocity, (0.0, 1e-5 * norm(motion[fastest][0]), 0.0))
+    assert turn_of(part.problem, Motion({**motion, slowest: (off, spin)})) is None
 
 
 def test_a_part_is_one_body_only_while_what_it_turns_on_stands() -> None:
