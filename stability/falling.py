@@ -109,6 +109,7 @@ class FallingParts:
         """Let every brick move by itself, for something else is about to happen."""
         if self._swing is not None:
             self._swing, self._gently = None, True
+        self._coming = None  # what has not begun to turn yet does not begin alone any more
 
     def _begun(self, motion: Motion) -> _Swing | Slip | None:
         states = self.world.states(sorted(motion.velocity))

@@ -17,7 +17,8 @@ from stability.statics.facts import Motion, Placed
 from stability.vectors import dot, minus, norm
 from stackdsl.playing.runner import play
 from stackdsl.playing.systems import MOVING, SYSTEMS
-from stackdsl.trace import EventKind, Trace
+from stackdsl.timeline import Removal
+from stackdsl.trace import BrickState, EventKind, Trace
 from tests.scenes import timeline_of
 
 LENGTH, WIDTH, THICKNESS = 0.1176, 0.0234, 0.0078  # of a KAPLA plank [m]
@@ -195,6 +196,22 @@ def test_what_is_awake_besides_makes_that_no_part_is_taken_for_rigid() -> None:
     falling.end()  # there is nothing to be parted
     assert world.time() == 0.0
     world.close()
+
+
+def test_what_is_pushed_at_the_moment_when_a_part_begins_to_fall_does_not_wait_for_it() -> None:
+    bricks = stepped(0.011, 11)
+    motion, world = motion_of(bricks), world_of(bricks)
+    falling = FallingParts(world, [FLOOR], 0.5, G)
+    falling.woken(list(motion.velocity), motion)
+    falling.end()  # something is done before any time passes
+    assert falling.turn(10) == 0
+    world.close()
+
+
+def test_a_brick_of_a_part_may_be_pulled_out_at_the_moment_when_that_begins_to_fall() -> None:
+    timeline = timeline_of("- column: {levels: 12, step: 11 mm}")
+    trace = play(replace(timeline, actions=(*timeline.actions, Removal(0.0, ("L12.1",)))), SYSTEMS["exact"])
+    assert trace.tracks["L12.1"].state is BrickState.REMOVED
 
 
 def sunk(settings: EngineSettings) -> float:

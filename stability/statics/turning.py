@@ -10,11 +10,12 @@ from collections.abc import Collection, Mapping, Set
 from dataclasses import dataclass
 from math import cos, dist, hypot, sin
 
-from stability.geometry import box_corners, composed, turned
+from stability.geometry import body_axes, box_corners, composed, turned
 from stability.impulse import moments
 from stability.model import BodyId, BodyState, Plane, Pose, Vec3
 from stability.pendulum import Pendulum
 from stability.separation import boxes_apart
+from stability.statics.contacts.touch import contact_between, solid
 from stability.statics.facts import Contact, Motion, Placed, Problem, Tolerances, Wrench
 from stability.statics.programmes.equilibrium import balance
 from stability.vectors import cross, dot, minus, moved, norm, plus, times, unit
@@ -22,6 +23,7 @@ from stability.vectors import cross, dot, minus, moved, norm, plus, times, unit
 DOWN: Vec3 = (0.0, 0.0, -1.0)
 PITCH = 1e-6  # of the speed: more of it along the axis, and it is a screw
 ON_AXIS = Tolerances().gap  # share of the smallest side: nearer points stay where they are
+ALONG = 1.0 - 1e-9  # cosine: edges run along the axis
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,12 +61,13 @@ def turn_of(problem: Problem, motion: Motion) -> Turn | None:
     first = min(motion.velocity)
     velocity, spin = motion.velocity[first]
     speed = norm(spin)
-    if speed == 0.0 or abs(dot(velocity, spin)) > PITCH * speed * norm(velocity):
+    fastest = max(norm(v) for v, _ in motion.velocity.values())  # what a solver leaves is a share of that
+    if speed == 0.0 or abs(dot(velocity, spin)) > PITCH * speed * fastest:
         return None
     point = plus(problem.bricks[first].pose.position_W, times(1.0 / (speed * speed), cross(spin, velocity)))
     for name, (v, w) in motion.velocity.items():
         expected = cross(spin, minus(problem.bricks[name].pose.position_W, point))
-        if norm(minus(w, spin)) > PITCH * speed or norm(minus(v, expected)) > PITCH * norm(v):
+        if norm(minus(w, spin)) > PITCH * speed or norm(minus(v, expected)) > PITCH * fastest:
             return None
     return Turn(point, unit(spin))
 
@@ -197,11 +200,34 @@ def _contact(part: FallingPart, contact: Contact, angle: float) -> Contact | Non
     if turning == pair:
         points = tuple(_point(point, turn, angle) for point in contact.points_W)
         return Contact(contact.lower, contact.upper, points, normals, contact.friction)
-    near = ON_AXIS * min(part.problem.bricks[turning.pop()].brick.size)
-    # On the axis, exactly: beside it by what a solver leaves, no forces would balance to the last digits.
-    points = tuple(p for point in contact.points_W if norm(minus(p := _foot(turn, point), point)) <= near)
-    if not points:
-        return None
-    # An edge on a face: the normal of the face, and that may be of the body that turns or of the other one.
-    both = contact.normals_W if angle == 0.0 else (*contact.normals_W, *normals)
-    return Contact(contact.lower, contact.upper, points, both, contact.friction)
+    moving = part.problem.bricks[min(turning)]
+    found = contact if angle == 0.0 else _edge_contact(part, contact, moving, angle)
+    points = _on_axis(part.turn, moving, found.points_W) if found is not None else ()
+    return Contact(found.lower, found.upper, points, found.normals_W, found.friction) if found and points else None
+
+
+def _on_axis(turn: Turn, moving: Placed, points_W: Collection[Vec3]) -> tuple[Vec3, ...]:
+    """Those of the points that lie on the axis: exactly, for beside it by what a solver leaves no forces balance."""
+    near = ON_AXIS * min(moving.brick.size)
+    return tuple(foot for point in points_W if norm(minus(foot := _foot(turn, point), point)) <= near)
+
+
+def _edge_contact(part: FallingPart, contact: Contact, moving: Placed, angle: float) -> Contact | None:
+    """How a brick that turns touches what stands: the normal is that of the face on which an edge of the other lies."""
+    other = part.problem.bricks.get(contact.lower if moving.brick.id == contact.upper else contact.upper)
+    if other is not None:
+        now = _turned(moving, part.turn, angle)
+        return contact_between(solid(now), solid(other), contact.friction, Tolerances())
+    if all(_on_own_edge(part.turn, moving, point) for point in _on_axis(part.turn, moving, contact.points_W)):
+        return contact  # as on the ground
+    normals = tuple(_direction(normal, part.turn, angle) for normal in contact.normals_W)
+    return Contact(contact.lower, contact.upper, contact.points_W, normals, contact.friction)
+
+
+def _on_own_edge(turn: Turn, moving: Placed, point_W: Vec3) -> bool:
+    """Whether at a point of the axis an edge of the brick lies along it, or a corner on it."""
+    arm, near = minus(point_W, moving.pose.position_W), ON_AXIS * min(moving.brick.size)
+    return all(
+        abs(dot(axis_W, turn.axis_W)) > ALONG or abs(dot(axis_W, arm)) > 0.5 * side - near
+        for axis_W, side in zip(body_axes(moving.pose.orientation), moving.brick.size, strict=True)
+    )

@@ -18,7 +18,7 @@ from stability.statics.turning import (
     turn_of,
     turned_part,
 )
-from stability.vectors import minus, norm, times
+from stability.vectors import minus, norm, plus, times
 
 LENGTH, WIDTH, THICKNESS = 0.12, 0.024, 0.008  # of a plank [m]
 G = 9.81  # [m/s2]
@@ -57,7 +57,7 @@ def last_of(holds: Callable[[float], bool]) -> float:
 
 
 def slides_at(part: FallingPart, friction: float) -> float:
-    """The angle [deg] at which all above the lowest joint of the part slides, for a pendulum in the plane of x and z.
+    """The angle [deg] at which it slides on its edge, or in its lowest joint, for a pendulum in the plane of x and z.
 
     Along and across the layers that part is pressed with m (g sin - alpha z) and m (g cos - omega^2 z), and x counts in
     the same way, where x and z are those of its centre from the edge, turned with the part.
@@ -69,26 +69,71 @@ def slides_at(part: FallingPart, friction: float) -> float:
     own = (LENGTH**2 + THICKNESS**2) / 12.0
     inertia = sum(x * x + z * z + own for z, x in bodies) / len(bodies)
     cx, cz = sum(x for _, x in bodies) / len(bodies), sum(z for z, _ in bodies) / len(bodies)
-    above = bodies[1:]
-    ux, uz = sum(x for _, x in above) / len(above), sum(z for z, _ in above) / len(above)
+    slides = [bodies, bodies[1:]]
+    centres = [(sum(x for _, x in above) / len(above), sum(z for z, _ in above) / len(above)) for above in slides]
     for tenth in range(1, 900):
         angle = radians(0.1 * tenth)
         squared = 2.0 * G * (cz * (1.0 - cos(angle)) + cx * sin(angle)) / inertia
         alpha = G * (cx * cos(angle) + cz * sin(angle)) / inertia
-        along = G * sin(angle) - alpha * uz + squared * ux
-        across = G * cos(angle) - alpha * ux - squared * uz
-        if abs(along) > friction * across:
-            return 0.1 * tenth
+        for ux, uz in centres:
+            along = G * sin(angle) - alpha * uz + squared * ux
+            across = G * cos(angle) - alpha * ux - squared * uz
+            if abs(along) > friction * across:
+                return 0.1 * tenth
     raise AssertionError
 
 
 @pytest.mark.parametrize("friction", [0.05, 0.1, 0.2])
-def test_a_column_that_tips_slides_in_its_lowest_joint_when_friction_there_is_used_up(friction: float) -> None:
+def test_a_column_that_tips_slides_on_its_edge_or_in_its_lowest_joint_when_friction_is_used_up(friction: float) -> None:
     part, _ = leaning_column(0.011, 12, friction)
     expected = slides_at(part, friction)
     assert holds_until(part) == pytest.approx(expected, abs=1.0)
     # Were it at rest, it would slide at the angle of friction: falling with the layers, it holds for longer.
     assert expected > degrees(atan(friction))
+
+
+@pytest.mark.parametrize("friction", [0.1, 0.2, 0.5])
+@pytest.mark.parametrize("wide", [LENGTH, 0.5 * LENGTH])
+def test_one_plank_that_tips_slides_on_its_edge_as_on_the_slope_that_its_face_is(friction: float, wide: float) -> None:
+    # It hangs by 1 mm over the end of a post that is as wide as it, or half as wide: an edge on its face, which turns.
+    post = Placed(Brick("post", (wide, WIDTH, 0.1), 0.1), Pose((-0.5 * wide, 0.0, 0.05)))
+    plank = Placed(Brick("plank", (LENGTH, WIDTH, THICKNESS), 0.012), Pose((0.001, 0.0, 0.1 + 0.5 * THICKNESS)))
+    assembly = Assembly([Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5)], friction, G)
+    first = assembly.add_all([post, plank])
+    assert first.motion is not None
+    part = falling_part(assembly.problem(["plank", "post"]), first.motion, G)
+    assert part is not None
+    x, z = 0.001, 0.5 * THICKNESS
+    inertia = (LENGTH**2 + THICKNESS**2) / 12.0 + x * x + z * z
+
+    def slides(angle: float) -> bool:
+        squared = 2.0 * G * (z * (1.0 - cos(angle)) + x * sin(angle)) / inertia
+        alpha = G * (x * cos(angle) + z * sin(angle)) / inertia
+        along = G * sin(angle) - alpha * z + squared * x
+        return along > friction * (G * cos(angle) - alpha * x - squared * z)
+
+    assert holds_until(part) == next(n for n, angle in enumerate(ANGLES) if slides(angle)) - 1
+
+
+def test_a_block_that_tips_on_its_own_edge_slides_as_on_the_ground_that_it_stands_on() -> None:
+    # A tall block, set down at 20 deg on its edge beyond its balance; level ground bears it, and does not turn.
+    tall, thin, leans, friction = 0.1, 0.02, radians(20.0), 0.25
+    x, z = (0.5 * (tall * sin(leans) - thin * cos(leans)), 0.5 * (tall * cos(leans) + thin * sin(leans)))
+    turn = (0.0, sin(0.5 * leans), 0.0, cos(0.5 * leans))
+    block = Placed(Brick("block", (thin, WIDTH, tall), 0.1), Pose((x, 0.0, z), turn))
+    assembly = Assembly([Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), friction)], friction, G)
+    first = assembly.add_all([block])
+    assert first.motion is not None
+    part = falling_part(assembly.problem(["block"]), first.motion, G)
+    assert part is not None
+    inertia = (tall**2 + thin**2) / 12.0 + x * x + z * z
+
+    def slides(angle: float) -> bool:
+        across, high = x * cos(angle) + z * sin(angle), z * cos(angle) - x * sin(angle)
+        squared, alpha = 2.0 * G * (z - high) / inertia, G * across / inertia
+        return abs(alpha * high - squared * across) > friction * (G - alpha * across - squared * high)
+
+    assert holds_until(part) == next(n for n, angle in enumerate(ANGLES) if slides(angle)) - 1
 
 
 def test_more_friction_holds_a_part_together_for_longer() -> None:
@@ -127,6 +172,19 @@ def test_what_slides_or_falls_straight_down_does_not_turn() -> None:
     assert turn_of(assembly.problem(["loose"]), first.motion) is None
     screw = Motion({"loose": ((0.0, 0.0, 1.0), (0.0, 0.0, 1.0))})
     assert turn_of(assembly.problem(["loose"]), screw) is None
+
+
+def test_a_turn_is_one_though_a_solver_leaves_more_than_the_speed_of_what_is_near_the_axis_allows() -> None:
+    part, _ = leaning_column(0.011, 12, 0.5)
+    motion = velocities(part)
+    slowest, fastest = (by(motion, key=lambda name: norm(motion[name][0])) for by in (min, max))
+    velocity, spin = motion[slowest]
+    off = plus(velocity, (0.0, 6e-7 * norm(motion[fastest][0]), 0.0))
+    assert norm(minus(off, velocity)) > 1e-6 * norm(velocity)
+    assert turn_of(part.problem, Motion({**motion, slowest: (off, spin)})) is not None
+    # A brick that slides along is no part of the turn, however slow the others are.
+    off = plus(velocity, (0.0, 1e-5 * norm(motion[fastest][0]), 0.0))
+    assert turn_of(part.problem, Motion({**motion, slowest: (off, spin)})) is None
 
 
 def test_a_part_is_one_body_only_while_what_it_turns_on_stands() -> None:
