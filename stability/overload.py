@@ -1,6 +1,7 @@
 """Which frozen bricks are pressed by what moves beyond what the proof says that they can take.
 
-Straight down a brick takes any load inside its load core (statics/load_core.py); of others, statics are asked.
+Straight down a brick takes any load inside its load core (statics/load_core.py); of others, and of those that sideways
+forces take out of it on their way to the foot of the brick, statics are asked.
 Sideways it gives way when friction below and above it is used up: with an impulse J beyond the friction F that holds
 it, and its mass M, it has moved by J^2 / (2 M F). A moment's excess is what every solver has, so both must last.
 """
@@ -11,6 +12,7 @@ from dataclasses import dataclass, field
 from math import hypot
 
 from stability.engine import Engine
+from stability.geometry import Point2, box_corners
 from stability.model import BodyId, ContactPoint, Vec3
 from stability.statics.assembly import Assembly
 from stability.statics.extra_load import withstands
@@ -19,7 +21,7 @@ from stability.vectors import cross, minus, moved, plus, times
 
 MOVED = 0.0064  # share of the smallest side, 0.05 mm for a plank: it has given way when it would have moved so far
 OUTSIDE = 0.04  # share of the smallest side by which a load must lie outside the core
-COUNTS = 0.05  # share of its weight from which on a load straight down may tip a brick
+COUNTS = 0.05  # share of its weight from which on a load may tip a brick
 NO_FORCE: Vec3 = (0.0, 0.0, 0.0)
 
 
@@ -81,8 +83,12 @@ class Overloads:
         """Whether a load outside the core has been there for a while, and is more than statics allow."""
         placed = assembly.bricks[brick]
         load = _wrench(placed.pose.position_W, forces)
-        down = -load.force_W[2]
-        if down < COUNTS * placed.brick.mass * assembly.gravity or _within_core(assembly, placed, forces, down):
+        down, counts = -load.force_W[2], COUNTS * placed.brick.mass * assembly.gravity
+        if (
+            _within_core(assembly, placed, forces, down)
+            if down >= counts
+            else _hardly_tips(assembly, placed, forces, counts)
+        ):
             self._outside.pop(brick, None)
             return False
         seen = self._outside.setdefault(brick, _Load())
@@ -121,9 +127,31 @@ def _wrench(centre_W: Vec3, forces: Collection[tuple[ContactPoint, Vec3]]) -> Wr
 def _within_core(
     assembly: Assembly, placed: Placed, forces: Collection[tuple[ContactPoint, Vec3]], down: float
 ) -> bool:
-    x = sum(-force[2] * point.position_W[0] for point, force in forces) / down
-    y = sum(-force[2] * point.position_W[1] for point, force in forces) / down
-    return assembly.core_depth(placed.brick.id, (x, y)) >= -OUTSIDE * min(placed.brick.size)
+    """Whether the load goes through the core of the brick, where it gets to its foot."""
+    x, y = _tipping(assembly, placed, forces)
+    x += sum(-force[2] * point.position_W[0] for point, force in forces)
+    y += sum(-force[2] * point.position_W[1] for point, force in forces)
+    return assembly.core_depth(placed.brick.id, (x / down, y / down)) >= -OUTSIDE * min(placed.brick.size)
+
+
+def _hardly_tips(
+    assembly: Assembly, placed: Placed, forces: Collection[tuple[ContactPoint, Vec3]], counts: float
+) -> bool:
+    """Whether what pushes sideways, and not down, would tip the brick by no more than a force that does not count."""
+    return hypot(*_tipping(assembly, placed, forces)) <= counts * min(placed.brick.size)
+
+
+def _tipping(assembly: Assembly, placed: Placed, forces: Collection[tuple[ContactPoint, Vec3]]) -> Point2:
+    """What sideways forces do to a brick by their height above its foot, along x and y [N m].
+
+    Nothing where it is so low that it slides before it tips, as a plank does that lies flat.
+    """
+    corners = box_corners(placed.brick.size, placed.pose)
+    (low_x, high_x), (low_y, high_y), (foot, top) = ((min(axis), max(axis)) for axis in zip(*corners, strict=True))
+    if assembly.friction * (top - foot) <= 0.5 * min(high_x - low_x, high_y - low_y):
+        return (0.0, 0.0)
+    heights = [(force, point.position_W[2] - foot) for point, force in forces]
+    return (sum(force[0] * height for force, height in heights), sum(force[1] * height for force, height in heights))
 
 
 def _force_on(brick: BodyId, point: ContactPoint) -> Vec3:

@@ -6,10 +6,11 @@ from math import inf, sqrt
 
 import pytest
 
-from stability.model import GROUND, BodyId, ContactPoint, Vec3
+from stability.model import GROUND, BodyId, Brick, ContactPoint, Pose, Vec3
 from stability.overload import MOVED, Overloads
 from stability.statics.assembly import Assembly
-from tests.planks import GRAVITY, LENGTH, MASS, THICKNESS, WOOD, column, lying, standing
+from stability.statics.facts import Placed
+from tests.planks import FLOOR, GRAVITY, LENGTH, MASS, THICKNESS, WOOD, column, lying, standing
 
 STEP = 1e-4  # [s]
 TIPS_AFTER = 0.002  # [s]
@@ -119,3 +120,29 @@ def test_a_load_that_lifts_now_and_then_starts_again() -> None:
 
 def test_what_presses_on_the_ground_presses_nothing_away() -> None:
     assert gives_way_after(standing(column(1)), Pressing(GROUND, (0.0, 0.0, 1.0), 100.0)) == inf
+
+
+# A post of 20 x 20 x 120 mm, which tips over its foot's edge long before it slides.
+HIGH, WIDE = 0.12, 0.02
+POST_WEIGHT = 0.02 * GRAVITY
+
+
+def post_pushed(sideways: float, weights: float) -> float:
+    """By forces at the middle of its top, sideways and down, in units of its weight."""
+    post = Assembly((FLOOR,), WOOD, GRAVITY)
+    post.add_all([Placed(Brick("post", (WIDE, WIDE, HIGH), 0.02), Pose((0.0, 0.0, HIGH / 2.0)))])
+    aside = Pressing("post", (0.0, -1.0, 0.0), sideways * POST_WEIGHT, (0.0, 0.0, HIGH))
+    if weights == 0.0:
+        return gives_way_after(post, aside)
+    dragging = (0.0, -sideways * POST_WEIGHT, 0.0)
+    down = Pressing("post", (0.0, 0.0, 1.0), weights * POST_WEIGHT, (0.0, 0.0, HIGH), dragging)
+    return gives_way_after(post, down)
+
+
+@pytest.mark.parametrize("weights", [0.0, 1.0, 15.0])
+def test_a_tall_post_is_tipped_by_a_push_at_its_top_that_friction_below_would_bear(weights: float) -> None:
+    #   About the edge of its foot: F h = (N + w) b / 2.
+    limit = (weights + 1.0) * WIDE / (2.0 * HIGH)
+    assert limit < WOOD * (weights + 1.0)
+    assert post_pushed(0.98 * limit, weights) == inf
+    assert post_pushed(1.02 * limit, weights) == pytest.approx(TIPS_AFTER, abs=1.1 * STEP)
