@@ -137,6 +137,7 @@ def judged(case: Case, trace: Trace) -> VariantResult:
         status=RunStatus.DONE,
         verdict=trace.reported_verdict,
         numerical=trace.numerical,
+        wrong_edges=trace.wrong_edges,
         collapse=trace.collapse,
         drift=trace.drift,
         cost=trace.cost,

@@ -26,6 +26,7 @@ from stackdsl.playing.peers import PEERS
 from stackdsl.pool import INTERRUPTS
 from stackdsl.reading.source import parse
 from stackdsl.report.diagnostic_text import diagnostic_text
+from stackdsl.report.edge_text import wrong_edges_text
 from stackdsl.report.event_text import event_text
 from stackdsl.report.json import report_json
 from stackdsl.report.outcome_text import outcome_text
@@ -122,6 +123,8 @@ def run_command(context: click.Context, file: Path, systems: tuple[str, ...], ke
         fell = trace.collapse and f"collapses at level {trace.collapse.level} after {trace.collapse.time:.3f} s"
         cost = f"{trace.cost.simulated_time:g} s played in {trace.cost.wall_time:.3f} s, {trace.cost.steps} steps"
         write(f"{fell or 'stands'}; {cost}" + (f"; a numerical collapse: {trace.numerical}" * bool(trace.numerical)))
+        if trace.wrong_edges is not None:
+            write(wrong_edges_text(trace.wrong_edges))
         results.append(judged(case, trace))
         for outcome in results[-1].outcomes:
             write(f"{'passed' if outcome.passed else 'failed'}: {outcome.span}: {outcome_text(outcome)}")

@@ -7,7 +7,7 @@ from enum import IntEnum, StrEnum
 
 from stackdsl.diagnostics import Diagnostic, Span
 from stackdsl.observations import Change
-from stackdsl.trace import NUMERICAL_COLLAPSE, Collapse, Cost
+from stackdsl.trace import NUMERICAL_COLLAPSE, Collapse, Cost, WrongEdges
 
 REFERENCE_SYSTEM = "tuned"  # what speed-ups are told against: PyBullet with the settings that stack best
 
@@ -91,6 +91,7 @@ class VariantResult:
     status: RunStatus
     verdict: str = ""  # `stands`, `collapses`, `numerical-collapse`; empty if it did not run
     numerical: str = ""  # why the collapse is the solver's and none of physics; empty where nothing says so
+    wrong_edges: WrongEdges | None = None  # None where no contact was seen to have a wrong normal
     collapse: Collapse | None = None
     drift: float = 0.0  # [m]
     cost: Cost | None = None

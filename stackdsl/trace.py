@@ -165,6 +165,17 @@ class Landing:
         return atan2(self.shift[1], self.shift[0])
 
 
+@dataclass(frozen=True, slots=True)
+class WrongEdges:
+    """Bricks that touched edge on edge, under load, and that the engine pushed apart along a wrong normal."""
+
+    contacts: int  # pairs of bricks
+    upper: BodyId  # of the pair whose normal was most wrong
+    lower: BodyId
+    angle: float  # between its normal and the true one [rad]
+    time: float  # when that was seen [s]
+
+
 NUMERICAL_COLLAPSE = "numerical-collapse"  # in place of a verdict: it fell, and nothing but the solver made it
 
 
@@ -196,6 +207,7 @@ class Trace:
     energy: Energy | None = None  # None before anything was done
     onset: Onset | None = None  # None where nothing was proven to fall, or fell so, or nobody asked
     landing: Landing | None = None  # None where nothing fell, or nobody asked
+    wrong_edges: WrongEdges | None = None  # None where no contact was seen to have a wrong normal
     numerical: str = ""  # why the collapse is the solver's and none of physics; empty where nothing says so
 
     @property

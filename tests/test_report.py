@@ -4,7 +4,7 @@ import json
 import subprocess
 import sys
 from dataclasses import replace
-from math import inf, nan
+from math import inf, nan, radians
 from pathlib import Path
 
 import pytest
@@ -24,7 +24,7 @@ from stackdsl.outcome import (
 from stackdsl.report.json import report_json
 from stackdsl.report.outcome_text import outcome_text
 from stackdsl.report.text import report_text
-from stackdsl.trace import Collapse, Cost
+from stackdsl.trace import Collapse, Cost, WrongEdges
 
 SPAN = Span("scenarios/slant.yaml", 14, 5, 14)
 HELD = Outcome("stands", "3 levels", "3 levels", margin=0.0, unit="levels", passed=True, span=SPAN)
@@ -257,6 +257,19 @@ def test_a_narrow_table_breaks_between_words_and_never_within() -> None:
 def test_what_passed_is_not_told_again_below_the_table() -> None:
     # Header, row, blank line, sums.
     assert len(report_text(report(PASSED)).splitlines()) == 4
+
+
+def test_wrong_edge_normals_are_told_with_the_worst_of_them() -> None:
+    wrong = WrongEdges(contacts=3, upper="L3.1", lower="L2.2", angle=radians(28.0), time=12.34)
+    seen = report(replace(PASSED, wrong_edges=wrong), PASSED)
+    told = (
+        "wrong edge normals in 3 contacts, most L3.1 on L2.2 at 12.3 s by 28 deg; where these lie is not to be trusted"
+    )
+    assert report_text(seen).count(told) == 1
+    assert [result["wrong_edges"] for result in json.loads(report_json(seen))["results"]] == [
+        {"contacts": 3, "upper": "L3.1", "lower": "L2.2", "angle_rad": wrong.angle, "time_s": 12.34},
+        None,
+    ]
 
 
 def test_names_of_others_do_not_steer_the_terminal() -> None:

@@ -12,7 +12,7 @@ from stability.contact import TOUCHING
 from stability.geometry import box_corners
 from stability.model import BodyId, BodyState, ContactPoint, Pose, Vec3
 from stability.pybullet_engine.binding import pybullet
-from stability.pybullet_engine.world import PlainWorld
+from stability.pybullet_engine.reshaping import ReshapingWorld
 from stability.rigid_group import RigidGroup, Surfaces, common_motion, grouped, member_state, seen_from, surfaces
 from stability.vectors import minus, plus, times
 
@@ -30,11 +30,14 @@ class Joined:
 
 
 @dataclass
-class PyBulletWorld(PlainWorld):
+class PyBulletWorld(ReshapingWorld):
     """A world of its own for bricks and planes; close it after use."""
 
     _joined: dict[BodyId, Joined] = field(default_factory=dict, init=False)  # by brick
     _groups: dict[BodyId, Joined] = field(default_factory=dict, init=False)  # by the name of the group's body
+
+    _told_at: float = field(default=-1.0, init=False)  # the clock when these were asked for [s]
+    _told_points: dict[BodyId, list[ContactPoint]] = field(default_factory=dict, init=False)  # by body
 
     def join(self, bricks: Collection[BodyId]) -> None:
         states = self.states(bricks)
@@ -51,6 +54,7 @@ class PyBulletWorld(PlainWorld):
         self._groups[joined.name] = joined
         if not any(awake) or flew:
             self._comes_free(joined.name)
+        self._told_at = -1.0
         self._joined |= dict.fromkeys(own, joined)
         self._set_motion(self._bodies[joined.name], *common_motion(group, states))
 
@@ -80,6 +84,7 @@ class PyBulletWorld(PlainWorld):
         return tuple(states)
 
     def _remove_group(self, joined: Joined) -> None:
+        self._told_at = -1.0
         body = self._bodies.pop(joined.name)
         pybullet.removeBody(body, self.client)
         self._stays(joined.name)
@@ -100,6 +105,7 @@ class PyBulletWorld(PlainWorld):
         if brick in self._joined:
             self.part(brick)
         super().remove_brick(brick)
+        self._told_at = -1.0
 
     def set_state(self, brick: BodyId, state: BodyState) -> None:
         if brick in self._joined:
@@ -119,9 +125,15 @@ class PyBulletWorld(PlainWorld):
         return member_state(found[joined.name], joined.group.places_G[brick])
 
     def contacts(self, brick: BodyId) -> Sequence[ContactPoint]:
+        if not self._groups:
+            return super().contacts(brick)
         asked = self._joined[brick].name if brick in self._joined else brick
-        poses = {name: state.pose for name, state in super().states(self._groups).items()}
-        points = [self._of_bricks(point, poses) for point in super().contacts(asked)]
+        if self._told_at != self._clock:
+            self._told_at, self._told_points = self._clock, {}
+        if asked not in self._told_points:  # the members of a group have the same
+            poses = {name: state.pose for name, state in super().states(self._groups).items()}
+            self._told_points[asked] = [self._of_bricks(point, poses) for point in super().contacts(asked)]
+        points = self._told_points[asked]
         return [point for point in points if brick in (point.a, point.b)]
 
     def _of_bricks(self, point: ContactPoint, poses: dict[BodyId, Pose]) -> ContactPoint:

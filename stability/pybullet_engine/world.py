@@ -229,6 +229,7 @@ class PlainWorld(PyBulletBodies):
     def add_brick(self, brick: Brick, pose: Pose, velocity_W: Vec3 = AT_REST) -> None:
         """Set a brick down at rest, or let it go with a velocity of its centre [m/s]."""
         self._reach_beyond(brick, pose)
+<<<<<<< HEAD
         half = times(0.5 * self.scale, brick.size)
         radius = self.scale * self._edge_radius(brick)
         square = lies_square(
@@ -237,18 +238,31 @@ class PlainWorld(PyBulletBodies):
         shape = self._solids.rounded_box(half, radius) if radius and not square else self._solids.box(half)
         body = self._body(brick.mass, shape, times(self.scale, pose.position_W), pose.orientation)
         self._name(body, brick.id, self._own_friction())
+=======
+        square = lies_square(pose)
+        body = self._brick_body(brick, times(self.scale, pose.position_W), pose.orientation, rounded=not square)
+>>>>>>> edges
         self._bricks[brick.id] = brick
         self._masses[brick.id] = brick.mass
         self._told = MappingProxyType(self._masses)  # another object says that a brick has come
-        if radius:
-            pybullet.changeDynamics(body, -1, collisionMargin=radius, physicsClientId=self.client)
-            self._weigh(body, brick.mass, moments(brick.size, brick.mass))
         if velocity_W != AT_REST:
             self._set_motion(body, velocity_W, AT_REST)
         if square and self.settings.friction_anchor:  # those that lean stand where they should slip if they are held
             self._anchored.add(brick.id)
             self._anchor([brick.id], not self._told_stepping.lively)
         self._comes_free(brick.id)
+
+    def _brick_body(self, brick: Brick, position: Vec3, orientation: Quaternion, rounded: bool) -> int:
+        """The number of a new body of a brick, at a place in engine metres, with sharp or rounded edges."""
+        half = times(0.5 * self.scale, brick.size)
+        radius = self.scale * self._edge_radius(brick)
+        shape = self._solids.rounded_box(half, radius) if radius and rounded else self._solids.box(half)
+        body = self._body(brick.mass, shape, position, orientation)
+        self._name(body, brick.id, self._own_friction())
+        if radius:
+            pybullet.changeDynamics(body, -1, collisionMargin=radius, physicsClientId=self.client)
+            self._weigh(body, brick.mass, moments(brick.size, brick.mass))
+        return body
 
     def freeze(self, brick: BodyId) -> None:
         super().freeze(brick)

@@ -18,6 +18,7 @@ from stability.statics.facts import Stability
 from stability.vectors import plus
 from stability.watching import Extension, Update
 from stackdsl.playing.carrying import ForceMeter
+from stackdsl.playing.edges import EdgeWatch
 from stackdsl.playing.going_on import after_collapse, last_arrival, time_of
 from stackdsl.playing.measuring import Measures
 from stackdsl.playing.opening import extension_for, load, opened_world
@@ -75,6 +76,7 @@ class _Run:
         self.measures = Measures(self.timeline)
         self.watch = self.measures.watch
         scene = self.timeline.world
+        self.edges = EdgeWatch(self.world, scene.gravity)
         self.falling = FallingParts(self.world, scene.planes, scene.friction, scene.gravity)
 
     def play(self) -> None:
@@ -261,6 +263,7 @@ class _Run:
         riding = len(self.extension.riding()) if self.extension is not None else 0
         self.one_by_one = max(self.one_by_one, len(moving) - riding)
         self.measures.look(now, states)
+        self.edges.look(now, states)
         self._limit_travel(states)
         if self.extension is None and now >= self._end() - FORCE_WINDOW:
             for brick in moving:
@@ -295,6 +298,7 @@ class _Run:
             statics=self.extension.verdict() if self.extension is not None else None,
             energy=self.measures.energy.energy(),
             onset=self.measures.onset.onset,
+            wrong_edges=self.edges.wrong(),
             landing=self.measures.landing([n for n, track in tracks.items() if track.state is BrickState.FALLEN]),
         )
 

@@ -10,7 +10,7 @@ from math import isfinite
 from stackdsl.diagnostics import Diagnostic, Span
 from stackdsl.observations import Change, Seen
 from stackdsl.outcome import GoldenResult, Outcome, Report, VariantResult, exit_code
-from stackdsl.trace import Collapse, Cost
+from stackdsl.trace import Collapse, Cost, WrongEdges
 
 FORMAT = 1
 
@@ -61,6 +61,7 @@ def _result(report: Report, result: VariantResult) -> dict[str, object]:
         "message": result.message,
         "verdict": result.verdict or None,
         "numerical": result.numerical or None,
+        "wrong_edges": _wrong_edges(result.wrong_edges) if result.wrong_edges else None,
         "collapse": _collapse(result.collapse) if result.collapse else None,
         "drift_m": _number(result.drift),
         "cost": _cost(result.cost) if result.cost else None,
@@ -85,6 +86,16 @@ def _change(change: Change) -> dict[str, object]:
 
 def _seen(value: Seen) -> object:
     return list(value) if isinstance(value, tuple) else value
+
+
+def _wrong_edges(wrong: WrongEdges) -> dict[str, object]:
+    return {
+        "contacts": wrong.contacts,
+        "upper": wrong.upper,
+        "lower": wrong.lower,
+        "angle_rad": _number(wrong.angle),
+        "time_s": _number(wrong.time),
+    }
 
 
 def _collapse(collapse: Collapse) -> dict[str, object]:

@@ -9,6 +9,7 @@ from stackdsl.outcome import GOLDEN_FAILURES, REFERENCE_SYSTEM, GoldenStatus, Ou
 from stackdsl.report.blocks import Block, Row, blocks_text, line, table, titled
 from stackdsl.report.change_text import change_text
 from stackdsl.report.diagnostic_text import diagnostic_text
+from stackdsl.report.edge_text import wrong_edges_text
 from stackdsl.report.outcome_text import outcome_text, significant
 
 NOTHING = "-"
@@ -52,6 +53,7 @@ def _blocks(report: Report) -> Iterator[Block]:
     yield [_summary(report)] if report.results else []
     yield titled("Did not finish", [f"{r.name}: {r.status}: {r.message}" for r in report.results if _stopped(r)])
     yield titled("Numerical collapses", [f"{r.name}: {r.numerical}" for r in report.results if r.numerical])
+    yield titled("Wrong edge normals", list(_wrong_edges(report)))
     yield titled("Failed expectations", list(_missed(report, lambda result: result.outcomes)))
     yield titled("Moved at half the step and twice the iterations", list(_moved(report)))
     yield from (_differences(result) for result in report.results)
@@ -92,6 +94,12 @@ def _row(report: Report, result: VariantResult) -> Row:
 
 def _factor(value: float | None) -> str:
     return f"{significant(value)}x" if value is not None else NOTHING
+
+
+def _wrong_edges(report: Report) -> Iterator[str]:
+    for result in report.results:
+        if result.wrong_edges is not None:
+            yield f"{result.name}: {wrong_edges_text(result.wrong_edges)}"
 
 
 def _moved(report: Report) -> Iterator[str]:
