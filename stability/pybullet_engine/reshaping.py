@@ -11,7 +11,7 @@ from math import cos, hypot, radians
 from stability.edge_contacts import FACE_ON, leans, nearest_points, velocity_at
 from stability.model import AT_REST, BodyId, BodyState, Brick, Pose, Vec3
 from stability.pybullet_engine.binding import pybullet
-from stability.pybullet_engine.world import PlainWorld, lies_square
+from stability.pybullet_engine.world import PlainWorld
 from stability.separation import Block, block
 from stability.vectors import dot, minus, norm, times
 
@@ -48,7 +48,7 @@ class ReshapingWorld(PlainWorld):
 
     def add_brick(self, brick: Brick, pose: Pose, velocity_W: Vec3 = AT_REST) -> None:
         super().add_brick(brick, pose, velocity_W)
-        if not lies_square(pose):
+        if not self._square(pose):
             self._rounded.add(brick.id)
 
     def remove_brick(self, brick: BodyId) -> None:
@@ -74,7 +74,7 @@ class ReshapingWorld(PlainWorld):
             if name not in self._rounded and leans(state.pose)
         }
         edge_on = self._edge_on(leaning)
-        lying = [name for name, state in states.items() if name in self._rounded and _lies(state)]
+        lying = [name for name, state in states.items() if name in self._rounded and _slow(state) and self._square(state.pose)]
         for name in (*(name for name in leaning if name in edge_on), *lying):
             self._swap(name)
 
@@ -108,9 +108,8 @@ class ReshapingWorld(PlainWorld):
             self._anchor([name], not self._told_stepping.lively)
 
 
-def _lies(state: BodyState) -> bool:
-    slow = hypot(*state.velocity_W) < SLOW and hypot(*state.angular_velocity_W) < SLOWLY
-    return slow and lies_square(state.pose)
+def _slow(state: BodyState) -> bool:
+    return hypot(*state.velocity_W) < SLOW and hypot(*state.angular_velocity_W) < SLOWLY
 
 
 def _edges_meet(a: _Seen, b: _Seen, near: float, radius: float) -> bool:

@@ -229,19 +229,8 @@ class PlainWorld(PyBulletBodies):
     def add_brick(self, brick: Brick, pose: Pose, velocity_W: Vec3 = AT_REST) -> None:
         """Set a brick down at rest, or let it go with a velocity of its centre [m/s]."""
         self._reach_beyond(brick, pose)
-<<<<<<< HEAD
-        half = times(0.5 * self.scale, brick.size)
-        radius = self.scale * self._edge_radius(brick)
-        square = lies_square(
-            pose, (UP, *(plane.normal_W for plane in self._planes.values() if plane.normal_W[2] > 0.0))
-        )
-        shape = self._solids.rounded_box(half, radius) if radius and not square else self._solids.box(half)
-        body = self._body(brick.mass, shape, times(self.scale, pose.position_W), pose.orientation)
-        self._name(body, brick.id, self._own_friction())
-=======
-        square = lies_square(pose)
+        square = self._square(pose)
         body = self._brick_body(brick, times(self.scale, pose.position_W), pose.orientation, rounded=not square)
->>>>>>> edges
         self._bricks[brick.id] = brick
         self._masses[brick.id] = brick.mass
         self._told = MappingProxyType(self._masses)  # another object says that a brick has come
@@ -251,6 +240,11 @@ class PlainWorld(PyBulletBodies):
             self._anchored.add(brick.id)
             self._anchor([brick.id], not self._told_stepping.lively)
         self._comes_free(brick.id)
+
+    def _square(self, pose: Pose) -> bool:
+        """Whether a brick lies square to the vertical or to a slope."""
+        slopes = (plane.normal_W for plane in self._planes.values() if plane.normal_W[2] > 0.0)
+        return lies_square(pose, (UP, *slopes))
 
     def _brick_body(self, brick: Brick, position: Vec3, orientation: Quaternion, rounded: bool) -> int:
         """The number of a new body of a brick, at a place in engine metres, with sharp or rounded edges."""
