@@ -11,7 +11,8 @@ from math import cos, hypot, radians
 from stability.edge_contacts import FACE_ON, leans, nearest_points, velocity_at
 from stability.model import AT_REST, BodyId, BodyState, Brick, Pose, Vec3
 from stability.pybullet_engine.binding import pybullet
-from stability.pybullet_engine.world import PlainWorld
+from stability.pybullet_engine.world import ROUNDED as ROUND
+from stability.pybullet_engine.world import SHARP, PlainWorld
 from stability.separation import Block, block
 from stability.vectors import dot, minus, norm, times
 
@@ -74,7 +75,8 @@ class ReshapingWorld(PlainWorld):
             if name not in self._rounded and leans(state.pose)
         }
         edge_on = self._edge_on(leaning)
-        lying = [name for name, state in states.items() if name in self._rounded and _slow(state) and self._square(state.pose)]
+        rounded = ((name, state) for name, state in states.items() if name in self._rounded)
+        lying = [name for name, state in rounded if _slow(state) and self._square(state.pose)]
         for name in (*(name for name in leaning if name in edge_on), *lying):
             self._swap(name)
 
@@ -93,6 +95,10 @@ class ReshapingWorld(PlainWorld):
                 if _edges_meet(one, two, NEAR * thin, ROUNDED * thin):
                     found |= {name, other}
         return found
+
+    def _kind(self, name: BodyId) -> int:
+        """The collision group of a brick."""
+        return ROUND if self.settings.half_spaces and name in self._rounded else SHARP
 
     def _swap(self, name: BodyId) -> None:
         """Give a brick a body with the other kind of edges: same place, motion, mass and name."""
