@@ -19,8 +19,8 @@ from stability.vectors import dot, plus, times
 
 # Combined friction is the product of two bodies' own; this stands for "none" where a partner must still reach its own.
 FRICTIONLESS = 1e-6
-# Of soft contacts, of the root of stiffness times mass: 2 damps one alone critically. With 4 a V lands from 10 cm without
-# slipping; with 2 it slips with 8 % more friction than it needs.
+# Of soft contacts, of the root of stiffness times mass: 2 damps one alone critically. With 4 a V lands from 10 cm and
+# stays; with 2 it slips with 5 % more friction than it needs.
 DAMPING = 4.0
 # Half the side of the box that stands for a half-space [m]. A box, because PyBullet gives a box on a plane one contact
 # point a step, and a box on a box all four at once.
@@ -33,7 +33,7 @@ ROOM = 10.0
 # Collision groups, and the mask of what meets all: PyBullet's own of what is made with mass, and two more.
 SHARP, ROUNDED, HALF_SPACES, ALL = 1, 64, 128, -1
 # Edges are not rounded by more than this share of a brick's smallest side, however small it is.
-MOST_ROUNDED = 0.015
+MOST_ROUNDED = 0.01
 # A brick lies square if the cosine of an axis of it to the vertical, or to the normal of a slope, is more than this: by
 # 0.1 deg.
 SQUARE = 1.0 - 1.5e-6
