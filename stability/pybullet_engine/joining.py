@@ -66,7 +66,6 @@ class PyBulletWorld(ReshapingWorld):
         )
         body = self._body(group.mass, shape, times(self.scale, group.pose.position_W), group.pose.orientation)
         self._name(body, joined.name, self._own_friction())
-        self._round(body, group.mass, min(min(brick.size) for brick in group.bricks.values()))
         self._weigh(body, group.mass, group.moments)
 
     def part(self, brick: BodyId) -> tuple[BodyId, ...]:
