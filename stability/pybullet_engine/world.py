@@ -33,7 +33,7 @@ ROOM = 10.0
 # Collision groups, and the mask of what meets all: PyBullet's own of what is made with mass, and two more.
 SHARP, ROUNDED, HALF_SPACES, ALL = 1, 64, 128, -1
 # Edges are not rounded by more than this share of a brick's smallest side, however small it is.
-MOST_ROUNDED = 0.01
+MOST_ROUNDED = 0.013
 # A brick lies square if the cosine of an axis of it to the vertical, or to the normal of a slope, is more than this: by
 # 0.1 deg.
 SQUARE = 1.0 - 1.5e-6
