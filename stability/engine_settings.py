@@ -27,6 +27,11 @@ class EngineSettings:
     # [m] Bricks get edges rounded by this, within their outer size, so that what touches along an edge is pushed in the
     # right direction; 0 leaves them sharp, and edges are then taken for faces.
     edge_radius: float = 0.0
+    # Bricks with rounded edges meet planes as half-spaces while all is slow, and not as large boxes.
+    half_spaces: bool = False
+    # Bricks with rounded edges sink by this share of their smallest side under their own weight, so that all points
+    # that touch carry their share, though one a step is found; 0 makes contacts hard.
+    sinking: float = 0.0
     # Bodies by themselves, not as roots of trees of links: another solver, whose friction acts against the sliding
     # whatever its direction, which steps in half the time, and which keeps warm starts.
     maximal_coordinates: bool = False

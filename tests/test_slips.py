@@ -1,8 +1,11 @@
 """Planks that slip and slide in the engines of `exact` and `tuned`, against equations of motion, as users see them."""
 
+from math import atan, degrees, radians
+
 import pytest
 
-from benchmarks.slips import KAPLA, Case, errors, timeline
+from benchmarks.slipping import needed_friction
+from benchmarks.slips import KAPLA, Case, errors, seen_motion, timeline
 from stackdsl.playing.runner import play
 from stackdsl.playing.systems import SYSTEMS
 
@@ -46,17 +49,57 @@ def test_an_engine_takes_over_where_a_ladder_leaves_its_wall_without_adding_ener
     assert trace.energy.gain < 0.01
 
 
-@pytest.mark.parametrize(("share", "early"), [(0.99, 0.13), (0.97, 0.065), (0.90, 0.03), (0.50, 0.01)])
+@pytest.mark.parametrize(("share", "error"), [(0.99, 0.13), (0.97, 0.065), (0.90, 0.06), (0.50, 0.035)])
 @pytest.mark.parametrize("kind", ["ladder", "V"])
 @pytest.mark.parametrize("angle", [50.0, 60.0, 70.0])
-def test_the_bare_engine_lets_planks_slip_early_whose_edges_lie_along_its_axes(
-    kind: str, angle: float, share: float, early: float
+def test_the_bare_engine_lets_planks_slip_a_little_early_or_late_whose_edges_lie_along_its_axes(
+    kind: str, angle: float, share: float, error: float
 ) -> None:
-    #   Rounded edges fall by hundredths of a millimetre at first, and lean a little nearer to their limit.
-    assert -early < errors(Case(kind, angle, share), SYSTEMS["tuned"]).time < 0.001
+    assert abs(errors(Case(kind, angle, share), SYSTEMS["tuned"]).time) < error
 
 
 @pytest.mark.parametrize("yaw", [10.0, 30.0, 45.0, 75.0])
 @pytest.mark.parametrize("kind", ["ladder", "V"])
 def test_with_half_the_friction_they_need_it_lets_them_slip_in_time_in_every_direction(kind: str, yaw: float) -> None:
-    assert abs(errors(Case(kind, 60.0, 0.5, yaw), SYSTEMS["tuned"]).time) < 0.12
+    assert abs(errors(Case(kind, 60.0, 0.5, yaw), SYSTEMS["tuned"]).time) < 0.06
+
+
+@pytest.mark.parametrize("share", [0.50, 0.80, 0.90, 0.95, 0.97, 1.03, 1.05])
+@pytest.mark.parametrize("yaw", [0.0, 10.0, 22.5, 30.0, 45.0, 60.0, 75.0])
+@pytest.mark.parametrize("angle", [60.0, 65.0, 70.0, 75.0])
+def test_the_bare_engine_knows_the_friction_of_a_v_within_3_percent_in_every_direction(
+    angle: float, yaw: float, share: float
+) -> None:
+    #   mu = (cot a - t / L) / 2
+    assert slips(Case("V", angle, share, yaw)) is (share < 1.0)
+
+
+@pytest.mark.parametrize("share", [0.50, 0.80, 1.03])
+@pytest.mark.parametrize("yaw", [0.0, 10.0, 22.5, 30.0, 45.0, 60.0, 75.0])
+def test_so_it_does_where_both_stand_at_80_deg_but_that_one_of_fifty_sticks_with_up_to_10_percent_too_little(
+    yaw: float, share: float
+) -> None:
+    assert slips(Case("V", 80.0, share, yaw)) is (share < 1.0)
+
+
+@pytest.mark.parametrize("flatter", [2.0, 0.5, 0.3, 0.2, -0.2, -0.3, -1.0])
+@pytest.mark.parametrize("yaw", [0.0, 10.0, 22.5, 30.0, 45.0, 60.0, 75.0])
+@pytest.mark.parametrize("friction", [0.2, 0.35, 0.5])
+def test_it_knows_the_angle_at_which_a_ladder_slips_within_a_fifth_of_a_degree(
+    friction: float, yaw: float, flatter: float
+) -> None:
+    #   tan a = 1 / (2 mu + t / L) on a smooth wall
+    length, _, thickness = KAPLA
+    angle = atan(1.0 / (2.0 * friction + thickness / length)) - radians(flatter)
+    share = friction / needed_friction(length, thickness, angle)
+    assert slips(Case("ladder", degrees(angle), share, yaw)) is (flatter > 0.0)
+
+
+def slips(case: Case) -> bool:
+    """Whether its foot gets 2 mm on the bare engine within a second; what has not begun in a quarter of it stands."""
+    for time, way, speed in seen_motion(case, SYSTEMS["tuned"]):
+        if way > 0.002:
+            return True
+        if time > 1.0 or (time > 0.25 and speed < 1e-4 and way < 3e-4):
+            return False
+    return False

@@ -98,10 +98,12 @@ class PyBulletBodies:
     def near(self, brick: BodyId, within: float = TOUCHING) -> Sequence[BodyId]:
         low, high = pybullet.getAABB(self._bodies[brick], -1, self.client)
         margin = within * self.scale
-        around = pybullet.getOverlappingObjects(
-            [x - margin for x in low], [x + margin for x in high], physicsClientId=self.client
-        )
-        return sorted({self.names.setdefault(body, str(body)) for body, _ in around or ()} - {brick})
+        return sorted(self._around([x - margin for x in low], [x + margin for x in high]) - {brick})
+
+    def _around(self, low: Sequence[float], high: Sequence[float]) -> set[BodyId]:
+        """The bodies whose bounds meet those from `low` to `high`, in engine metres."""
+        around = pybullet.getOverlappingObjects(low, high, physicsClientId=self.client)
+        return {self.names.setdefault(body, str(body)) for body, _ in around or ()}
 
     def states(self, bodies: Collection[BodyId]) -> dict[BodyId, BodyState]:
         rate = 1.0 / sqrt(self.scale)  # of speeds: metres grow by scale, seconds by its root

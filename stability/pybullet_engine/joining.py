@@ -13,10 +13,9 @@ from stability.geometry import box_corners
 from stability.model import BodyId, BodyState, ContactPoint, Pose, Vec3
 from stability.pybullet_engine.binding import pybullet
 from stability.pybullet_engine.reshaping import ReshapingWorld
+from stability.pybullet_engine.world import ALL
 from stability.rigid_group import RigidGroup, Surfaces, common_motion, grouped, member_state, seen_from, surfaces
 from stability.vectors import minus, plus, times
-
-MOVING_THINGS, ALL = 1, -1  # PyBullet's own collision group and mask of what is made with mass
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,7 +74,7 @@ class PyBulletWorld(ReshapingWorld):
         self._remove_group(joined)
         for name, state in states.items():
             body = self._bodies[name] = joined.own_bodies[name]
-            pybullet.setCollisionFilterGroupMask(body, -1, MOVING_THINGS, ALL, self.client)
+            pybullet.setCollisionFilterGroupMask(body, -1, self._kind(name), ALL, self.client)
             self.put_at(name, state.pose)
             self.wake(name)
             if not flew:
@@ -158,10 +157,7 @@ class PyBulletWorld(ReshapingWorld):
         if not self._groups:
             return super().near(brick, within)
         low, high = self._bounds(brick, self.states([brick])[brick].pose, within)
-        around = pybullet.getOverlappingObjects(
-            times(self.scale, low), times(self.scale, high), physicsClientId=self.client
-        )
-        names = {self.names[body] for body, _ in around or ()}
+        names = self._around(times(self.scale, low), times(self.scale, high))
         others = {name for name in names if name in self._bodies} - self._groups.keys()
         members = {member for name in names & self._groups.keys() for member in self._groups[name].group.bricks}
         if brick in self._joined:

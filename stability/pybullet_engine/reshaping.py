@@ -11,7 +11,8 @@ from math import cos, hypot, radians
 from stability.edge_contacts import FACE_ON, leans, nearest_points, velocity_at
 from stability.model import AT_REST, BodyId, BodyState, Brick, Pose, Vec3
 from stability.pybullet_engine.binding import pybullet
-from stability.pybullet_engine.world import PlainWorld
+from stability.pybullet_engine.world import ROUNDED as ROUND
+from stability.pybullet_engine.world import SHARP, PlainWorld
 from stability.separation import Block, block
 from stability.vectors import dot, minus, norm, times
 
@@ -48,7 +49,7 @@ class ReshapingWorld(PlainWorld):
 
     def add_brick(self, brick: Brick, pose: Pose, velocity_W: Vec3 = AT_REST) -> None:
         super().add_brick(brick, pose, velocity_W)
-        if not self._lies_square(pose):
+        if not self._square(pose):
             self._rounded.add(brick.id)
 
     def remove_brick(self, brick: BodyId) -> None:
@@ -74,7 +75,8 @@ class ReshapingWorld(PlainWorld):
             if name not in self._rounded and leans(state.pose)
         }
         edge_on = self._edge_on(leaning)
-        lying = [name for name, state in states.items() if name in self._rounded and self._lies(state)]
+        rounded = ((name, state) for name, state in states.items() if name in self._rounded)
+        lying = [name for name, state in rounded if _slow(state) and self._square(state.pose)]
         for name in (*(name for name in leaning if name in edge_on), *lying):
             self._swap(name)
 
@@ -94,9 +96,9 @@ class ReshapingWorld(PlainWorld):
                     found |= {name, other}
         return found
 
-    def _lies(self, state: BodyState) -> bool:
-        slow = hypot(*state.velocity_W) < SLOW and hypot(*state.angular_velocity_W) < SLOWLY
-        return slow and self._lies_square(state.pose)
+    def _kind(self, name: BodyId) -> int:
+        """The collision group of a brick."""
+        return ROUND if self.settings.half_spaces and name in self._rounded else SHARP
 
     def _swap(self, name: BodyId) -> None:
         """Give a brick a body with the other kind of edges: same place, motion, mass and name."""
@@ -110,6 +112,10 @@ class ReshapingWorld(PlainWorld):
         pybullet.resetBaseVelocity(body, velocity, turning, physicsClientId=self.client)
         if name in self._anchored:
             self._anchor([name], not self._told_stepping.lively)
+
+
+def _slow(state: BodyState) -> bool:
+    return hypot(*state.velocity_W) < SLOW and hypot(*state.angular_velocity_W) < SLOWLY
 
 
 def _edges_meet(a: _Seen, b: _Seen, near: float, radius: float) -> bool:

@@ -25,6 +25,7 @@ class Solids:
     """The shapes that bodies of one client have in common."""
 
     client: int
+    _half_space: int | None = field(default=None, init=False)
     _boxes: dict[Vec3, int] = field(default_factory=dict, init=False)
     _hulls: dict[tuple[Vec3, float], int] = field(default_factory=dict, init=False)
 
@@ -35,6 +36,16 @@ class Solids:
                 pybullet.GEOM_BOX, halfExtents=half_extents, physicsClientId=self.client
             )
         return self._boxes[half_extents]
+
+    def half_space(self) -> int:
+        """The number of the half-space below the origin."""
+        if self._half_space is None:
+            self._half_space = int(
+                pybullet.createCollisionShape(
+                    pybullet.GEOM_PLANE, planeNormal=(0.0, 0.0, 1.0), physicsClientId=self.client
+                )
+            )
+        return self._half_space
 
     def rounded_box(self, half_extents: Vec3, radius: float) -> int:
         """The number of a box with rounded edges; its body must be given the radius as collision margin."""

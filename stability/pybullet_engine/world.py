@@ -1,6 +1,6 @@
 """A PyBullet world of one's own, with every setting that matters made explicit; every brick moves by itself."""
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import log10, sqrt
 from types import MappingProxyType
@@ -19,6 +19,9 @@ from stability.vectors import dot, plus, times
 
 # Combined friction is the product of two bodies' own; this stands for "none" where a partner must still reach its own.
 FRICTIONLESS = 1e-6
+# Of soft contacts, of the root of stiffness times mass: 2 damps one alone critically. With 4 a V lands from 10 cm and
+# stays; with 2 it slips with 5 % more friction than it needs.
+DAMPING = 4.0
 # Half the side of the box that stands for a half-space [m]. A box, because PyBullet gives a box on a plane one contact
 # point a step, and a box on a box all four at once.
 HALF_SPACE = 1e5
@@ -27,8 +30,10 @@ HALF_SPACE = 1e5
 HALF_SPACE_BESIDE_HULLS = 1e2
 # How many times further than any brick was set down such a box must reach, or it is made anew.
 ROOM = 10.0
+# Collision groups, and the mask of what meets all: PyBullet's own of what is made with mass, and two more.
+SHARP, ROUNDED, HALF_SPACES, ALL = 1, 64, 128, -1
 # Edges are not rounded by more than this share of a brick's smallest side, however small it is.
-MOST_ROUNDED = 0.02
+MOST_ROUNDED = 0.013
 # A brick lies square if the cosine of an axis of it to the vertical, or to the normal of a slope, is more than this: by
 # 0.1 deg.
 SQUARE = 1.0 - 1.5e-6
@@ -54,6 +59,7 @@ class PlainWorld(PyBulletBodies):
     _anchored: set[BodyId] = field(default_factory=set, init=False)  # bricks held by springs while all is quiet
     _solids: Solids = field(init=False)
     _planes: dict[BodyId, Plane] = field(default_factory=dict, init=False)
+    _half_spaces: list[int] = field(default_factory=list, init=False)  # the bodies that stand for planes beside hulls
     _reach: float = field(default=HALF_SPACE, init=False)  # half the side of the boxes that stand for planes [m]
     _bricks: dict[BodyId, Brick] = field(default_factory=dict, init=False)
     _told: Mapping[BodyId, float] = field(default_factory=dict, init=False)  # what `masses` answers with
@@ -129,9 +135,11 @@ class PlainWorld(PyBulletBodies):
             if self._stepping != self._told_stepping:
                 parameters = step_parameters(self.settings, self._stepping)
                 pybullet.setPhysicsEngineParameter(**parameters, physicsClientId=self.client)
-                if self._stepping.lively != self._told_stepping.lively:
-                    self._anchor(sorted(self._anchored), not self._stepping.lively)
+                turned = self._stepping.lively != self._told_stepping.lively
                 self._told_stepping = self._stepping
+                if turned:
+                    self._anchor(sorted(self._anchored), not self._stepping.lively)
+                    self._choose_planes()
         return self._stepping
 
     def _anchor(self, bricks: Collection[BodyId], held: bool) -> None:
@@ -204,7 +212,15 @@ class PlainWorld(PyBulletBodies):
         """Put up the ground or a wall."""
         self._planes[plane.id] = plane
         self._fixed |= {plane.id}
+        if self.settings.half_spaces:
+            self._put_up_half_space(plane)
         self._put_up(plane)
+        self._choose_planes()
+
+    def _around(self, low: Sequence[float], high: Sequence[float]) -> set[BodyId]:
+        # The bounds of a half-space meet everything; the box that also stands for it tells whether it is near.
+        around = pybullet.getOverlappingObjects(low, high, physicsClientId=self.client)
+        return {self.names[body] for body, _ in around or () if body not in self._half_spaces}
 
     def _reach_beyond(self, brick: Brick, pose: Pose) -> None:
         """Make the boxes that stand for planes anew if a brick comes near their ends."""
@@ -217,19 +233,43 @@ class PlainWorld(PyBulletBodies):
             pybullet.removeBody(body, self.client)
             del self.names[body]
             self._put_up(plane)
+        self._choose_planes()
 
     def _put_up(self, plane: Plane) -> None:
+        """Put up the box that stands for a plane."""
         depth = self._reach * self.scale
-        nx, ny, nz = plane.normal_W
-        px, py, pz = times(self.scale, plane.point_W)
-        centre = (px - nx * depth, py - ny * depth, pz - nz * depth)
+        centre = plus(times(self.scale, plane.point_W), times(-depth, plane.normal_W))
         body = self._body(0.0, self._solids.box((depth, depth, depth)), centre, _turning_z_to(plane.normal_W))
         self._name(body, plane.id, plane.friction / self._own_friction())
+
+    def _put_up_half_space(self, plane: Plane) -> None:
+        """Put up what stands for a plane beside bricks with rounded edges."""
+        position = times(self.scale, plane.point_W)
+        body = self._body(0.0, self._solids.half_space(), position, _turning_z_to(plane.normal_W))
+        self._name(body, plane.id, plane.friction / self._own_friction())
+        self._half_spaces.append(body)
+
+    def _choose_planes(self) -> None:
+        """Let rounded bricks meet half-spaces while all is slow, and boxes while something is fast.
+
+        A half-space takes a brick that lands on an edge at one end of it, and throws it round; a box does not.
+        """
+        if not self._half_spaces:
+            return
+        lively = self._told_stepping.lively
+        for plane in self._planes:
+            self._meets(self._bodies[plane], SHARP, SHARP | ROUNDED if lively else SHARP)
+        for body in self._half_spaces:
+            self._meets(body, HALF_SPACES, 0 if lively else ROUNDED)
+
+    def _meets(self, body: int, group: int, mask: int) -> None:
+        """Put a body into a collision group, and say which groups it meets."""
+        pybullet.setCollisionFilterGroupMask(body, -1, group, mask, self.client)
 
     def add_brick(self, brick: Brick, pose: Pose, velocity_W: Vec3 = AT_REST) -> None:
         """Set a brick down at rest, or let it go with a velocity of its centre [m/s]."""
         self._reach_beyond(brick, pose)
-        square = self._lies_square(pose)
+        square = self._square(pose)
         body = self._brick_body(brick, times(self.scale, pose.position_W), pose.orientation, rounded=not square)
         self._bricks[brick.id] = brick
         self._masses[brick.id] = brick.mass
@@ -241,9 +281,10 @@ class PlainWorld(PyBulletBodies):
             self._anchor([brick.id], not self._told_stepping.lively)
         self._comes_free(brick.id)
 
-    def _lies_square(self, pose: Pose) -> bool:
-        """Whether a brick may touch others, or the ground, with its faces."""
-        return lies_square(pose, (UP, *(plane.normal_W for plane in self._planes.values() if plane.normal_W[2] > 0.0)))
+    def _square(self, pose: Pose) -> bool:
+        """Whether a brick lies square to the vertical or to a slope."""
+        slopes = (plane.normal_W for plane in self._planes.values() if plane.normal_W[2] > 0.0)
+        return lies_square(pose, (UP, *slopes))
 
     def _brick_body(self, brick: Brick, position: Vec3, orientation: Quaternion, rounded: bool) -> int:
         """The number of a new body of a brick, at a place in engine metres, with sharp or rounded edges."""
@@ -254,8 +295,25 @@ class PlainWorld(PyBulletBodies):
         self._name(body, brick.id, self._own_friction())
         if radius:
             pybullet.changeDynamics(body, -1, collisionMargin=radius, physicsClientId=self.client)
+            if rounded:
+                self._round(body, brick.mass, min(brick.size))
             self._weigh(body, brick.mass, moments(brick.size, brick.mass))
         return body
+
+    def _round(self, body: int, mass: float, thickness: float) -> None:
+        """Tell a body with rounded edges, of a mass [kg] and a smallest side [m], what it meets, and how softly."""
+        if self.settings.half_spaces:
+            self._meets(body, ROUNDED, ALL)
+        if self.settings.sinking and self.gravity:
+            weight = mass * self._mass_unit * self.gravity
+            stiffness = weight / (self.settings.sinking * thickness * self.scale)
+            pybullet.changeDynamics(
+                body,
+                -1,
+                contactStiffness=stiffness,
+                contactDamping=DAMPING * sqrt(stiffness * mass * self._mass_unit),
+                physicsClientId=self.client,
+            )
 
     def freeze(self, brick: BodyId) -> None:
         super().freeze(brick)
