@@ -94,6 +94,7 @@ ORDER = {
         "pybullet_engine.parameters",
         "pybullet_engine.solids",
         "pybullet_engine.bodies",
+        "pybullet_engine.planes",
         "pybullet_engine.world",
         "pybullet_engine.reshaping",
         "pybullet_engine.joining",

@@ -12,8 +12,8 @@ from stability.contact import TOUCHING
 from stability.geometry import box_corners
 from stability.model import BodyId, BodyState, ContactPoint, Pose, Vec3
 from stability.pybullet_engine.binding import pybullet
+from stability.pybullet_engine.planes import ALL
 from stability.pybullet_engine.reshaping import ReshapingWorld
-from stability.pybullet_engine.world import ALL
 from stability.rigid_group import RigidGroup, Surfaces, common_motion, grouped, member_state, seen_from, surfaces
 from stability.vectors import minus, plus, times
 

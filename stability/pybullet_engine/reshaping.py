@@ -11,8 +11,9 @@ from math import cos, hypot, radians
 from stability.edge_contacts import FACE_ON, leans, nearest_points, velocity_at
 from stability.model import AT_REST, BodyId, BodyState, Brick, Pose, Vec3
 from stability.pybullet_engine.binding import pybullet
-from stability.pybullet_engine.world import ROUNDED as ROUND
-from stability.pybullet_engine.world import SHARP, PlainWorld
+from stability.pybullet_engine.planes import ROUNDED as ROUND
+from stability.pybullet_engine.planes import SHARP
+from stability.pybullet_engine.world import PlainWorld
 from stability.separation import Block, block
 from stability.vectors import dot, minus, norm, times
 
