@@ -114,7 +114,7 @@ class RestingWorld:
         return Pose(self._planes[body].point_W) if body in self._planes else self._bricks[body][1]
 
     def contacts(self, brick: BodyId) -> Sequence[ContactPoint]:
-        return self._engine().contacts(brick)
+        return self._world.contacts(brick) if self._world is not None else ()  # none before a first step
 
     def freeze(self, brick: BodyId) -> None:
         self._frozen.add(brick)

@@ -9,7 +9,7 @@ import pytest
 
 from stability.engine import World
 from stability.engine_settings import EngineSettings
-from stability.model import GROUND, Box, Brick, HalfSpace, Plane, Pose
+from stability.model import GROUND, BodyState, Box, Brick, HalfSpace, Plane, Pose
 from stability.pybullet_engine import PyBulletWorld
 from stability.resting_world import RestingWorld
 
@@ -46,6 +46,7 @@ def test_nothing_is_opened_while_nothing_is_stepped() -> None:
     assert (world.shape("a"), world.shape(GROUND)) == (Box(SIZE), HalfSpace((0.0, 0.0, 1.0)))
     assert world.states(["a"])["a"].pose == Pose((0.0, 0.0, 0.004))
     assert world.holds("a")
+    assert not world.contacts("a")
     world.close()
     assert opened.engines == []
 
@@ -60,6 +61,20 @@ def test_how_fast_bodies_will_be_is_passed_on_to_an_engine_that_is_opened_later(
     assert told == []
     world.step()
     assert told == [20.0]
+    world.close()
+
+
+def test_what_is_put_in_motion_before_there_is_an_engine_goes_on_so_in_it() -> None:
+    opened = Opened()
+    world = opened.world()
+    world.add_brick(Brick("a", SIZE, 0.012), Pose((0.0, 0.0, 1.0)))
+    state = BodyState(Pose((0.1, 0.2, 1.5)), (1.0, 0.0, 0.0), (0.0, 0.0, 2.0))
+    world.set_state("a", state)
+    assert (world.states(["a"])["a"], opened.engines) == (state, [])
+    world.step()
+    after = world.states(["a"])["a"]
+    assert after.pose.position_W[:2] == pytest.approx((0.1 + 1.0 / 960.0, 0.2), abs=1e-9)
+    assert after.angular_velocity_W == pytest.approx((0.0, 0.0, 2.0))
     world.close()
 
 
