@@ -2,7 +2,8 @@
 
 A solver begins a fall wrongly: contact forces start from nothing, so that all sinks at first, most at the bottom of
 what is tall, and a tower that hangs over by a millimetre topples in half the time. A part that is proven to turn as one
-needs no solver: it is a pendulum, and an engine gets its bricks when the proof ends, where and as fast as they are.
+needs no solver: it is a pendulum, and an engine gets its bricks when the proof ends, where and as fast as they are. Nor
+do planks that slip down a wall, or down each other (statics/sliding.py).
 """
 
 from collections.abc import Collection, Iterator, Sequence
