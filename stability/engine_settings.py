@@ -24,9 +24,9 @@ class EngineSettings:
     contact_slop: float = 1e-5  # [engine m] overlap that is let be
     # [m] A body must not get further in one step, or it passes through a plank; steps are split while one is that fast.
     most_travel: float | None = None
-    # [m] Bricks get edges rounded by this, within their outer size, so that what touches along an edge is pushed in the
-    # right direction; 0 leaves them sharp, and edges are then taken for faces.
-    edge_radius: float = 0.0
+    # Bricks get edges rounded by this share of their smallest side, within their outer size, so that what touches along
+    # an edge is pushed in the right direction; 0 leaves them sharp, and edges are then taken for faces.
+    edge_rounding: float = 0.0
     # Bricks with rounded edges meet planes as half-spaces while all is slow, and not as large boxes.
     half_spaces: bool = False
     # Bricks with rounded edges sink by this share of their smallest side under their own weight, so that all points

@@ -18,8 +18,8 @@ MASS = 0.012
 
 
 @contextmanager
-def world(friction: float = 0.5, edge_radius: float = MOVING.edge_radius) -> Iterator[PyBulletWorld]:
-    opened = PyBulletWorld.opened(replace(MOVING, edge_radius=edge_radius), 9.81, friction, heaviest=MASS)
+def world(friction: float = 0.5, edge_rounding: float = MOVING.edge_rounding) -> Iterator[PyBulletWorld]:
+    opened = PyBulletWorld.opened(replace(MOVING, edge_rounding=edge_rounding), 9.81, friction, heaviest=MASS)
     try:
         opened.add_plane(Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), friction))
         yield opened
@@ -44,11 +44,11 @@ def stands(engine: PyBulletWorld, brick: str) -> bool:
     return True
 
 
-def inverted_v_stands(angle: float, share: float, edge_radius: float = MOVING.edge_radius) -> bool:
+def inverted_v_stands(angle: float, share: float, edge_rounding: float = MOVING.edge_rounding) -> bool:
     """Does it stand with this share of the friction that it needs?"""
     #   /\    mu = (cot a - t / L) / 2
     needed = (1.0 / tan(angle) - THICKNESS / LENGTH) / 2.0
-    with world(share * needed, edge_radius) as engine:
+    with world(share * needed, edge_rounding) as engine:
         lean(engine, "left", angle, -1.0)
         lean(engine, "right", angle, 1.0)
         return stands(engine, "left")
@@ -61,7 +61,7 @@ def test_two_planks_that_lean_on_each_other_need_just_the_friction_that_statics_
 
 
 def test_sharp_edges_would_need_twice_that_friction() -> None:
-    assert not inverted_v_stands(radians(70.0), 2.0, edge_radius=0.0)
+    assert not inverted_v_stands(radians(70.0), 2.0, edge_rounding=0.0)
 
 
 @pytest.mark.parametrize(("beyond", "slips"), [(0.5, False), (-0.5, True)])

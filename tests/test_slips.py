@@ -1,16 +1,20 @@
 """Planks that slip and slide in the engines of `exact` and `tuned`, against equations of motion, as users see them."""
 
-from math import atan, degrees, radians
+from dataclasses import replace
+from itertools import product
+from math import atan, degrees, radians, sqrt
 
 import pytest
 
 from benchmarks.slipping import needed_friction
-from benchmarks.slips import KAPLA, Case, errors, seen_motion, timeline
+from benchmarks.slips import KAPLA, Case, errors, timeline
+from stability.model import Vec3
 from stackdsl.playing.runner import play
 from stackdsl.playing.systems import SYSTEMS
 
 LATE, FAST = 2e-3, 0.015  # of times, and of speeds: an engine's are those of the middle of a step
 PROVEN = 1e-4  # of what needs no engine
+YAWS = (0.0, 10.0, 22.5, 30.0, 45.0, 60.0, 75.0)  # [deg]
 BARELY_LATE = 0.02  # with springs at rest, which hold what has hardly begun
 
 
@@ -64,26 +68,34 @@ def test_with_half_the_friction_they_need_it_lets_them_slip_in_time_in_every_dir
     assert abs(errors(Case(kind, 60.0, 0.5, yaw), SYSTEMS["tuned"]).time) < 0.06
 
 
-@pytest.mark.parametrize("share", [0.50, 0.80, 0.90, 0.95, 0.97, 1.03, 1.05])
-@pytest.mark.parametrize("yaw", [0.0, 10.0, 22.5, 30.0, 45.0, 60.0, 75.0])
-@pytest.mark.parametrize("angle", [60.0, 65.0, 70.0, 75.0])
+@pytest.mark.parametrize("share", [0.50, 0.90, 0.97, 1.03])
+@pytest.mark.parametrize("yaw", YAWS)
+@pytest.mark.parametrize("angle", [50.0, 60.0, 70.0, 75.0, 78.0, 80.0, 82.0])
 def test_the_bare_engine_knows_the_friction_of_a_v_within_3_percent_in_every_direction(
     angle: float, yaw: float, share: float
 ) -> None:
     #   mu = (cot a - t / L) / 2
-    assert slips(Case("V", angle, share, yaw)) is (share < 1.0)
+    assert falls(Case("V", angle, share, yaw)) is (share < 1.0)
 
 
-@pytest.mark.parametrize("share", [0.50, 0.80, 1.03])
-@pytest.mark.parametrize("yaw", [0.0, 10.0, 22.5, 30.0, 45.0, 60.0, 75.0])
-def test_so_it_does_where_both_stand_at_80_deg_but_that_one_of_fifty_sticks_with_up_to_10_percent_too_little(
-    yaw: float, share: float
-) -> None:
-    assert slips(Case("V", 80.0, share, yaw)) is (share < 1.0)
+@pytest.mark.parametrize("share", [0.97, 1.03])
+@pytest.mark.parametrize("yaw", [0.0, 45.0])
+@pytest.mark.parametrize("angle", [60.0, 70.0, 80.0])
+@pytest.mark.parametrize("length", [0.01, 0.03, 0.2, 1.2])
+def test_so_it_does_for_bricks_of_1_cm_and_for_beams(length: float, angle: float, yaw: float, share: float) -> None:
+    assert falls(Case("V", angle, share, yaw, scaled(length))) is (share < 1.0)
 
 
-@pytest.mark.parametrize("flatter", [2.0, 0.5, 0.3, 0.2, -0.2, -0.3, -1.0])
-@pytest.mark.parametrize("yaw", [0.0, 10.0, 22.5, 30.0, 45.0, 60.0, 75.0])
+@pytest.mark.slow
+@pytest.mark.parametrize("length", [0.01, 0.03, 0.1176, 0.2, 1.2])
+@pytest.mark.parametrize("angle", range(46, 83, 4))
+def test_so_it_does_at_every_angle_in_every_direction(angle: float, length: float) -> None:
+    for yaw, share in product(range(0, 91, 5), (0.97, 1.03)):
+        assert falls(Case("V", angle, share, yaw, scaled(length))) is (share < 1.0), (yaw, share)
+
+
+@pytest.mark.parametrize("flatter", [2.0, 0.2, -0.2, -1.0])
+@pytest.mark.parametrize("yaw", YAWS)
 @pytest.mark.parametrize("friction", [0.2, 0.35, 0.5])
 def test_it_knows_the_angle_at_which_a_ladder_slips_within_a_fifth_of_a_degree(
     friction: float, yaw: float, flatter: float
@@ -92,14 +104,16 @@ def test_it_knows_the_angle_at_which_a_ladder_slips_within_a_fifth_of_a_degree(
     length, _, thickness = KAPLA
     angle = atan(1.0 / (2.0 * friction + thickness / length)) - radians(flatter)
     share = friction / needed_friction(length, thickness, angle)
-    assert slips(Case("ladder", degrees(angle), share, yaw)) is (flatter > 0.0)
+    assert falls(Case("ladder", degrees(angle), share, yaw)) is (flatter > 0.0)
 
 
-def slips(case: Case) -> bool:
-    """Whether its foot gets 2 mm on the bare engine within a second; what has not begun in a quarter of it stands."""
-    for time, way, speed in seen_motion(case, SYSTEMS["tuned"]):
-        if way > 0.002:
-            return True
-        if time > 1.0 or (time > 0.25 and speed < 1e-4 and way < 3e-4):
-            return False
-    return False
+def scaled(length: float) -> Vec3:
+    """A brick like a KAPLA plank, but of another length [m]."""
+    scale = length / KAPLA[0]
+    return (scale * KAPLA[0], scale * KAPLA[1], scale * KAPLA[2])
+
+
+def falls(case: Case) -> bool:
+    """Whether users are told of a collapse on the bare engine; large bricks take longer to fall."""
+    scene = replace(timeline(case), hold=2.0 * sqrt(max(1.0, case.size[0] / KAPLA[0])))
+    return play(scene, SYSTEMS["tuned"]).collapse is not None

@@ -49,7 +49,7 @@ class PlanesWorld(PyBulletBodies):
 
     def __post_init__(self) -> None:
         self._solids = Solids(self.client)
-        if self.settings.edge_radius:
+        if self.settings.edge_rounding:
             self._reach = HALF_SPACE_BESIDE_HULLS
 
     def add_plane(self, plane: Plane) -> None:
@@ -69,7 +69,7 @@ class PlanesWorld(PyBulletBodies):
     def _reach_beyond(self, brick: Brick, pose: Pose) -> None:
         """Make the boxes that stand for planes anew if a brick comes near their ends."""
         needed = ROOM * (max(map(abs, pose.position_W)) + max(brick.size))
-        if needed <= self._reach or not self.settings.edge_radius:
+        if needed <= self._reach or not self.settings.edge_rounding:
             return
         self._reach = 2.0 * needed
         for plane in self._planes.values():

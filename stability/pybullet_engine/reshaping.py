@@ -62,7 +62,7 @@ class ReshapingWorld(PlainWorld):
         self._next_look = 0.0
 
     def step(self) -> None:
-        if self.settings.edge_radius and self._clock >= self._next_look:
+        if self.settings.edge_rounding and self._clock >= self._next_look:
             self._next_look = self._clock + LOOK
             self._reshape()
         super().step()

@@ -18,8 +18,6 @@ from stability.vectors import plus, times
 # Of soft contacts, of the root of stiffness times mass: 2 damps one alone critically. With 4 a V lands from 10 cm and
 # stays; with 2 it slips with 5 % more friction than it needs.
 DAMPING = 4.0
-# Edges are not rounded by more than this share of a brick's smallest side, however small it is.
-MOST_ROUNDED = 0.013
 # [engine kg] for the heaviest brick: far above the thresholds, and even ten thousand press far below the cap of 1e10.
 HEAVIEST = 1e4
 
@@ -232,12 +230,12 @@ class PlainWorld(PlanesWorld):
 
     def _edge_radius(self, brick: Brick) -> float:
         """How much the edges of a brick are rounded [m]."""
-        return min(self.settings.edge_radius, MOST_ROUNDED * min(brick.size))
+        return self.settings.edge_rounding * min(brick.size)
 
     def wake(self, brick: BodyId) -> None:
         super().wake(brick)
         self._comes_free(brick)
-        if self.settings.edge_radius:
+        if self.settings.edge_rounding:
             size, mass = self._bricks[brick].size, self._bricks[brick].mass
             self._weigh(self._bodies[brick], mass, moments(size, mass))
 
