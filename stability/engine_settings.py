@@ -10,7 +10,9 @@ class EngineSettings:
     time_step: float  # [s]
     iterations: int  # of the contact solver, per step
     contact_erp: float  # share of a contact's overlap that one step takes back
-    breaking_threshold: float  # [m] contacts further apart than this are dropped
+    # Contacts further apart than this share of half the diagonal of a brick are dropped. (PyBullet makes the threshold
+    # that it is told relative to the size of a shape.)
+    breaking_threshold: float
     # Froude scaling: the engine sees lengths x scale and times x sqrt(scale), which leaves gravity and physics as they
     # are and lifts small bricks clear of the solver's absolute thresholds.
     scale: float = 1.0
@@ -32,6 +34,8 @@ class EngineSettings:
     # Bricks with rounded edges sink by this share of their smallest side under their own weight, so that all points
     # that touch carry their share, though one a step is found; 0 makes contacts hard.
     sinking: float = 0.0
+    # What leans at rest is held by no more friction than Coulomb's cone allows, not by a pyramid about it.
+    friction_cones: bool = False
     # Bodies by themselves, not as roots of trees of links: another solver, whose friction acts against the sliding
     # whatever its direction, which steps in half the time, and which keeps warm starts.
     maximal_coordinates: bool = False

@@ -9,7 +9,7 @@ from stability.pybullet_engine import PyBulletWorld
 
 PLANK = (0.12, 0.024, 0.008)
 STEP = 1.0 / 960.0
-SETTINGS = EngineSettings(time_step=STEP, iterations=20, contact_erp=0.2, breaking_threshold=0.001, scale=100.0)
+SETTINGS = EngineSettings(time_step=STEP, iterations=20, contact_erp=0.2, breaking_threshold=0.1, scale=100.0)
 
 
 def world_with(gap: float, velocity_W: Vec3) -> PyBulletWorld:

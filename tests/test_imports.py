@@ -97,6 +97,7 @@ ORDER = {
         "pybullet_engine.planes",
         "pybullet_engine.world",
         "pybullet_engine.reshaping",
+        "pybullet_engine.cones",
         "pybullet_engine.joining",
         "falling",
         "resting",

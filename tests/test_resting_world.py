@@ -13,7 +13,7 @@ from stability.model import GROUND, BodyState, Box, Brick, HalfSpace, Plane, Pos
 from stability.pybullet_engine import PyBulletWorld
 from stability.resting_world import RestingWorld
 
-SETTINGS = EngineSettings(time_step=1.0 / 960.0, iterations=50, contact_erp=0.4, breaking_threshold=0.001, scale=100.0)
+SETTINGS = EngineSettings(time_step=1.0 / 960.0, iterations=50, contact_erp=0.4, breaking_threshold=0.1, scale=100.0)
 SIZE = (0.12, 0.024, 0.008)
 
 

@@ -12,8 +12,8 @@ from stability.contact import TOUCHING
 from stability.geometry import box_corners
 from stability.model import BodyId, BodyState, ContactPoint, Pose, Vec3
 from stability.pybullet_engine.binding import pybullet
+from stability.pybullet_engine.cones import ConeWorld
 from stability.pybullet_engine.planes import ALL
-from stability.pybullet_engine.reshaping import ReshapingWorld
 from stability.rigid_group import RigidGroup, Surfaces, common_motion, grouped, member_state, seen_from, surfaces
 from stability.vectors import minus, plus, times
 
@@ -29,7 +29,7 @@ class Joined:
 
 
 @dataclass
-class PyBulletWorld(ReshapingWorld):
+class PyBulletWorld(ConeWorld):
     """A world of its own for bricks and planes; close it after use."""
 
     _joined: dict[BodyId, Joined] = field(default_factory=dict, init=False)  # by brick

@@ -22,7 +22,7 @@ def engine_parameters(settings: EngineSettings) -> dict[str, float]:
         "contactERP": settings.contact_erp,
         "erp": settings.contact_erp,
         "frictionERP": settings.friction_erp,
-        "contactBreakingThreshold": settings.breaking_threshold * settings.scale,
+        "contactBreakingThreshold": settings.breaking_threshold,
         "contactSlop": settings.contact_slop,
         "solverResidualThreshold": settings.residual_threshold,
         "restitutionVelocityThreshold": 0.2,

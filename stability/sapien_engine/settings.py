@@ -9,9 +9,11 @@ from stability.engine_settings import EngineSettings
 class SapienSettings(EngineSettings):
     """Settings with what PhysX has beside them.
 
-    `iterations` are those of positions, `breaking_threshold` is the contact offset of a shape, and there is no share of
-    an overlap that a step takes back.
+    `iterations` are those of positions; no share of an overlap is what a step takes back, and no share of the size of a
+    brick decides which contacts are dropped.
     """
 
     contact_erp: float = 0.0
+    breaking_threshold: float = 0.0
+    contact_offset: float  # [m] shapes closer to each other than twice this have contacts
     velocity_iterations: int  # of the solver, per step

@@ -94,7 +94,7 @@ class SapienWorld(KeptBodies):
 
     def _attach(self, body: Rigid, shape: sapien.physx.PhysxCollisionShape, meets: Sequence[int]) -> None:
         shape.rest_offset = 0.0
-        shape.contact_offset = self.settings.breaking_threshold
+        shape.contact_offset = self.settings.contact_offset
         shape.set_collision_groups(list(meets))
         body.attach(shape)
 

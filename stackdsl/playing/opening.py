@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from math import floor, hypot, log2, sqrt
+from statistics import median_low
 
 from stability.engine import World
 from stability.engine_settings import EngineSettings
@@ -31,21 +32,23 @@ def settings_for(timeline: Timeline, system: System) -> EngineSettings:
     """The engine settings of a system; those that were chosen for the usual scene are scaled in the same way.
 
     The time that a brick takes to topple goes with its diagonal, and how deep it may be struck with its smallest side.
-    Both by powers of two, so that scenes which hardly differ are stepped alike.
+    The engine sees most bricks as large as the usual ones, so that what it takes for little is. All go by powers of
+    two, so that scenes which hardly differ are stepped alike.
     """
     usual = system.engine
     if usual.lively_speed is None or usual.most_travel is None:  # as it comes, or as published
         return usual
     bricks = [placement.brick for placement in timeline.placements]
     smallest = min(min(brick.size) for brick in bricks) / USUAL_SIZE
-    longest = max(hypot(*brick.size) for brick in bricks) / USUAL_DIAGONAL
+    diagonals = [hypot(*brick.size) / USUAL_DIAGONAL for brick in bricks]
     largest = _largest_side(timeline)
     slower = largest / _times(largest, timeline)
     # What is compared with this allows for a fall until the next look, which is no motion yet.
     seen = usual.lively_speed - SAMPLING * USUAL_GRAVITY
     return replace(
         usual,
-        time_step=usual.time_step * _power_of_two(_times(longest, timeline)),
+        time_step=usual.time_step * _power_of_two(_times(max(diagonals), timeline)),
+        scale=usual.scale / _power_of_two(median_low(diagonals)),
         most_travel=usual.most_travel * _power_of_two(smallest),
         lively_speed=max(usual.lively_speed * slower, seen * slower + SAMPLING * timeline.world.gravity),
     )

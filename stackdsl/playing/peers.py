@@ -63,7 +63,7 @@ SAPIEN = SapienSettings(
     time_step=1.0 / 960.0,
     iterations=20,
     velocity_iterations=1,
-    breaking_threshold=0.001,
+    contact_offset=0.001,
     most_travel=MOVING.most_travel,
 )
 

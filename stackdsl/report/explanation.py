@@ -185,9 +185,9 @@ def _numerics(engine: EngineSettings) -> Iterator[str]:
             yield f"friction {engine.friction_impedance:g} times as stiff, tolerance {engine.tolerance:g}"
         case SapienSettings():
             yield f"{engine.velocity_iterations} of velocities"
-            yield f"contact offset {1000.0 * engine.breaking_threshold:g} mm"
+            yield f"contact offset {1000.0 * engine.contact_offset:g} mm"
         case _:
             yield f"contact ERP {engine.contact_erp:g}"
-            yield f"breaking threshold {1000.0 * engine.breaking_threshold:g} mm, scale {engine.scale:g}"
+            yield f"breaking threshold {engine.breaking_threshold:g} of half a diagonal, scale {engine.scale:g}"
             yield f"friction anchor {'on' if engine.friction_anchor else 'off'}"
             yield f"damping {engine.linear_damping:g} linear and {engine.angular_damping:g} angular"

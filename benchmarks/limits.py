@@ -1,0 +1,84 @@
+"""With how much friction do planks that lean begin to stand on the bare engine, against the closed form?
+
+Model: an inverted V, and a plank on a smooth wall, stand from mu = (cot a - t / L) / 2 of friction on (Coulomb, and
+contacts on edges). The limit is found by bisection of what users are told: a collapse, or none. It is the same for all
+sizes and in all directions; `tuned` is asked in some. Run it with `python -m benchmarks.limits`; about five minutes.
+"""
+
+import argparse
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import product
+from math import atan, degrees, sqrt
+
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+from benchmarks.slips import KAPLA, Case, timeline
+from stability.model import Vec3
+from stackdsl.playing.runner import play
+from stackdsl.playing.systems import SYSTEMS, System
+
+ANGLES = (50.0, 60.0, 70.0, 75.0, 80.0, 82.0)  # to the floor [deg]
+LENGTHS = (0.01, 0.03, KAPLA[0], 0.2, 1.2)  # of planks [m]
+YAWS = (0.0, 15.0, 22.5, 30.0, 45.0, 75.0)  # [deg]
+WATCHED = 2.0  # [s] for KAPLA planks; large ones take longer to fall
+LOWEST, HIGHEST, SHARP = 0.8, 1.2, 0.001  # of the share of the friction that is needed
+
+
+def falls(case: Case, system: System) -> bool:
+    """Whether users are told of a collapse."""
+    watched = WATCHED * sqrt(max(1.0, case.size[0] / KAPLA[0]))
+    return play(replace(timeline(case), hold=watched), system).collapse is not None
+
+
+def scaled(length: float) -> Vec3:
+    """A brick like a KAPLA plank, but of another length [m]."""
+    scale = length / KAPLA[0]
+    return (scale * KAPLA[0], scale * KAPLA[1], scale * KAPLA[2])
+
+
+def limit(case: Case, system: System) -> float:
+    """From which share of the friction that is needed it stands, within SHARP."""
+    low, high = LOWEST, HIGHEST
+    while high - low > SHARP:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if falls(replace(case, share=middle), system) else (low, middle)
+    return 0.5 * (low + high)
+
+
+def too_flat(case: Case, share: float) -> float:
+    """How much flatter the closed form lets a plank stand that has its friction times the share [deg]."""
+    length, _, thickness = case.size
+    friction = replace(case, share=1.0).friction * share
+    return case.angle - degrees(atan(1.0 / (2.0 * friction + thickness / length)))
+
+
+def main() -> None:
+    """Bisect, and print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--system", default="tuned", choices=["tuned", "stock"])
+    system = SYSTEMS[parser.parse_args().system]
+    table = Table("", "long", *(f"{angle:g} deg" for angle in ANGLES))
+    rows = list(product(("V", "ladder"), LENGTHS))
+    for kind, length in track(rows, "limits", console=Console(stderr=True), transient=True):
+        table.add_row(kind, f"{100.0 * length:g} cm", *_row(kind, scaled(length), system))
+    Console(width=140).print("Friction from which it stands / needed (ladder: error of the angle), all yaws.", table)
+
+
+def _row(kind: str, size: Vec3, system: System) -> Iterator[str]:
+    for angle in ANGLES:
+        cases = [Case(kind, angle, 1.0, yaw, size) for yaw in YAWS]
+        yield _range(cases, [limit(case, system) for case in cases])
+
+
+def _range(cases: Sequence[Case], shares: Sequence[float]) -> str:
+    if cases[0].kind == "V":
+        return f"{min(shares):.3f} .. {max(shares):.3f}"
+    off = [too_flat(case, share) for case, share in zip(cases, shares, strict=True)]
+    return f"{min(off):+.2f} .. {max(off):+.2f} deg"
+
+
+if __name__ == "__main__":
+    main()
