@@ -43,13 +43,13 @@ class Overloads:
         return [brick for brick in sorted(pressing) if self._gives_way(assembly, brick, pressing[brick], step)]
 
     def _pressing(self, assembly: Assembly, moving: Sequence[BodyId]) -> dict[BodyId, list[ContactPoint]]:
-        """The contact points of frozen bricks with those that move: the engine has none of two that are frozen."""
+        """The contact points of frozen bricks with those that move. Of two that are frozen, engines tell old forces."""
         found: dict[BodyId, list[ContactPoint]] = defaultdict(list)
-        fewer = assembly.bricks if len(assembly.bricks) < len(moving) else moving
-        for brick in fewer:
+        frozen, presses = assembly.bricks.keys(), set(moving)
+        for brick in min(frozen, moving, key=len):
             for point in self.engine.contacts(brick):
-                pressed = brick if fewer is assembly.bricks else point.b if point.a == brick else point.a
-                if pressed in assembly.bricks:
+                pressed, by = (point.a, point.b) if point.a in frozen else (point.b, point.a)
+                if pressed in frozen and by in presses:
                     found[pressed].append(point)
         return found
 

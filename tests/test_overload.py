@@ -146,3 +146,11 @@ def test_a_tall_post_is_tipped_by_a_push_at_its_top_that_friction_below_would_be
     assert limit < WOOD * (weights + 1.0)
     assert post_pushed(0.98 * limit, weights) == inf
     assert post_pushed(1.02 * limit, weights) == pytest.approx(TIPS_AFTER, abs=1.1 * STEP)
+
+
+def test_what_two_frozen_bricks_pressed_with_before_they_froze_is_no_load() -> None:
+    pressed = Pressing("L1", (0.0, 1.0, 0.0), 10.0 * WOOD * WEIGHT)
+    overloads = Overloads(pressed, TIPS_AFTER)  # type: ignore[arg-type]  # nothing else of an engine is asked
+    for moving in (["elsewhere"], ["elsewhere", "far", "away"]):  # fewer than are frozen, and more
+        assert overloads.found(standing(column(2)), moving, LONG) == []
+    assert overloads.found(standing(column(2)), ["pusher"], LONG) == ["L1"]

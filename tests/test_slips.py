@@ -1,19 +1,19 @@
 """Planks that slip and slide in the engines of `exact` and `tuned`, against equations of motion, as users see them."""
 
-from dataclasses import replace
 from itertools import product
-from math import atan, degrees, radians, sqrt
+from math import atan, degrees, radians
 
 import pytest
 
+from benchmarks.limits import falls, scaled
 from benchmarks.slipping import needed_friction
 from benchmarks.slips import KAPLA, Case, errors, timeline
-from stability.model import Vec3
 from stackdsl.playing.runner import play
-from stackdsl.playing.systems import SYSTEMS
+from stackdsl.playing.systems import MOVING, SYSTEMS, System
 
 LATE, FAST = 2e-3, 0.015  # of times, and of speeds: an engine's are those of the middle of a step
 PROVEN = 1e-4  # of what needs no engine
+BARE = SYSTEMS["tuned"]
 YAWS = (0.0, 10.0, 22.5, 30.0, 45.0, 60.0, 75.0)  # [deg]
 BARELY_LATE = 0.02  # with springs at rest, which hold what has hardly begun
 
@@ -68,52 +68,49 @@ def test_with_half_the_friction_they_need_it_lets_them_slip_in_time_in_every_dir
     assert abs(errors(Case(kind, 60.0, 0.5, yaw), SYSTEMS["tuned"]).time) < 0.06
 
 
-@pytest.mark.parametrize("share", [0.50, 0.90, 0.97, 1.03])
+@pytest.mark.parametrize("share", [0.50, 0.90, 0.99, 1.01])
 @pytest.mark.parametrize("yaw", YAWS)
 @pytest.mark.parametrize("angle", [50.0, 60.0, 70.0, 75.0, 78.0, 80.0, 82.0])
-def test_the_bare_engine_knows_the_friction_of_a_v_within_3_percent_in_every_direction(
+def test_the_bare_engine_knows_the_friction_of_a_v_within_1_percent_in_every_direction(
     angle: float, yaw: float, share: float
 ) -> None:
     #   mu = (cot a - t / L) / 2
-    assert falls(Case("V", angle, share, yaw)) is (share < 1.0)
+    assert falls(Case("V", angle, share, yaw), BARE) is (share < 1.0)
 
 
-@pytest.mark.parametrize("share", [0.97, 1.03])
-@pytest.mark.parametrize("yaw", [0.0, 45.0])
+@pytest.mark.parametrize("share", [0.98, 1.02])
+@pytest.mark.parametrize("yaw", [0.0, 30.0])
 @pytest.mark.parametrize("angle", [60.0, 70.0, 80.0])
 @pytest.mark.parametrize("length", [0.01, 0.03, 0.2, 1.2])
-def test_so_it_does_for_bricks_of_1_cm_and_for_beams(length: float, angle: float, yaw: float, share: float) -> None:
-    assert falls(Case("V", angle, share, yaw, scaled(length))) is (share < 1.0)
+def test_within_2_percent_of_bricks_of_1_cm_and_of_beams(length: float, angle: float, yaw: float, share: float) -> None:
+    assert falls(Case("V", angle, share, yaw, scaled(length)), BARE) is (share < 1.0)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("length", [0.01, 0.03, 0.1176, 0.2, 1.2])
+@pytest.mark.parametrize("length", [0.01, 0.03, KAPLA[0], 0.2, 1.2])
 @pytest.mark.parametrize("angle", range(46, 83, 4))
 def test_so_it_does_at_every_angle_in_every_direction(angle: float, length: float) -> None:
-    for yaw, share in product(range(0, 91, 5), (0.97, 1.03)):
-        assert falls(Case("V", angle, share, yaw, scaled(length))) is (share < 1.0), (yaw, share)
+    for yaw, share in product(range(0, 91, 5), (0.98, 1.02)):
+        assert falls(Case("V", angle, share, yaw, scaled(length)), BARE) is (share < 1.0), (yaw, share)
 
 
-@pytest.mark.parametrize("flatter", [2.0, 0.2, -0.2, -1.0])
+@pytest.mark.parametrize("share", [0.98, 1.02])
+@pytest.mark.parametrize("yaw", YAWS)
+@pytest.mark.parametrize("angle", [60.0, 75.0, 80.0])
+def test_so_does_the_engine_of_exact_by_itself_that_moves_what_leans_in_ways_without_closed_form(
+    angle: float, yaw: float, share: float
+) -> None:
+    assert falls(Case("V", angle, share, yaw), System("moving", "", MOVING, method=None)) is (share < 1.0)
+
+
+@pytest.mark.parametrize("flatter", [2.0, 0.15, -0.15, -1.0])
 @pytest.mark.parametrize("yaw", YAWS)
 @pytest.mark.parametrize("friction", [0.2, 0.35, 0.5])
-def test_it_knows_the_angle_at_which_a_ladder_slips_within_a_fifth_of_a_degree(
+def test_it_knows_the_angle_at_which_a_ladder_slips_within_a_sixth_of_a_degree(
     friction: float, yaw: float, flatter: float
 ) -> None:
     #   tan a = 1 / (2 mu + t / L) on a smooth wall
     length, _, thickness = KAPLA
     angle = atan(1.0 / (2.0 * friction + thickness / length)) - radians(flatter)
     share = friction / needed_friction(length, thickness, angle)
-    assert falls(Case("ladder", degrees(angle), share, yaw)) is (flatter > 0.0)
-
-
-def scaled(length: float) -> Vec3:
-    """A brick like a KAPLA plank, but of another length [m]."""
-    scale = length / KAPLA[0]
-    return (scale * KAPLA[0], scale * KAPLA[1], scale * KAPLA[2])
-
-
-def falls(case: Case) -> bool:
-    """Whether users are told of a collapse on the bare engine; large bricks take longer to fall."""
-    scene = replace(timeline(case), hold=2.0 * sqrt(max(1.0, case.size[0] / KAPLA[0])))
-    return play(scene, SYSTEMS["tuned"]).collapse is not None
+    assert falls(Case("ladder", degrees(angle), share, yaw), BARE) is (flatter > 0.0)

@@ -6,7 +6,7 @@ of hulls with it lose their precision. So a plane may be two bodies, told apart 
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from math import sqrt
+from math import dist, sqrt
 
 from stability.engine_settings import EngineSettings
 from stability.geometry import body_axes
@@ -15,18 +15,18 @@ from stability.pybullet_engine.binding import pybullet
 from stability.pybullet_engine.bodies import PyBulletBodies
 from stability.pybullet_engine.parameters import body_parameters
 from stability.pybullet_engine.solids import Solids
-from stability.vectors import dot, plus, times
+from stability.vectors import dot, minus, moved, times
 
 # Combined friction is the product of two bodies' own; this stands for "none" where a partner must still reach its own.
 FRICTIONLESS = 1e-6
 # Half the side of the box that stands for a half-space [m]. A box, because PyBullet gives a box on a plane one contact
 # point a step, and a box on a box all four at once.
 HALF_SPACE = 1e5
-# [m] The same beside bricks with rounded edges: contacts with a larger box lose their precision. At 1e5 a ladder stands
-# 1 deg lower than it should; at 1e3 bricks that are joined stick to a slope.
-HALF_SPACE_BESIDE_HULLS = 1e2
-# How many times further than any brick was set down such a box must reach, or it is made anew.
-ROOM = 10.0
+# [engine m] The same beside bricks with rounded edges, about the place of the first: contacts with a larger box lose
+# their precision. At twenty times as much a V stands with 10 % too little friction, and columns fall that should stand.
+LEAST_REACH = 500.0
+# How many times further than any brick is such a box must reach, or it is made anew, twice as large as that.
+ROOM = 2.0
 # Collision groups, and the mask of what meets all: PyBullet's own of what is made with mass, and two more.
 SHARP, ROUNDED, HALF_SPACES, ALL = 1, 64, 128, -1
 # A brick lies square if the cosine of an axis of it to the vertical, or to the normal of a slope, is more than this: by
@@ -45,12 +45,13 @@ class PlanesWorld(PyBulletBodies):
     _planes: dict[BodyId, Plane] = field(default_factory=dict, init=False)
     _half_spaces: list[int] = field(default_factory=list, init=False)  # the bodies that stand for planes beside hulls
     _reach: float = field(default=HALF_SPACE, init=False)  # half the side of the boxes that stand for planes [m]
+    _middle_W: Vec3 = field(default=(0.0, 0.0, 0.0), init=False)  # their middles are right below it, or beside it [m]
     _lively: bool = field(default=False, init=False)  # whether something is fast
 
     def __post_init__(self) -> None:
         self._solids = Solids(self.client)
         if self.settings.edge_rounding:
-            self._reach = HALF_SPACE_BESIDE_HULLS
+            self._reach = LEAST_REACH / self.settings.scale
 
     def add_plane(self, plane: Plane) -> None:
         """Put up the ground or a wall."""
@@ -66,12 +67,14 @@ class PlanesWorld(PyBulletBodies):
         around = pybullet.getOverlappingObjects(low, high, physicsClientId=self.client)
         return {self.names[body] for body, _ in around or () if body not in self._half_spaces}
 
-    def _reach_beyond(self, brick: Brick, pose: Pose) -> None:
-        """Make the boxes that stand for planes anew if a brick comes near their ends."""
-        needed = ROOM * (max(map(abs, pose.position_W)) + max(brick.size))
+    def _reach_beyond(self, brick: Brick, position_W: Vec3, first: bool = False) -> None:
+        """Make the boxes that stand for planes anew if a brick, or the first of all, comes near their ends."""
+        needed = ROOM * (dist(self._middle_W, position_W) + max(brick.size))
         if needed <= self._reach or not self.settings.edge_rounding:
             return
-        self._reach = 2.0 * needed
+        if first:
+            self._middle_W, needed = position_W, ROOM * max(brick.size)
+        self._reach = max(self._reach, 2.0 * needed)
         for plane in self._planes.values():
             body = self._bodies.pop(plane.id)
             pybullet.removeBody(body, self.client)
@@ -82,7 +85,9 @@ class PlanesWorld(PyBulletBodies):
     def _put_up(self, plane: Plane) -> None:
         """Put up the box that stands for a plane."""
         depth = self._reach * self.scale
-        centre = plus(times(self.scale, plane.point_W), times(-depth, plane.normal_W))
+        above = dot(minus(self._middle_W, plane.point_W), plane.normal_W)
+        nearest = moved(self._middle_W, -above, plane.normal_W)  # of the plane
+        centre = moved(times(self.scale, nearest), -depth, plane.normal_W)
         body = self._body(0.0, self._solids.box((depth, depth, depth)), centre, _turning_z_to(plane.normal_W))
         self._name(body, plane.id, plane.friction / self._own_friction())
 

@@ -68,8 +68,10 @@ class ReshapingWorld(PlainWorld):
         super().step()
 
     def _reshape(self) -> None:
-        """Give every brick that is awake the edges that it needs."""
+        """Give every brick that is awake the edges that it needs, and planes that reach beyond it."""
         states = self.states([name for name in self._masses if name in self._bodies and not self.holds(name)])
+        for name, state in states.items():
+            self._reach_beyond(self._bricks[name], state.pose.position_W)
         leaning = {
             name: self._seen(name, state)
             for name, state in states.items()

@@ -182,7 +182,7 @@ class PlainWorld(PlanesWorld):
 
     def add_brick(self, brick: Brick, pose: Pose, velocity_W: Vec3 = AT_REST) -> None:
         """Set a brick down at rest, or let it go with a velocity of its centre [m/s]."""
-        self._reach_beyond(brick, pose)
+        self._reach_beyond(brick, pose.position_W, first=not self._bricks)
         square = self._square(pose)
         body = self._brick_body(brick, times(self.scale, pose.position_W), pose.orientation, rounded=not square)
         self._bricks[brick.id] = brick
