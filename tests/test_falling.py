@@ -152,7 +152,7 @@ def parted_at(friction: float) -> float:
     motion, world = motion_of(bricks, friction), world_of(bricks, friction=friction)
     falling = FallingParts(world, [replace(FLOOR, friction=friction)], friction, G)
     falling.woken(list(motion.velocity), motion)
-    while falling.turn(10):
+    while falling.advance(10):
         pass
     turn = turn_between(bricks[-1].pose, world.states([bricks[-1].brick.id])[bricks[-1].brick.id].pose)
     world.close()
@@ -176,7 +176,7 @@ def test_a_part_is_given_to_the_engine_before_it_strikes_what_stands_in_its_way_
     motion = motion_of(bricks)
     falling = FallingParts(world, [FLOOR], 0.5, G)
     falling.woken(list(motion.velocity), motion)
-    while falling.turn(10):
+    while falling.advance(10):
         pass
     states = world.states(sorted(motion.velocity))
     gaps = [
@@ -192,7 +192,7 @@ def test_what_is_awake_besides_makes_that_no_part_is_taken_for_rigid() -> None:
     motion, world = motion_of(bricks), world_of(bricks)
     falling = FallingParts(world, [FLOOR], 0.5, G)
     falling.woken([*motion.velocity, "p00"], motion)
-    assert falling.turn(10) == 0
+    assert falling.advance(10) == 0
     falling.end()  # there is nothing to be parted
     assert world.time() == 0.0
     world.close()
@@ -204,7 +204,7 @@ def test_what_is_pushed_at_the_moment_when_a_part_begins_to_fall_does_not_wait_f
     falling = FallingParts(world, [FLOOR], 0.5, G)
     falling.woken(list(motion.velocity), motion)
     falling.end()  # something is done before any time passes
-    assert falling.turn(10) == 0
+    assert falling.advance(10) == 0
     world.close()
 
 

@@ -98,6 +98,7 @@ ORDER = {
         "pybullet_engine.world",
         "pybullet_engine.reshaping",
         "pybullet_engine.joining",
+        "toppling",
         "falling",
         "resting",
         "touching",

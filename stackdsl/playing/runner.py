@@ -194,7 +194,7 @@ class _Run:
 
     def _pass(self, most: int) -> None:
         """Let a time step pass, or up to so many while what moves needs no engine."""
-        passed = self.falling.turn(most)
+        passed = self.falling.advance(most)
         self.ticks += passed or 1
         if passed:
             return
