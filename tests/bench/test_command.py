@@ -11,7 +11,8 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parent.parent
+from tests.scenes import ROOT
+
 # The second scene falls with plank floor(117.6 / 40) + 1 = 3.
 SCENES = """\
 scenario: flat
