@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -50,22 +51,24 @@ def started(
     )
 
 
+def ended(folder: Path, *arguments: str, **environment: str) -> Result:
+    """What the command has said in a folder, and how it ended."""
+    clean = {key: value for key, value in os.environ.items() if key not in ("CI", "STACKDSL_DEBUG")}
+    done = subprocess.run(
+        [sys.executable, "-m", "stackdsl", *arguments],
+        cwd=folder,
+        env={**clean, "PYTHONPATH": ROOT, **environment},
+        capture_output=True,
+        encoding="utf-8",
+        check=False,
+    )
+    assert "Traceback" not in done.stdout + done.stderr
+    return Result(done)
+
+
 @pytest.fixture(name="stackdsl")
 def stackdsl_in_folder(tmp_path: Path) -> Stackdsl:
-    def call(*arguments: str, **environment: str) -> Result:
-        clean = {key: value for key, value in os.environ.items() if key not in ("CI", "STACKDSL_DEBUG")}
-        done = subprocess.run(
-            [sys.executable, "-m", "stackdsl", *arguments],
-            cwd=tmp_path,
-            env={**clean, "PYTHONPATH": str(Path(__file__).parent.parent), **environment},
-            capture_output=True,
-            encoding="utf-8",
-            check=False,
-        )
-        assert "Traceback" not in done.stdout + done.stderr
-        return Result(done)
-
-    return call
+    return partial(ended, tmp_path)
 
 
 def write(folder: Path, text: str | bytes, name: str = "scene.yaml") -> Path:
