@@ -9,9 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.command_line import GOOD, Result, Stackdsl, ended, stackdsl_in_folder, write
-
-__all__ = ["stackdsl_in_folder"]  # the fixture `stackdsl`
+from tests.command_line import GOOD, Result, Stackdsl, ended, write
 
 ALIAS_BOMB = "a: &a [x, x, x, x, x, x, x, x, x, x]\n" + "".join(
     f"{new}: &{new} [{', '.join([f'*{old}'] * 10)}]\n" for old, new in zip("abcdefgh", "bcdefghi", strict=True)

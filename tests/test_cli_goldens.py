@@ -6,9 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.command_line import GOOD, Result, Stackdsl, ended, stackdsl_in_folder, started, write
-
-__all__ = ["stackdsl_in_folder"]  # the fixture `stackdsl`
+from tests.command_line import GOOD, Result, Stackdsl, ended, started, write
 
 
 @pytest.fixture(scope="module")
