@@ -109,8 +109,10 @@ def forking() -> Iterator[subprocess.Popen[str]]:
         yield process
 
 
-@pytest.fixture
-def stackdsl(forking: subprocess.Popen[str], tmp_path: Path, tmp_path_factory: pytest.TempPathFactory) -> Stackdsl:
+@pytest.fixture(name="stackdsl")
+def stackdsl_in_folder(
+    forking: subprocess.Popen[str], tmp_path: Path, tmp_path_factory: pytest.TempPathFactory
+) -> Stackdsl:
     """The command, to be called in the folder of the test."""
     said = tmp_path_factory.mktemp("said")
 
