@@ -129,7 +129,7 @@ def _stepped(world: World, extension: Extension | None, falling: FallingParts) -
     bricks = sorted(world.masses())
     seen = [world.states(bricks)]
     for step in range(round(FOLLOWED / world.settings.time_step)):
-        if not falling.turn(1):
+        if not falling.advance(1):
             world.step()
             if extension is not None:
                 extension.update()

@@ -152,7 +152,7 @@ def _step(world: World, extension: Extension | None, falling: FallingParts) -> N
     states: Mapping[str, BodyState] = world.states(sorted(world.masses()))
     fastest = max(hypot(*state.velocity_W) for state in states.values())
     world.limit_travel(fastest + LOOK * GRAVITY)
-    if extension is not None and falling.turn(1):
+    if extension is not None and falling.advance(1):
         return
     world.step()
     if extension is not None:

@@ -1,6 +1,6 @@
 """Frozen bricks and what they rest on, as they were left: tells what somebody else has moved, pushed or taken since."""
 
-from collections.abc import Container, Iterable
+from collections.abc import Collection, Container, Iterable
 from dataclasses import dataclass, field
 
 from stability.engine import Engine
@@ -36,6 +36,14 @@ class HeldBodies:
     def released(self, frozen: Iterable[BodyId]) -> list[BodyId]:
         """The frozen bricks that the engine no longer holds: another body under the name, or given a mass."""
         return [brick for brick in frozen if not self.engine.holds(brick)]
+
+    def lost(self, frozen: Collection[BodyId]) -> list[BodyId]:
+        """The frozen bricks that the engine no longer has, or no longer holds."""
+        gone = list[BodyId]()
+        if self.came_or_went():
+            bricks = self.engine.masses()
+            gone = [brick for brick in frozen if brick not in bricks]
+        return gone + self.released(brick for brick in frozen if brick not in gone)
 
     def disturbed(self, frozen: Container[BodyId]) -> dict[BodyId, BodyState]:
         """What has been moved or pushed since it was last looked at, as it is now: bricks that are frozen, supports."""

@@ -10,7 +10,8 @@ Statics knows boxes, fixed or not, and half-spaces. What touches anything else s
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from stability.candidates import boxes, clear_of_strangers, fixed_bodies
+from stability.awake_bricks import AwakeBricks
+from stability.candidates import clear_of_strangers, fixed_bodies
 from stability.disturbances import Disturbances, Disturbed, in_words
 from stability.engine import Engine, Joining
 from stability.foreign_changes import Site, changed
@@ -18,13 +19,10 @@ from stability.freezing import RestLimits
 from stability.held_bodies import HeldBodies
 from stability.judgement import Judgement, followed
 from stability.model import EARTH, BodyId, BodyState, Plane, Pose, Vec3
-from stability.putting_back import Homes
-from stability.refusals import Refusals
 from stability.region import region, touching
 from stability.riders import Riders
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability, Verdict
-from stability.stillness import Stillness
 from stability.vectors import norm, times
 from stability.watching import Update
 
@@ -46,28 +44,23 @@ class ProvenStability:
     # What lets bricks ride along as one rigid body; None if the engine cannot, and all bricks move one by one.
     joiner: Joining | None = None
     assembly: Assembly = field(init=False)
-    _awake: set[BodyId] = field(default_factory=set, init=False)
-    _announced: set[BodyId] = field(default_factory=set, init=False)  # set down since the last pass
+    _awake: AwakeBricks = field(init=False)
     _when_changed: Verdict | None = field(default=None, init=False)  # when bricks were last set down or taken out
-    _stillness: Stillness = field(init=False)
-    _refusals: Refusals = field(init=False)
     _held: HeldBodies = field(init=False)
-    _homes: Homes = field(default_factory=Homes, init=False)  # of the bricks that were disturbed
     _riders: Riders = field(init=False)
     _disturbances: Disturbances = field(init=False)
 
     def __post_init__(self) -> None:
-        self._stillness = Stillness(self.rest)
-        self._refusals = Refusals(self.rest.hold_off)
         self._held = HeldBodies(self.engine)
         self._riders = Riders(self.joiner)
+        self._awake = AwakeBricks(self.engine, self.rest, self._riders)
         self._disturbances = Disturbances(self.engine, self.rest, self.gravity)
         self.assembly = Assembly(self.planes or (), self.friction, self.gravity)
 
     def awake(self) -> list[BodyId]:
         """The bricks that the engine moves, by name."""
         self._notice_new()
-        return sorted(self._awake)
+        return sorted(self._awake.names)
 
     def riding(self) -> Collection[BodyId]:
         """Those of the awake bricks that move as rigid bodies on others, not one by one."""
@@ -79,21 +72,18 @@ class ProvenStability:
 
     def set_down(self, bricks: Iterable[BodyId]) -> None:
         """Say that these bricks were set down at rest: they may be judged at once, before any step."""
-        self._announced.update(bricks)
-        self._awake |= self._announced
-        self._stillness.set_down(self._announced)
+        self._awake.set_down(bricks)
 
     def taken_out(self, bricks: Iterable[BodyId]) -> Update:
         """Say that these bricks were taken out of the engine: what cannot stand without them is woken at once."""
         gone = sorted(bricks)
         frozen = [brick for brick in gone if self.is_frozen(brick)]
         for brick in gone:
-            self._awake.discard(brick)
-            self._announced.discard(brick)
             self._forget(brick)
-        self._refusals.changed()
+            self._awake.taken_out(brick)
+        self._awake.ask_again()
         judgement = followed(self.assembly, self.assembly.remove(frozen))
-        if frozen or not self._awake:  # else nothing was asked that was not proven before
+        if frozen or not self._awake.names:  # else nothing was asked that was not proven before
             self._when_changed = judgement.first
         woken = self._give_back(judgement.released)
         return Update((), woken, judgement.lowest, judgement.first.reason if woken else "")
@@ -102,12 +92,10 @@ class ProvenStability:
         """Judge what somebody else has changed, and what has come to rest."""
         lost = self._answer_changes() if self.guard else Update()
         self._notice_new()
-        now = self.engine.time()
-        states = self.engine.states(self._riders.followed(self._awake))
-        self._stillness.follow(now, states)
+        states = self._awake.follow()
         lost = lost.then(self._answer_disturbances(states))
-        coming = self._at_rest(now, states)
-        announced, self._announced = self._announced, set()
+        coming = self._clear(self._awake.at_rest(states))
+        announced = self._awake.no_longer_new()
         if not coming:
             return lost
         self.assembly.names_smallest = bool(announced)  # of a heap nobody asks what could fall alone
@@ -120,7 +108,7 @@ class ProvenStability:
 
     def _judged(self, coming: Sequence[Placed]) -> Judgement:
         """Put bricks to the proof, those that were disturbed and hardly moved where they had been, if that holds."""
-        settled = self._homes.put_back(coming)
+        settled = self._awake.homes.put_back(coming)
         verdict = self.assembly.add_all(settled)
         back = [placed for placed, was in zip(settled, coming, strict=True) if placed is not was]
         if back and verdict.stability is not Stability.STABLE:
@@ -151,7 +139,7 @@ class ProvenStability:
         asked = {brick: self.assembly.bricks[brick].pose for brick in sorted(bricks) if self.is_frozen(brick)}
         if not asked:
             return ()
-        self._refusals.changed()
+        self._awake.ask_again()
         judgement = followed(self.assembly, self.assembly.remove(asked))
         return self._give_back({**asked, **judgement.released})
 
@@ -173,37 +161,21 @@ class ProvenStability:
     def _notice_new(self) -> None:
         bricks = self.engine.masses()
         # Whoever shares the world with nobody may count: all else has been announced.
-        if self.guard or len(bricks) != len(self._awake) + len(self.assembly.bricks):
-            self._awake = bricks.keys() - self.assembly.bricks.keys()
+        if self.guard or len(bricks) != len(self._awake.names) + len(self.assembly.bricks):
+            self._awake.names = bricks.keys() - self.assembly.bricks.keys()
 
-    def _at_rest(self, now: float, states: Mapping[BodyId, BodyState]) -> list[Placed]:
-        """The bricks to be put to the proof, if it is worth while."""
-        if not self._announced and not self._refusals.may_ask(now):
+    def _clear(self, resting: Mapping[BodyId, Placed]) -> list[Placed]:
+        """Those of the resting bricks that touch nothing of which statics is silent."""
+        if not resting:
             return []
-        resting = self._resting(now, states)
-        if not any(
-            brick in self._announced or self._refusals.is_news(brick, placed.pose, min(placed.brick.size), now)
-            for brick, placed in resting.items()
-        ):
-            return []
-        if self.planes is not None and len(resting) == len(self._awake):
+        if self.planes is not None and len(resting) == len(self._awake.names):
             return list(resting.values())
         tables = (table.brick.id for table in self.assembly.tables)
         known = {*self.assembly.bricks, *tables, *(plane.id for plane in self.assembly.planes)}
-        clear = clear_of_strangers(self.engine, resting, known, self.engine.states(sorted(self._awake)))
+        clear = clear_of_strangers(self.engine, resting, known, self.engine.states(sorted(self._awake.names)))
         if not clear:
-            self._refusals.wait(now)
+            self._awake.wait()
         return clear
-
-    def _resting(self, now: float, states: Mapping[BodyId, BodyState]) -> dict[BodyId, Placed]:
-        """The boxes that have been slow for long enough. What rides rests when all that was woken with it does."""
-        slow = {brick for brick in states if self._stillness.may_be_judged(brick, now)}
-        woken = [brick for brick in states if brick in self._homes]
-        if not slow.issuperset(woken):
-            slow = {brick for brick in slow if brick not in self._riders}
-        ridden = [member for brick in sorted(slow) if brick in self._riders for member in self._riders.part(brick)]
-        single = [brick for brick in slow if brick not in ridden]
-        return dict(boxes(self.engine, self.engine.states(sorted([*single, *ridden]))))
 
     # --- what follows from a verdict ----------------------------------------------------------------------------------
 
@@ -213,8 +185,8 @@ class ProvenStability:
             self._freeze(brick)
         refused = {brick: judgement.released[brick] for brick in coming if brick in judgement.released}
         if frozen or len(judgement.released) > len(refused):
-            self._refusals.changed()
-        self._refusals.refuse(refused.items(), self.engine.time())
+            self._awake.ask_again()
+        self._awake.refuse(refused)
         fallen = {brick: pose for brick, pose in judgement.released.items() if brick not in refused}
         woken = self._give_back(fallen) + tuple(brick for brick in refused if brick in announced)
         proof = judgement.last.stage.value if frozen and judgement.last.stage is not None else ""
@@ -235,7 +207,8 @@ class ProvenStability:
         found = Update()
         if hits := self._disturbances.hits(states, {*self.assembly.bricks, *self._riders.bricks}):
             found = self._wake_struck(Disturbed({hit.brick: hit.normal_W for hit in hits}, in_words(hits)))
-        pressing = self._awake - self._riders.bricks - self._announced  # what was set down has not been stepped yet
+        stepped = self._awake.names - self._awake.announced
+        pressing = stepped - self._riders.bricks
         if pressed := self._disturbances.overloaded(self.assembly, pressing):
             found = found.then(self._wake_struck(pressed))
         return found
@@ -254,80 +227,64 @@ class ProvenStability:
         touched = {brick: sorted(touching(self.assembly, brick)) for brick in riding}
         judgement = followed(self.assembly, self.assembly.remove(placed))
         poses = {**{brick: was.pose for brick, was in placed.items()}, **judgement.released}
-        self._homes.left(poses)
+        self._awake.homes.left(poses)
         for group in reached.riding:
             side = min(min(placed[brick].brick.size) for brick in group)
             self._riders.join({brick: poses[brick] for brick in group}, touched, side)
-        self._refusals.changed()
+        self._awake.ask_again()
         self._let_go(poses.keys() - riding)
         self._let_ride(riding)
         return Update((), tuple(sorted(poses)), reason=disturbed.reason, riding=tuple(sorted(riding)))
 
     def _let_ride(self, bricks: Iterable[BodyId]) -> None:
         for brick in bricks:
-            self._awake.add(brick)
+            self._awake.woke(brick)
             self._held.let_go(brick)
-            self._stillness.woke(brick)
 
     def _freeze(self, brick: BodyId) -> None:
         self.engine.freeze(brick)
-        self._awake.discard(brick)
-        self._homes.settled([brick])
+        self._awake.froze(brick)
         self._disturbances.froze([brick])
-        self._stillness.froze(brick)
-        self._refusals.forget(brick)
         if self.guard:
             self._held.hold(brick)
 
     def _give_back(self, bricks: Mapping[BodyId, Pose]) -> tuple[BodyId, ...]:
         """Wake frozen bricks that are no longer part of the assembly."""
         self._let_go(bricks)
-        self._refusals.refuse(bricks.items(), self.engine.time())
+        self._awake.refuse(bricks)
         return tuple(sorted(bricks))
 
     def _let_go(self, bricks: Iterable[BodyId]) -> None:
         for brick in sorted(bricks):
             self.engine.wake(brick)
-            self._awake.add(brick)
+            self._awake.woke(brick)
             self._held.let_go(brick)
-            self._stillness.woke(brick)
         self._disturbances.woke()
 
     # --- what somebody else has changed -------------------------------------------------------------------------------
 
     def _answer_changes(self) -> Update:
         """Judge the frozen bricks again where they or their surroundings are not what they were."""
-        lost = self._lost()
+        lost = self._held.lost(self.assembly.bricks)
+        for brick in lost:
+            self._forget(brick)
         disturbed = self._held.disturbed(self.assembly.bricks.keys() - lost)
         now = changed(self.assembly, lost, disturbed, self._site())
         self.assembly = now.assembly
         if now.verdict is None:
             return Update()
-        self._refusals.changed()
+        self._awake.ask_again()
         judgement = followed(self.assembly, now.verdict)
         woken = self._give_back({**now.pushed, **judgement.released})
         return Update((), woken, judgement.lowest, judgement.first.reason or "moved by somebody else" if woken else "")
-
-    def _lost(self) -> list[BodyId]:
-        """The frozen bricks that the engine no longer has, or no longer holds."""
-        frozen, gone = self.assembly.bricks, list[BodyId]()
-        if self._held.came_or_went():
-            bricks = self.engine.masses()
-            gone = [brick for brick in frozen if brick not in bricks]
-        lost = gone + self._held.released(brick for brick in frozen if brick not in gone)
-        for brick in lost:
-            self._forget(brick)
-        return lost
 
     def _forget(self, brick: BodyId) -> None:
         """A brick is gone, or is no longer what it was; an engine parts what it was joined to."""
         if brick in self._riders:
             self._riders.parted(brick)
-        self._homes.settled([brick])
         self._disturbances.forget(brick)
         self._held.let_go(brick)
-        self._stillness.forget(brick)
-        self._refusals.forget(brick)
+        self._awake.forget(brick)
 
     def _site(self) -> Site:
         return Site(self.planes, ()) if self.planes is not None else Site(*fixed_bodies(self.engine, self.friction))

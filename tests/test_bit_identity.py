@@ -142,11 +142,11 @@ def test_two_planks_of_the_collapse_fall_as_one(cases: tuple[Case, ...], monkeyp
     as_one: list[int] = []
 
     def noted(parts: FallingParts, steps: int) -> int:
-        as_one.append(turn(parts, steps))
+        as_one.append(advance(parts, steps))
         return as_one[-1]
 
-    turn = FallingParts.turn
-    monkeypatch.setattr(FallingParts, "turn", noted)
+    advance = FallingParts.advance
+    monkeypatch.setattr(FallingParts, "advance", noted)
     (case,) = (case for case in cases if case.name == "collapse[exact]")
     play_case(case.timeline, case.system)
     assert sum(as_one) > 50  # time steps

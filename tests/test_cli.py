@@ -9,43 +9,51 @@ from pathlib import Path
 
 import pytest
 
-from tests.command_line import GOOD, Stackdsl, stackdsl_in_folder, write
-
-__all__ = ["stackdsl_in_folder"]  # the fixture `stackdsl`
+from tests.command_line import GOOD, Result, Stackdsl, ended, write
 
 ALIAS_BOMB = "a: &a [x, x, x, x, x, x, x, x, x, x]\n" + "".join(
     f"{new}: &{new} [{', '.join([f'*{old}'] * 10)}]\n" for old, new in zip("abcdefgh", "bcdefghi", strict=True)
 )
 
 
-@pytest.mark.parametrize(
-    ("text", "told"),
-    [
-        (GOOD.replace("levels", "levles"), ("SD101", "scene.yaml:3:14", "did you mean 'levels'?")),
-        (GOOD.replace("1 s", "1 mm"), ("SD106", "scene.yaml:4:12", "mm")),
-        (GOOD.replace("1 s", "1"), ("SD105", "scene.yaml:4:12", "unit")),
-        (GOOD.replace("levels: 3", "step: 1 mm"), ("SD102", "scene.yaml:3", "levels")),
-        (GOOD + "build: []\n", ("SD003", "scene.yaml:7:1", "2:1")),
-        (GOOD.replace("stands: all", "height: 20 mm"), ("SD107", "scene.yaml:6:13", "leaves no room")),
-        (GOOD.replace("column: {levels: 3}", "bricks: [{at: [0 m, 0 m, 3.9 mm]}, {at: [0 m, 0 m, 8 mm]}]"),
-         ("SD201", "scene.yaml:3", "inside")),
-        (ALIAS_BOMB, ("SD008", "scene.yaml", "alias")),
-        ("a: " + "[" * 100_000, ("SD007", "scene.yaml:1:67", "more than 64")),
-        (b"scenario: caf\xe9\n", ("SD002", "scene.yaml:1:14", "UTF-8")),
-        ("", ("SD005", "scene.yaml:1:1", "scenario")),
-        ("# nothing here\n", ("SD005", "scene.yaml:1:1", "scenario")),
-        (GOOD.replace("every: 1 s", "every: 1_000 s"), ("SD10", "scene.yaml:4", "1_000")),
-        (GOOD.replace("levels: 3", "levels: 012"), ("SD009", "scene.yaml:3", "012")),
-    ],
-)  # fmt: skip
-def test_each_mistake_is_told_with_code_place_cause_and_remedy(
-    stackdsl: Stackdsl, tmp_path: Path, text: str | bytes, told: tuple[str, str, str]
-) -> None:
-    result = stackdsl("check", str(write(tmp_path, text)))
-    assert result.code == 2
-    assert [words for words in told if words not in result.out] == []  # code, place, cause
-    assert "  = " in result.out  # the remedy
-    assert "^" in result.out or not text
+# A file, and the code, place and cause that are told of it.
+MISTAKES: list[tuple[str | bytes, tuple[str, str, str]]] = [
+    (GOOD.replace("levels", "levles"), ("SD101", "scene.yaml:3:14", "did you mean 'levels'?")),
+    (GOOD.replace("1 s", "1 mm"), ("SD106", "scene.yaml:4:12", "mm")),
+    (GOOD.replace("1 s", "1"), ("SD105", "scene.yaml:4:12", "unit")),
+    (GOOD.replace("levels: 3", "step: 1 mm"), ("SD102", "scene.yaml:3", "levels")),
+    (GOOD + "build: []\n", ("SD003", "scene.yaml:7:1", "2:1")),
+    (GOOD.replace("stands: all", "height: 20 mm"), ("SD107", "scene.yaml:6:13", "leaves no room")),
+    (GOOD.replace("column: {levels: 3}", "bricks: [{at: [0 m, 0 m, 3.9 mm]}, {at: [0 m, 0 m, 8 mm]}]"),
+     ("SD201", "scene.yaml:3", "inside")),
+    (ALIAS_BOMB, ("SD008", "scene.yaml", "alias")),
+    ("a: " + "[" * 100_000, ("SD007", "scene.yaml:1:67", "more than 64")),
+    (b"scenario: caf\xe9\n", ("SD002", "scene.yaml:1:14", "UTF-8")),
+    ("", ("SD005", "scene.yaml:1:1", "scenario")),
+    ("# nothing here\n", ("SD005", "scene.yaml:1:1", "scenario")),
+    (GOOD.replace("every: 1 s", "every: 1_000 s"), ("SD10", "scene.yaml:4", "1_000")),
+    (GOOD.replace("levels: 3", "levels: 012"), ("SD009", "scene.yaml:3", "012")),
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def with_mistakes(tmp_path_factory: pytest.TempPathFactory) -> Result:
+    """What is told of all these files, each in a folder of its own."""
+    folder = tmp_path_factory.mktemp("mistakes")
+    for number, (text, _) in enumerate(MISTAKES):
+        write(folder, text, f"{number:02}/scene.yaml")
+    return ended(folder, "check", ".")
+
+
+@pytest.mark.parametrize("number", range(len(MISTAKES)), ids=[f"{code} {cause}" for _, (code, _, cause) in MISTAKES])
+def test_each_mistake_is_told_with_code_place_cause_and_remedy(with_mistakes: Result, number: int) -> None:
+    text, (code, place, cause) = MISTAKES[number]
+    assert with_mistakes.code == 2
+    start = f"{number:02}/{place}"
+    (told,) = (told for told in with_mistakes.out.split("\n\n") if told.startswith(start) and code in told)
+    assert cause in told
+    assert "  = " in told  # the remedy
+    assert "^" in told or not text
 
 
 def test_a_directory_in_place_of_a_file_is_told(stackdsl: Stackdsl, tmp_path: Path) -> None:

@@ -1,13 +1,29 @@
 """`stackdsl check` and golden files: written when told to, removed when obsolete, and never in CI."""
 
 import shlex
+import shutil
 from pathlib import Path
 
 import pytest
 
-from tests.command_line import GOOD, Result, Stackdsl, stackdsl_in_folder, started, write
+from tests.command_line import GOOD, Result, Stackdsl, ended, started, write
 
-__all__ = ["stackdsl_in_folder"]  # the fixture `stackdsl`
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A project with two scenarios, their golden files, and a draft beside."""
+    folder = tmp_path_factory.mktemp("project")
+    for name in ("scenarios/good", "scenarios/part/deep", "wip/draft"):
+        write(folder, GOOD.replace("good", Path(name).name), f"{name}.yaml")
+    assert ended(folder, "check", "--update").code == 0
+    assert len(list((folder / "golden").iterdir())) == 2
+    return folder
+
+
+@pytest.fixture
+def project(written: Path, tmp_path: Path) -> Path:
+    """A copy of that project, where `stackdsl` is called."""
+    return shutil.copytree(written, tmp_path, dirs_exist_ok=True)
 
 
 def test_missing_then_written_then_same_then_different(stackdsl: Stackdsl, tmp_path: Path) -> None:
@@ -27,10 +43,8 @@ def test_missing_then_written_then_same_then_different(stackdsl: Stackdsl, tmp_p
     assert (tmp_path / "golden" / "good[exact].json").read_bytes() == locked
 
 
-def test_a_golden_of_no_variant_is_obsolete_when_all_were_checked(stackdsl: Stackdsl, tmp_path: Path) -> None:
-    write(tmp_path, GOOD, "scenarios/good.yaml")
-    assert stackdsl("check", "--update").code == 0
-    (tmp_path / "golden" / "gone[exact].json").write_text("{}")
+def test_a_golden_of_no_variant_is_obsolete_when_all_were_checked(stackdsl: Stackdsl, project: Path) -> None:
+    (project / "golden" / "gone[exact].json").write_text("{}")
     result = stackdsl("check")
     assert result.code == 3
     assert "gone[exact].json" in result.out
@@ -41,16 +55,12 @@ def test_a_golden_of_no_variant_is_obsolete_when_all_were_checked(stackdsl: Stac
 
 
 @pytest.mark.parametrize("checked", ["empty", "wip", "scenarios/part", "golden"])
-def test_a_directory_of_other_scenarios_removes_no_golden(stackdsl: Stackdsl, tmp_path: Path, checked: str) -> None:
-    for name in ("scenarios/good", "scenarios/part/deep", "wip/draft"):
-        write(tmp_path, GOOD.replace("good", Path(name).name), f"{name}.yaml")
-    (tmp_path / "empty").mkdir()
-    assert stackdsl("check", "--update").code == 0
-    before = {entry.name for entry in (tmp_path / "golden").iterdir()}
-    assert len(before) == 2
+def test_a_directory_of_other_scenarios_removes_no_golden(stackdsl: Stackdsl, project: Path, checked: str) -> None:
+    (project / "empty").mkdir()
+    before = {entry.name for entry in (project / "golden").iterdir()}
     assert "obsolete" not in stackdsl("check", checked).out
     stackdsl("check", checked, "--update")
-    assert before <= {entry.name for entry in (tmp_path / "golden").iterdir()}
+    assert before <= {entry.name for entry in (project / "golden").iterdir()}
 
 
 def test_the_whole_set_is_known_by_where_it_is_and_holds_a_case(stackdsl: Stackdsl, tmp_path: Path) -> None:
@@ -73,13 +83,11 @@ def test_links_that_are_not_followed_remove_no_golden(stackdsl: Stackdsl, tmp_pa
     assert (tmp_path / "project" / "golden" / "good[exact].json").exists()
 
 
-def test_goldens_that_the_disk_keeps_stay_obsolete_in_a_whole_report(stackdsl: Stackdsl, tmp_path: Path) -> None:
-    write(tmp_path, GOOD, "scenarios/good.yaml")
-    assert stackdsl("check", "--update").code == 0
-    (tmp_path / "golden" / "gone[exact].json").touch()
+def test_goldens_that_the_disk_keeps_stay_obsolete_in_a_whole_report(project: Path) -> None:
+    (project / "golden" / "gone[exact].json").touch()
     refused = "def refuse(*_, **__): raise PermissionError(13, 'Permission denied')"
     code = f"import pathlib\n{refused}\npathlib.Path.unlink = refuse\nfrom stackdsl.cli import main\nmain()"
-    done = started(tmp_path, "check", "--update", program=("-c", code))
+    done = started(project, "check", "--update", program=("-c", code))
     out, err = done.communicate(timeout=60)
     assert done.returncode == 3
     assert "good" in out

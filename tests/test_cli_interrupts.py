@@ -9,9 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.command_line import GOOD, stackdsl_in_folder, started, write
-
-__all__ = ["stackdsl_in_folder"]  # the fixture `stackdsl`
+from tests.command_line import GOOD, started, write
 
 # The command, with a Ctrl-C soon after it has begun to start workers: none has come as far as its task by then.
 INTERRUPTED_AT_ONCE = """

@@ -1,6 +1,7 @@
 """Every scenario of this repository, as documentation and as a test: played, judged, and held against its snapshot."""
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from random import Random
 
@@ -15,10 +16,12 @@ from stackdsl.snapshots.canonical import document
 from stackdsl.snapshots.comparison import compare_documents
 from stackdsl.snapshots.golden import current_stamp, golden_name
 from stackdsl.timeline import Placement
+from stackdsl.trace import Trace
 
 ROOT = Path(__file__).parent.parent
 MOST_GAIN = 0.01  # of the potential energy: energy never grows by itself
 GATHERED = gather([ROOT / "scenarios"])
+CASES = {case.name: case for case in GATHERED.cases}
 
 
 def parameter(case: Case) -> ParameterSet:
@@ -26,9 +29,14 @@ def parameter(case: Case) -> ParameterSet:
     return pytest.param(case, id=case.name, marks=marks)
 
 
+@cache  # a run repeats to the last bit (tests/test_bit_identity.py), so one serves every test here
+def trace_of(name: str) -> Trace:
+    return play_case(CASES[name].timeline, CASES[name].system)
+
+
 @pytest.mark.parametrize("case", [parameter(case) for case in GATHERED.cases])
 def test_a_scenario_meets_its_expectations_and_its_snapshot(case: Case, golden: Golden) -> None:
-    trace = play_case(case.timeline, case.system)
+    trace = trace_of(case.name)
     outcomes = judge(trace, case.scenario, case.variant, case.source, case.system)
     assert [outcome for outcome in outcomes if not outcome.passed] == []
     assert trace.energy is None or trace.energy.gain <= MOST_GAIN
@@ -51,9 +59,8 @@ def test_a_disturbance_of_a_nanometre_changes_no_snapshot(case: Case) -> None:
         case.timeline,
         actions=tuple(nudged(act, noise) if isinstance(act, Placement) else act for act in case.timeline.actions),
     )
-    here, there = (
-        document(snapshot_of(case, play_case(timeline, case.system), {})) for timeline in (case.timeline, disturbed)
-    )
+    traces = trace_of(case.name), play_case(disturbed, case.system)
+    here, there = (document(snapshot_of(case, trace, {})) for trace in traces)
     assert compare_documents(here, there) == ()
 
 

@@ -4,9 +4,8 @@ Time in which nothing can move is skipped: before the first brick, and whenever 
 A collapse ends the build, and is followed for a while to see what falls. Hits go on, and so does pulling bricks out.
 """
 
-from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from math import hypot
 from time import perf_counter
 
@@ -19,19 +18,18 @@ from stability.watching import Extension, Update
 from stackdsl.playing.carrying import ForceMeter
 from stackdsl.playing.clearance import keep_clear
 from stackdsl.playing.edges import EdgeWatch
+from stackdsl.playing.event_log import EventLog, OnEvent, edges_of
 from stackdsl.playing.going_on import after_collapse, last_arrival, time_of
 from stackdsl.playing.measuring import Measures
 from stackdsl.playing.opening import SAMPLING, extension_for, load, opened_world
 from stackdsl.playing.systems import System
 from stackdsl.playing.tracks import tracks_of
 from stackdsl.timeline import Moment, Placement, Push, Removal, Timeline
-from stackdsl.trace import STAND, BrickState, Collapse, Cost, Edge, Event, EventKind, Trace
+from stackdsl.trace import STAND, BrickState, Collapse, Cost, Event, EventKind, Trace
 
 CLOSE_SAMPLING = 0.002  # [s] between looks while it is asked how something begins to fall, or where it lands
 AFTERMATH = 1.0  # [s] a collapse is followed; a plank falls from a metre in less than half of it
 FORCE_WINDOW = 0.25  # [s] at the end over which a bare engine's contact forces are averaged
-
-OnEvent = Callable[[Event], None]
 
 
 def play(timeline: Timeline, system: System, on_event: OnEvent = lambda event: None) -> Trace:
@@ -40,7 +38,7 @@ def play(timeline: Timeline, system: System, on_event: OnEvent = lambda event: N
     started = perf_counter()
     world = opened_world(timeline, system)
     try:
-        run = _Run(timeline, world, extension_for(timeline, system, world), on_event)
+        run = _Run(timeline, world, extension_for(timeline, system, world), EventLog(on_event))
         run.play()
         return run.trace(perf_counter() - started)
     finally:
@@ -52,17 +50,14 @@ class _Run:
     timeline: Timeline
     world: World
     extension: Extension | None
-    on_event: OnEvent
-    events: list[Event] = field(default_factory=list)
+    log: EventLog
     collapse: Collapse | None = None
     gave_way: BodyId | None = None
-    carried_at_first: dict[BodyId, tuple[Edge, ...]] = field(default_factory=dict)
     forces: ForceMeter = field(default_factory=ForceMeter)
     ticks: int = 0  # time steps that passed while something could move
     steps: int = 0  # of them, those that an engine took
     judgements: int = 0
     one_by_one: int = 0
-    proofs: Counter[str] = field(default_factory=Counter)  # bricks by what proved them
     last_action: float = 0.0  # [s]
     shift_before: float = 0.0  # largest of any brick when something was last done before a collapse [m]
     last_arrival: float = 0.0  # of what has to fly to the structure [s]
@@ -132,7 +127,7 @@ class _Run:
             keep_clear(placement, self.watch)
             self.world.add_brick(placement.brick, placement.pose, placement.velocity_W)
             self.measures.add(placement)
-        self._tell(Event(group[0].time, EventKind.PLACED, tuple(placement.brick.id for placement in group)))
+        self.log.tell(Event(group[0].time, EventKind.PLACED, tuple(placement.brick.id for placement in group)))
         if self.extension is not None:
             # The author sets them down at rest, so they are judged as they stand, level by level, before any step.
             self.extension.set_down(
@@ -146,13 +141,13 @@ class _Run:
             self.world.remove_brick(brick)
         self.measures.remove(removal.bricks)
         self.forces = ForceMeter()  # what was measured before is of another structure
-        self._tell(Event(removal.time, EventKind.REMOVED, removal.bricks))
+        self.log.tell(Event(removal.time, EventKind.REMOVED, removal.bricks))
         if self.extension is not None:
             self._tell_update(self.extension.taken_out(removal.bricks))
 
     def _push(self, push: Push) -> None:
         self.watch.struck()
-        self._tell(Event(push.time, EventKind.PUSHED, (push.brick,)))
+        self.log.tell(Event(push.time, EventKind.PUSHED, (push.brick,)))
         if self.extension is not None:
             self._tell_update(self.extension.struck(push.brick, push.impulse_W))
             if self.extension.is_frozen(push.brick):
@@ -161,20 +156,8 @@ class _Run:
         self.world.push(push.brick, push.impulse_W, plus(centre_W, push.offset_W))
 
     def _close_placement(self) -> None:
-        """Before the next bricks come: note how the last ones were carried, and how safely the stack stood."""
-        if self.extension is None or self.extension.awake():
-            return  # what still moves has no margin, and who carries whom is about to change
-        for index in range(len(self.events) - 1, -1, -1):
-            if self.events[index].kind in (EventKind.REMOVED, EventKind.PUSHED):
-                return  # the bricks placed before it were looked at when it came
-            if self.events[index].kind is EventKind.PLACED:
-                if any(self.watch.bricks[brick].placement.thrown for brick in self.events[index].bricks):
-                    return  # nor is who carries a missile
-                self.events[index] = replace(self.events[index], margin=self.extension.least_margin())
-                placed = self.events[index].bricks
-                shares = self.extension.shares(placed)
-                self.carried_at_first |= {brick: _edges(brick, shares.get(brick, {})) for brick in placed}
-                return
+        if self.extension is not None:
+            self.log.close_placement(self.extension, self.watch)
 
     def _advance(self, until: float) -> None:
         """Let time pass up to a time, or to the first collapse."""
@@ -194,7 +177,7 @@ class _Run:
 
     def _pass(self, most: int) -> None:
         """Let a time step pass, or up to so many while what moves needs no engine."""
-        passed = self.falling.turn(most)
+        passed = self.falling.advance(most)
         self.ticks += passed or 1
         if passed:
             return
@@ -221,13 +204,7 @@ class _Run:
         return bool(update.frozen) and not update.woken
 
     def _tell_update(self, update: Update) -> None:
-        now = self.world.time()
-        stays = tuple(brick for brick in update.frozen if brick not in update.woken)
-        if stays:
-            self.proofs[update.proof] += len(stays)
-            self._tell(Event(now, EventKind.FROZEN, stays, update.proof))
-        if update.woken:
-            self._tell(Event(now, EventKind.WOKEN, update.woken, update.reason))
+        self.log.tell_update(self.world.time(), update)
         if update.failed:
             self._let_fall()
         elif update.woken:
@@ -256,16 +233,12 @@ class _Run:
         if self.collapse is None and (first := self.watch.first_to_leave()) is not None:
             level = self.watch.level_under_construction()
             self.collapse = Collapse(now, level, first, self.gave_way)
-            self._tell(Event(now, EventKind.COLLAPSED, (first,), f"level {level} under construction"))
+            self.log.tell(Event(now, EventKind.COLLAPSED, (first,), f"level {level} under construction"))
         return self.collapse is not None
 
     def _limit_travel(self, states: Mapping[BodyId, BodyState]) -> None:
         fastest = max((hypot(*state.velocity_W) for state in states.values()), default=0.0)
         self.world.limit_travel(fastest + SAMPLING * self.timeline.world.gravity)  # as fast as until the next look
-
-    def _tell(self, event: Event) -> None:
-        self.events.append(event)
-        self.on_event(event)
 
     def trace(self, wall_time: float) -> Trace:
         unproven = not self.timeline.watched and self._only_an_engine_knows_more()
@@ -273,12 +246,12 @@ class _Run:
         standing = [name for name, track in tracks.items() if track.state in STAND]
         shares = self.extension.shares() if self.extension is not None else self.forces.shares(standing)
         return Trace(
-            events=tuple(self.events),
+            events=tuple(self.log.events),
             tracks=tracks,
-            edges=tuple(edge for name in standing for edge in _edges(name, shares.get(name, {}))),
+            edges=tuple(edge for name in standing for edge in edges_of(name, shares.get(name, {}))),
             collapse=self.collapse,
-            cost=Cost(wall_time, self.world.time(), self.steps, self.judgements, self._proofs(), self.one_by_one),
-            edges_when_placed=self.carried_at_first,
+            cost=Cost(wall_time, self.world.time(), self.steps, self.judgements, self.log.proofs(), self.one_by_one),
+            edges_when_placed=self.log.carried_at_first,
             world=self.timeline.world,
             last_arrival=self.last_arrival,
             statics=self.extension.verdict() if self.extension is not None else None,
@@ -291,11 +264,3 @@ class _Run:
 
     def _is_frozen(self, brick: BodyId) -> bool:
         return self.extension is not None and self.extension.is_frozen(brick)
-
-    def _proofs(self) -> Mapping[str, int]:
-        return {proof: count for proof, count in sorted(self.proofs.items()) if proof}
-
-
-def _edges(brick: BodyId, shares: Mapping[BodyId, float]) -> tuple[Edge, ...]:
-    """Who carries a brick, and which part of its load."""
-    return tuple(Edge(brick, on, shares[on]) for on in sorted(shares))

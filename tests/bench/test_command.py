@@ -1,17 +1,15 @@
 """`stackdsl bench` as a user meets it: the table, the files, stopping and going on."""
 
 import json
-import os
 import re
 import signal
-import subprocess
-import sys
 import time
 from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parent.parent
+from tests.command_line import Stackdsl, started
+
 # The second scene falls with plank floor(117.6 / 40) + 1 = 3.
 SCENES = """\
 scenario: flat
@@ -38,29 +36,11 @@ def _folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def started(folder: Path, *arguments: str) -> subprocess.Popen[str]:
-    return subprocess.Popen(
-        [sys.executable, "-m", "stackdsl", *arguments],
-        cwd=folder,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        encoding="utf-8",
-    )
-
-
-def called(folder: Path, *arguments: str) -> tuple[int, str, str]:
-    process = started(folder, *arguments)
-    out, err = process.communicate(timeout=120)
-    assert "Traceback" not in out + err
-    return process.returncode, out, err
-
-
 def lines_in(path: Path) -> int:
     return len(path.read_text(encoding="utf-8").splitlines()) if path.exists() else 0
 
 
-def test_a_bench_is_interrupted_resumed_and_written_down(folder: Path) -> None:
+def test_a_bench_is_interrupted_resumed_and_written_down(stackdsl: Stackdsl, folder: Path) -> None:
     journal = folder / "out" / "runs.jsonl"
     process = started(folder, *QUICK)
     while lines_in(journal) < 2 and process.poll() is None:
@@ -72,7 +52,7 @@ def test_a_bench_is_interrupted_resumed_and_written_down(folder: Path) -> None:
     kept = [line for line in journal.read_text(encoding="utf-8").splitlines() if '"status": "done"' in line]
     assert len(kept) >= 2
 
-    code, out, err = called(folder, *QUICK, "--resume")
+    code, out, err = stackdsl(*QUICK, "--resume")
     assert code == 0
     assert "8 of 8 runs done, 0 wrong verdicts" in out
     assert journal.read_text(encoding="utf-8").splitlines()[: len(kept)] == kept
@@ -90,13 +70,13 @@ def test_a_bench_is_interrupted_resumed_and_written_down(folder: Path) -> None:
     assert "# Speed against error" in (folder / "out" / "speed-against-error.md").read_text(encoding="utf-8")
 
 
-def test_a_coarse_step_is_found_to_bring_down_what_stands(folder: Path) -> None:
+def test_a_coarse_step_is_found_to_bring_down_what_stands(stackdsl: Stackdsl, folder: Path) -> None:
     # PyBullet as it comes with four times its step: the stack falls, and statics prove that it stands.
     text = SCENES.split("---", maxsplit=1)[0].replace(
         "column: {levels: 2}", "four_stack: {levels: 8}\n    every: 0.5 s"
     )
     (folder / "scenes.yaml").write_text(text, encoding="utf-8")
-    code, out, _ = called(folder, "bench", "scenes.yaml", "--system", "stock", "--resolutions", "4", "--output", "out")
+    code, out, _ = stackdsl("bench", "scenes.yaml", "--system", "stock", "--resolutions", "4", "--output", "out")
     assert code == 0
     assert re.search(r"flat on stock, step x 4: falls at level \d, known from truth", out)
     assert "flat on stock, step x 4: statics prove that it stands" in out
@@ -107,55 +87,55 @@ def test_a_coarse_step_is_found_to_bring_down_what_stands(folder: Path) -> None:
     ("resolutions", "told"),
     [("2,x", "no list of numbers"), ("1/0", "no list of numbers"), ("1,-1", "from 1/64 to 64"), ("65", "1/64 to 64")],
 )
-def test_resolutions_are_numbers_within_reason(folder: Path, resolutions: str, told: str) -> None:
-    code, _, err = called(folder, "bench", "scenes.yaml", "--resolutions", resolutions)
+def test_resolutions_are_numbers_within_reason(stackdsl: Stackdsl, folder: Path, resolutions: str, told: str) -> None:
+    code, _, err = stackdsl("bench", "scenes.yaml", "--resolutions", resolutions)
     assert code == 4
     assert told in err
     assert not (folder / "bench").exists()
 
 
-def test_selecting_nothing_is_wrong_usage(folder: Path) -> None:
-    code, _, err = called(folder, "bench", "scenes.yaml", "-k", "nothing-like-it")
+def test_selecting_nothing_is_wrong_usage(stackdsl: Stackdsl, folder: Path) -> None:
+    code, _, err = stackdsl("bench", "scenes.yaml", "-k", "nothing-like-it")
     assert code == 4
     assert "nothing selected" in err
 
 
-def test_an_output_that_cannot_be_written_is_told(folder: Path) -> None:
+def test_an_output_that_cannot_be_written_is_told(stackdsl: Stackdsl, folder: Path) -> None:
     (folder / "out").write_text("a file", encoding="utf-8")
-    code, _, err = called(folder, *QUICK)
+    code, _, err = stackdsl(*QUICK)
     assert code == 4
     assert "out cannot be written" in err
 
 
-def test_resuming_where_other_jobs_were_done_is_told_and_loses_nothing(folder: Path) -> None:
+def test_resuming_where_other_jobs_were_done_is_told_and_loses_nothing(stackdsl: Stackdsl, folder: Path) -> None:
     exact = ("bench", "scenes.yaml", "--system", "exact", "--resolutions", "1", "--output", "out")
-    assert called(folder, *exact)[0] == 0
+    assert stackdsl(*exact).code == 0
     journal = folder / "out" / "runs.jsonl"
     runs = journal.read_text(encoding="utf-8")
     assert len(runs.splitlines()) == 2
 
     stock = (*exact[:3], "stock", *exact[4:])
-    code, _, err = called(folder, *stock, "--resume")
+    code, _, err = stackdsl(*stock, "--resume")
     assert code == 4
     assert "out holds 2 runs (flat on exact, step x 1, ...), and asked for are 2 runs (flat on stock, step x 1" in err
     assert "use another --output" in err
     assert journal.read_text(encoding="utf-8") == runs
 
-    code, out, err = called(folder, *exact, "-k", "flat", "--resume")
+    code, out, err = stackdsl(*exact, "-k", "flat", "--resume")
     assert code == 0
     assert "1 of 1 runs done" in out
     assert "kept in out/runs.of-other-jobs.jsonl" in err
     aside = (folder / "out" / "runs.of-other-jobs.jsonl").read_text(encoding="utf-8")
     assert sorted((journal.read_text(encoding="utf-8") + aside).splitlines()) == sorted(runs.splitlines())
 
-    code, out, err = called(folder, *exact, "--resume")
+    code, out, err = stackdsl(*exact, "--resume")
     assert (code, sorted(journal.read_text(encoding="utf-8").splitlines())) == (0, sorted(runs.splitlines()))
     assert "kept in" not in err
 
 
-def test_what_cannot_be_compiled_is_told_again_below_the_table(folder: Path) -> None:
+def test_what_cannot_be_compiled_is_told_again_below_the_table(stackdsl: Stackdsl, folder: Path) -> None:
     (folder / "bad.yaml").write_text("scenario: bad\nbuild: []\n", encoding="utf-8")
-    code, out, err = called(folder, "bench", ".", "-k", "flat", "--system", "exact", "--resolutions", "1")
+    code, out, err = stackdsl("bench", ".", "-k", "flat", "--system", "exact", "--resolutions", "1")
     assert code == 2
     assert "1 of 1 runs done" in out
     assert err.rstrip().endswith("1 mistake in scenarios, told above: these were not played")

@@ -6,7 +6,7 @@ import pytest
 
 from stackdsl.snapshots.canonical import canonical_text
 from stackdsl.snapshots.golden import golden_name
-from tests.test_snapshot import IDENTITY, taken, tower
+from tests.snapshots.towers import IDENTITY, taken, tower
 
 TEXT = canonical_text(taken(tower()))
 MOVED = TEXT.replace(
@@ -22,7 +22,7 @@ def file(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> Path:
     pytester.makeconftest('pytest_plugins = ["stackdsl.pytest_plugin"]')
     pytester.makepyfile(
         """
-        from tests.test_snapshot import taken, tower
+        from tests.snapshots.towers import taken, tower
 
         def test_tower(golden):
             snapshot = taken(tower())
@@ -103,7 +103,7 @@ def test_two_variants_in_one_test_have_a_file_each(file: Path, pytester: pytest.
     pytester.makepyfile(
         """
         from dataclasses import replace
-        from tests.test_snapshot import taken, tower
+        from tests.snapshots.towers import taken, tower
 
         def test_towers(golden):
             one = taken(tower())
@@ -120,7 +120,7 @@ def test_two_variants_in_one_test_have_a_file_each(file: Path, pytester: pytest.
 def test_only_snapshots_are_kept(file: Path, pytester: pytest.Pytester) -> None:
     pytester.makepyfile(
         """
-        from tests.test_snapshot import IDENTITY
+        from tests.snapshots.towers import IDENTITY
 
         def test_tower(golden):
             assert {"height": 3} == golden(IDENTITY)
