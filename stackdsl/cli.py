@@ -4,7 +4,7 @@ import os
 import shlex
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from importlib.resources import files
 from io import TextIOWrapper
 from itertools import groupby
@@ -15,21 +15,21 @@ from types import FrameType
 import click
 
 from stackdsl.bench.command import bench_command
-from stackdsl.check import TIME_LIMIT, Terms, check, is_whole_set, judged, play_case
+from stackdsl.check import TIME_LIMIT, Terms, check, held_up, is_whole_set, judged, play_case
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.gathering import Case, Gathered, Selection, cases_of, gather
 from stackdsl.language.author_types import SYSTEMS
 from stackdsl.language.validation import schema_text
 from stackdsl.options import playable
-from stackdsl.outcome import ExitCode, Report, exit_code
+from stackdsl.outcome import ExitCode, Report, VariantResult, exit_code
+from stackdsl.playing.clearance import BlockedPlacementError
 from stackdsl.playing.peers import PEERS
 from stackdsl.pool import INTERRUPTS
 from stackdsl.reading.source import parse
 from stackdsl.report.diagnostic_text import diagnostic_text
-from stackdsl.report.edge_text import wrong_edges_text
 from stackdsl.report.event_text import event_text
 from stackdsl.report.json import report_json
-from stackdsl.report.outcome_text import outcome_text
+from stackdsl.report.run_text import run_text
 from stackdsl.report.text import report_text
 from stackdsl.snapshots.golden import GoldenWriteRefusedError, refuse_in_ci
 from stackdsl.terminal import paper, progress, show_error, silence, tell, write
@@ -116,22 +116,8 @@ def check_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
 def run_command(context: click.Context, file: Path, systems: tuple[str, ...], keyword: str) -> None:
     """Play FILE, print what happens as it happens, and judge it; snapshots are not looked at."""
     gathered, selected = _selected(file, Selection(systems, keyword))
-    results = []
-    for case in selected:
-        write(case.name)
-        trace = play_case(case.timeline, case.system, lambda event: write(event_text(event)))
-        fell = trace.collapse and f"collapses at level {trace.collapse.level} after {trace.collapse.time:.3f} s"
-        cost = f"{trace.cost.simulated_time:g} s played in {trace.cost.wall_time:.3f} s, {trace.cost.steps} steps"
-        write(f"{fell or 'stands'}; {cost}" + (f"; a numerical collapse: {trace.numerical}" * bool(trace.numerical)))
-        if trace.wrong_edges is not None:
-            write(wrong_edges_text(trace.wrong_edges, trace.collapse))
-        results.append(judged(case, trace))
-        for outcome in results[-1].outcomes:
-            write(f"{'passed' if outcome.passed else 'failed'}: {outcome.span}: {outcome_text(outcome)}")
-        for truth in results[-1].truths:
-            write(f"truth {'agrees' if truth.passed else 'differs'}: {truth.span}: {outcome_text(truth)}")
-        write("\n")
-    context.exit(_exit_code(Report(tuple(results), gathered.diagnostics), selected))
+    results = tuple(_run(case) for case in selected)
+    context.exit(_exit_code(Report(results, gathered.diagnostics), selected))
 
 
 @app.command("explain")
@@ -184,6 +170,21 @@ def new_command(name: str, folder: Path) -> None:
     write(f"wrote {path}; next: stackdsl check {path}")
 
 
+def _run(case: Case) -> VariantResult:
+    """Play a case here, and print what happens and how it ended."""
+    write(case.name)
+    try:
+        trace = play_case(case.timeline, case.system, lambda event: write(event_text(event)))
+    except BlockedPlacementError as error:
+        result = held_up(case, error.blocked)
+        _complain(filter(None, [result.mistake]))
+    else:
+        result = judged(case, trace)
+        write(run_text(trace, result))
+    write("\n")
+    return result
+
+
 def _number(value: float) -> float:
     """A number that is one: no range excludes nan."""
     if isnan(value):
@@ -232,7 +233,7 @@ def _list(gathered: Gathered, selected: Sequence[Case]) -> None:
         write(case.name)
 
 
-def _complain(diagnostics: Sequence[Diagnostic]) -> None:
+def _complain(diagnostics: Iterable[Diagnostic]) -> None:
     for diagnostic in diagnostics:
         tell(diagnostic_text(diagnostic))
 

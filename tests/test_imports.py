@@ -200,6 +200,7 @@ ORDER = {
         "report.edge_text",
         "report.explanation",
         "report.outcome_text",
+        "report.run_text",
         "report.change_text",
         "report.blocks",
         "report.text",

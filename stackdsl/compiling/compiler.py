@@ -26,7 +26,7 @@ from stackdsl.compiling.scheduling import Moment, Schedule, scheduled
 from stackdsl.compiling.site import planes_of, tilt_of, turned_plane, turned_pose
 from stackdsl.compiling.standing import Scene, standing_bricks
 from stackdsl.compiling.written import WrittenBrick, bricks_of
-from stackdsl.diagnostics import Diagnostic
+from stackdsl.diagnostics import Diagnostic, Span
 from stackdsl.language.schema import Scenario
 from stackdsl.reading.source import Path, Source
 from stackdsl.timeline import Action, Placement, Removal, Timeline, World
@@ -82,6 +82,16 @@ def compile_timeline(scenario: Scenario, source: Source) -> tuple[Timeline | Non
     margins = {key for claim in claims if claim.margin is not None for key in claim.margin.asked}
     closely = any(claim.needs_close_looks for claim in claims)
     return Timeline(world, actions, _hold(scenario), watched, tuple(sorted(margins)), closely), ()
+
+
+def where_placed(brick: BodyId, scenario: Scenario, source: Source) -> Span:
+    """The place in the file of what sets down, throws or drops a brick."""
+    for number, hitting in hitting_bricks(scenario).items():
+        if hitting.id == brick:
+            return source.key_span_of(("impacts", number, "throw" if scenario.impacts[number].throw else "drop"))
+    written = bricks_of(scenario)
+    _, _, names, _ = _identified(written, tuple(planes_of(scenario)), scenario)
+    return source.span_of(written[names.index(brick)].path)
 
 
 def _placement(time: float, written: WrittenBrick, level: int, name: BodyId, tilt: Quaternion) -> Placement:
