@@ -17,7 +17,7 @@ import click
 from stackdsl.bench.command import bench_command
 from stackdsl.check import TIME_LIMIT, Terms, check, held_up, is_whole_set, judged, play_case
 from stackdsl.diagnostics import Diagnostic
-from stackdsl.gathering import Case, Gathered, Selection, cases_of, gather
+from stackdsl.gathering import Case, Gathered, cases_of, gather
 from stackdsl.language.author_types import SYSTEMS
 from stackdsl.language.validation import schema_text
 from stackdsl.options import playable
@@ -31,6 +31,7 @@ from stackdsl.report.event_text import event_text
 from stackdsl.report.json import report_json
 from stackdsl.report.run_text import run_text
 from stackdsl.report.text import report_text
+from stackdsl.selection import Selection, why_nothing
 from stackdsl.snapshots.golden import GoldenWriteRefusedError, refuse_in_ci
 from stackdsl.terminal import paper, progress, show_error, silence, tell, write
 
@@ -98,14 +99,14 @@ def check_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     paths = paths or (Path("scenarios"),)
     gathered = gather(paths)
     selected = selection.of(gathered.cases)
+    _warn_of_nothing(selection, gathered, selected, paths)
     if list_only:
         _list(gathered, selected)
-        context.exit(_exit_code(Report(diagnostics=gathered.diagnostics), selected))
+        context.exit(_code_without_runs(gathered, selected))
     with progress(len(selected)) as on_result:
         report = check(gathered, selected, is_whole_set(paths, golden), terms, on_result)
-    code = _exit_code(report, selected)
     write(report_json(report) if form == "json" else report_text(report, *paper()))
-    context.exit(code)
+    context.exit(exit_code(report))
 
 
 @app.command("run")
@@ -117,7 +118,7 @@ def run_command(context: click.Context, file: Path, systems: tuple[str, ...], ke
     """Play FILE, print what happens as it happens, and judge it; snapshots are not looked at."""
     gathered, selected = _selected(file, Selection(systems, keyword))
     results = tuple(_run(case) for case in selected)
-    context.exit(_exit_code(Report(results, gathered.diagnostics), selected))
+    context.exit(exit_code(Report(results, gathered.diagnostics)))
 
 
 @app.command("explain")
@@ -135,7 +136,7 @@ def explain_command(
     gathered, selected = _selected(file, Selection(systems, keyword))
     for _, cases in groupby(selected, key=lambda case: (case.scenario.scenario, case.variant.parameters)):
         write(explanation_text(list(cases), margins))
-    context.exit(_exit_code(Report(diagnostics=gathered.diagnostics), selected))
+    context.exit(_code_without_runs(gathered, selected))
 
 
 @app.command("schema")
@@ -201,10 +202,12 @@ def _refuse_refined(refine: bool) -> None:
 
 
 def _selected(file: Path, selection: Selection) -> tuple[Gathered, Sequence[Case]]:
-    """What one file holds, and the cases selected of it; its mistakes are told."""
+    """What one file holds, and the cases selected of it; its mistakes are told, and why nothing is selected."""
     gathered = gather([file])
     _complain(gathered.diagnostics)
-    return gathered, selection.of(gathered.cases)
+    selected = selection.of(gathered.cases)
+    _warn_of_nothing(selection, gathered, selected, [file])
+    return gathered, selected
 
 
 def _update_command(paths: Sequence[Path], selection: Selection, golden: Path, time_limit: float) -> str:
@@ -238,11 +241,16 @@ def _complain(diagnostics: Iterable[Diagnostic]) -> None:
         tell(diagnostic_text(diagnostic))
 
 
-def _exit_code(report: Report, selected: Sequence[Case]) -> int:
-    if not selected and not report.diagnostics:
-        tell("nothing selected")
-        return ExitCode.USAGE
-    return exit_code(report)
+def _warn_of_nothing(selection: Selection, gathered: Gathered, selected: Sequence[Case], paths: Sequence[Path]) -> None:
+    if not selected and not gathered.diagnostics:
+        tell(why_nothing(selection, gathered.cases, paths))
+
+
+def _code_without_runs(gathered: Gathered, selected: Sequence[Case]) -> ExitCode:
+    """The exit code of a call that plays nothing."""
+    if gathered.diagnostics:
+        return ExitCode.INVALID
+    return ExitCode.OK if selected else ExitCode.USAGE
 
 
 app.add_command(bench_command)

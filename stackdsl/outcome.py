@@ -209,6 +209,8 @@ def exit_code(report: Report) -> int:
         return ExitCode.INVALID
     if any(result.status is not RunStatus.DONE for result in report.results):
         return ExitCode.CRASHED
+    if not report.results:
+        return ExitCode.USAGE
     if not all(result.passed for result in report.results):
         return ExitCode.FAILED
     if report.obsolete or any(result.golden_failed for result in report.results):

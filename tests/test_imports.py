@@ -194,6 +194,7 @@ ORDER = {
         "snapshots.golden",
         "pool",
         "gathering",
+        "selection",
         "check",
         "report.diagnostic_text",
         "report.event_text",
