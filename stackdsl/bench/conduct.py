@@ -12,11 +12,11 @@ from stackdsl.assessing.assessment import Assessment
 from stackdsl.bench.answers import Answer, answer_of
 from stackdsl.bench.entrants import ENTRANTS
 from stackdsl.bench.journal import Journal
-from stackdsl.bench.measuring import Played, measured
+from stackdsl.bench.measuring import Played, measured_or_blocked
 from stackdsl.bench.points import Point, points_of
 from stackdsl.bench.record import NOT_TAKEN, Record, TruthHeld, finite, job_title, step_text
 from stackdsl.bench.scoring import Score, scores_of
-from stackdsl.check import STATUSES, held_up, played_or_blocked
+from stackdsl.check import STATUSES, held_up
 from stackdsl.expectations import compare_with_truth
 from stackdsl.gathering import Case
 from stackdsl.language.variants import compact
@@ -196,9 +196,7 @@ def as_played(job: Job, played: Record) -> Record:
 
 def _play(jobs: Sequence[Job], plan: Plan, made_with: Mapping[str, str], add: OnRecord) -> bool:
     """Play them, each in a process of its own; whether that was interrupted."""
-    tasks = [
-        Task(played_or_blocked, (measured, job.case.timeline, job.system, job.factor), plan.time_limit) for job in jobs
-    ]
+    tasks = [Task(measured_or_blocked, (job.case.timeline, job.system, job.factor), plan.time_limit) for job in jobs]
 
     def one_more(index: int, result: TaskResult) -> None:
         add(recorded(jobs[index], result, made_with))
