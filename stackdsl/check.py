@@ -29,6 +29,12 @@ STATUSES = {
     TaskStatus.TIMED_OUT: RunStatus.TIMED_OUT,
     TaskStatus.NOT_RUN: RunStatus.NOT_RUN,
 }
+REMEDIES = {
+    TaskStatus.DONE: "",
+    TaskStatus.CRASHED: "to see where, play it alone: STACKDSL_DEBUG=1 stackdsl run {file} -k '{name}'",
+    TaskStatus.TIMED_OUT: "allow more by --time-limit, or let it build less or be watched for less",
+    TaskStatus.NOT_RUN: "",
+}  # for what ended so
 TIME_LIMIT = 600.0  # [s] of wall time a case; many times what the largest scenario takes
 REFINED_COST = 5.0  # runs' worth of time: the run, and one with twice the steps of twice the iterations
 
@@ -129,7 +135,8 @@ def checked(case: Case, result: TaskResult, terms: Terms) -> VariantResult:
         return _compared(case, result.value, terms)
     if isinstance(result.value, Blocked):
         return held_up(case, result.value)
-    return _unfinished(case, STATUSES[result.status], result.message)
+    remedy = REMEDIES[result.status].format(file=case.source.file, name=case.name)
+    return _unfinished(case, STATUSES[result.status], "; ".join(filter(None, [result.message, remedy])))
 
 
 def held_up(case: Case, blocked: Blocked) -> VariantResult:

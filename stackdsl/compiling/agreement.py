@@ -46,6 +46,8 @@ def _counted(claim: Claim) -> Iterator[tuple[Path, float]]:
     """How many levels or bricks a claim needs at least, with the place where it says so."""
     if claim.stands is not None and claim.stands.levels is not None:
         yield ("stands", "levels"), claim.stands.levels
+    if claim.collapses is not None and claim.collapses.at is not None:
+        yield ("collapses", "at"), _at_least(claim.collapses.at)
     if claim.untouched is not None and claim.untouched.levels is not None:
         yield ("untouched", "levels"), claim.untouched.levels
     if claim.leaves is not None and claim.leaves.levels is not None:

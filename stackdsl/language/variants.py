@@ -105,7 +105,9 @@ def _axes(matrix: Plain) -> tuple[dict[str, list[Plain]], Mistakes]:
         count *= len(row)
         if count > MAX_VARIANTS:  # told without the number, which may have thousands of digits
             message = f"the matrix has more than {MAX_VARIANTS} combinations, which are the most"
-            return {name: [None] for name in axes}, mistakes | _at(("matrix",), MistakeError("SD206", message))
+            return {name: [None] for name in axes}, mistakes | _at(
+                ("matrix",), MistakeError("SD206", message, "make several scenarios of it")
+            )
     return axes, mistakes
 
 

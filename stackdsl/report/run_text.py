@@ -16,7 +16,7 @@ def run_text(trace: Trace, result: VariantResult) -> str:
 def _lines(trace: Trace, result: VariantResult) -> Iterator[str]:
     fell = trace.collapse and f"collapses at level {trace.collapse.level} after {trace.collapse.time:.3f} s"
     cost = f"{trace.cost.simulated_time:g} s played in {trace.cost.wall_time:.3f} s, {trace.cost.steps} steps"
-    yield f"{fell or 'stands'}; {cost}" + (f"; a numerical collapse: {trace.numerical}" * bool(trace.numerical))
+    yield f"{fell or trace.verdict}; {cost}" + (f"; a numerical collapse: {trace.numerical}" * bool(trace.numerical))
     if trace.wrong_edges is not None:
         yield wrong_edges_text(trace.wrong_edges, trace.collapse)
     for outcome in result.outcomes:
