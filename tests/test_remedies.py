@@ -41,6 +41,11 @@ def only(text: str) -> Diagnostic:
         (COLUMN.replace("column: {levels: 3}", "bricks: [{name: wall1, at: [0 m, 0 m, 3.9 mm]}]"),
          "not a name that a brick can have, but that of a wall", "another name"),
         (COLUMN + "expect: [{collapses: {at: level 9 ± 1}}]\n", "8 levels are claimed, and 3 are built", "at most 3"),
+        (COLUMN.replace("3}", "3, origin: 5 mm}"), "expected a list, not '5 mm'", "write a list of"),
+        (COLUMN.replace("3", "$n"), "not '$n'", "write ${n} if it is an expression"),
+        (COLUMN.replace("3", "'{n}'"), "not '{n}'", "write ${n} if it is an expression"),
+        (COLUMN.replace("3}", "3, step: 1 m}"), "nothing is under brick 'L2.1'", "give the layout measures"),
+        (COLUMN + "  - column: {levels: 3}\n", "'L1.2' is 7.8 mm inside", "such as by `origin`"),
         ("a: &a {b: 1}\n<<: *a\n", "a merge key", "repeat the keys here"),
     ],
 )  # fmt: skip

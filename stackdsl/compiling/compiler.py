@@ -157,10 +157,12 @@ def _misfit(
         other = f"brick '{names[fit.overlaps_box]}'" if fit.overlaps_box is not None else ""
         plane = planes[fit.overlaps_plane].id if fit.overlaps_plane is not None else ""
         message = f"brick '{name}' is {_mm(fit.depth)} inside {other or plane}"
-        return "SD201", message, f"move it out by at least {_mm(fit.depth)}"
+        return "SD201", message, f"move it out by at least {_mm(fit.depth)}{', such as by `origin`' * brick.of_layout}"
     if fit.in_the_air and not brick.drop:
         above = "" if fit.clearance == inf else f"; the nearest body below is {_mm(fit.clearance)} away"
         hint = "place it on something, or say `drop: true` to let it fall"
+        if brick.of_layout:
+            hint = "give the layout measures with which every brick lies on another, or an `origin` on top of something"
         return "SD202", f"nothing is under brick '{name}'{above}", hint
     return None
 

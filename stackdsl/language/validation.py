@@ -40,6 +40,7 @@ RANGES: Final = {
     "too_long": "the list has {actual_length} items, and {max_length} is the most",
 }
 
+MISWRITTEN: Final = re.compile(r"\$[A-Za-z]\w*|\$?\{[^{}]*\}")  # an expression, as other languages write it
 # What the JSON Schema calls limits, and of what they are.
 LIMITS: Final = (
     ("minimum", "maximum", ""),
@@ -136,6 +137,12 @@ def _within(path: Path) -> str:
     return ""
 
 
+def _list_of(written: float | str, path: Path) -> str:
+    """A list in place of one value: around it, unless more are due."""
+    due = next((int(node["minItems"]) for node in _nodes(path) if "minItems" in node), 1)
+    return f"write [{written}]" if due == 1 else f"write a list of {due}"
+
+
 def _form(detail: ErrorDetails) -> str:
     """How a value of the type that is wanted is written."""
     written = detail["input"]
@@ -143,7 +150,9 @@ def _form(detail: ErrorDetails) -> str:
         case "tuple_type" if isinstance(written, dict):
             return "begin each item with `- `"
         case "tuple_type" if isinstance(written, str | int | float):
-            return f"write [{written}]"
+            return _list_of(written, detail["loc"])
+        case "int_type" | "float_type" if isinstance(written, str) and MISWRITTEN.fullmatch(written):
+            return f"write ${{{written.strip('${}')}}} if it is an expression"
         case "int_type" | "float_type":
             return _within(detail["loc"]) or f"write {WANTED[detail['type']]}"
         case "string_type":
