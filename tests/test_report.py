@@ -200,8 +200,11 @@ LINES = {
         "  scenarios/slant.yaml:14:5: slant[step=11mm,thesis]: collapses: "
         "expected level 9 ± 1, measured level 11 (margin -1 levels)",
     ),
-    "crash": (report(CRASHED), "  slant[step=11mm,thesis]: crashed: the worker was killed by SIGSEGV"),
-    "time-out": (report(LATE), "  slant[step=11mm,thesis]: timed out: took longer than 60 s"),
+    "crash": (
+        report(CRASHED),
+        "  scenarios/slant.yaml: slant[step=11mm,thesis]: crashed: the worker was killed by SIGSEGV",
+    ),
+    "time-out": (report(LATE), "  scenarios/slant.yaml: slant[step=11mm,thesis]: timed out: took longer than 60 s"),
     "missing": (report(with_golden(GoldenStatus.MISSING)), "  golden/slant[thesis].json: missing"),
     "unreadable": (
         report(with_golden(GoldenStatus.UNREADABLE, "it is not UTF-8")),

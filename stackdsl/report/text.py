@@ -52,7 +52,8 @@ def _blocks(report: Report) -> Iterator[Block]:
     yield _diagnostics(report)
     yield [_summary(report)] if report.results else []
     yield _blocked(report)
-    yield titled("Did not finish", [f"{r.name}: {r.status}: {r.message}" for r in report.results if _stopped(r)])
+    stopped = [result for result in report.results if _stopped(result)]
+    yield titled("Did not finish", [f"{r.file}: {r.name}: {r.status}: {r.message}" for r in stopped])
     yield titled("Numerical collapses", [f"{r.name}: {r.numerical}" for r in report.results if r.numerical])
     yield titled("Wrong edge normals", list(_wrong_edges(report)))
     yield titled("Failed expectations", list(_missed(report, lambda result: result.outcomes)))
