@@ -5,10 +5,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
+from typing import TypeVar
 
+from stackdsl.compiling.compiler import where_placed
+from stackdsl.diagnostics import Diagnostic
 from stackdsl.expectations import compare_with_truth, judge
 from stackdsl.gathering import Case, Gathered
 from stackdsl.outcome import Report, RunStatus, VariantResult
+from stackdsl.playing.clearance import Blocked, BlockedPlacementError
 from stackdsl.playing.peers import PEERS, system_named
 from stackdsl.playing.resolution import refined_system
 from stackdsl.pool import Task, TaskResult, TaskStatus, run_supervised
@@ -25,6 +29,12 @@ STATUSES = {
     TaskStatus.TIMED_OUT: RunStatus.TIMED_OUT,
     TaskStatus.NOT_RUN: RunStatus.NOT_RUN,
 }
+REMEDIES = {
+    TaskStatus.DONE: "",
+    TaskStatus.CRASHED: "to see where, play it alone: STACKDSL_DEBUG=1 stackdsl run {file} -k '{name}'",
+    TaskStatus.TIMED_OUT: "allow more by --time-limit, or let it build less or be watched for less",
+    TaskStatus.NOT_RUN: "",
+}  # for what ended so
 TIME_LIMIT = 600.0  # [s] of wall time a case; many times what the largest scenario takes
 REFINED_COST = 5.0  # runs' worth of time: the run, and one with twice the steps of twice the iterations
 
@@ -41,6 +51,7 @@ class Terms:
     refine: bool = False  # play each case again at half the step and twice the iterations
 
 
+Played = TypeVar("Played")
 OnResult = Callable[[VariantResult], None]
 
 
@@ -59,7 +70,7 @@ def check(
         on_result(results[index])
 
     playing, limit = (play_refined, REFINED_COST * terms.time_limit) if terms.refine else (play_case, terms.time_limit)
-    tasks = [Task(playing, (case.timeline, case.system), limit) for case in selected]
+    tasks = [Task(played_or_blocked, (playing, case.timeline, case.system), limit) for case in selected]
     pool = run_supervised(tasks, terms.workers, done)
     for index, left in enumerate(pool.results):
         if index not in results:
@@ -92,6 +103,14 @@ def play_case(timeline: Timeline, system: str, on_event: Callable[[Event], None]
     return replace(trace, margins=margins_of(trace, timeline.margins))
 
 
+def played_or_blocked(playing: Callable[..., Played], *arguments: object) -> Played | Blocked:
+    """What a worker does: play, or tell what keeps the run from going on, which is no crash."""
+    try:
+        return playing(*arguments)
+    except BlockedPlacementError as error:
+        return error.blocked
+
+
 def play_refined(timeline: Timeline, name: str) -> Refinement:
     """What a worker does to see what of a run is the solver's; where no step was taken, nothing is."""
     from stackdsl.playing.runner import play  # noqa: PLC0415 -- it imports PyBullet
@@ -100,7 +119,11 @@ def play_refined(timeline: Timeline, name: str) -> Refinement:
     if trace.cost.steps == 0:
         return Refinement(trace)
     system = refined_system(system_named(name))
-    return held_against_refined(trace, with_numerical_collapse(play(timeline, system), timeline, system), timeline)
+    try:
+        fine = play(timeline, system)
+    except BlockedPlacementError as error:
+        raise BlockedPlacementError(replace(error.blocked, refined=True)) from error
+    return held_against_refined(trace, with_numerical_collapse(fine, timeline, system), timeline)
 
 
 def checked(case: Case, result: TaskResult, terms: Terms) -> VariantResult:
@@ -110,14 +133,32 @@ def checked(case: Case, result: TaskResult, terms: Terms) -> VariantResult:
         return replace(whole, refinement=result.value.changes)
     if isinstance(result.value, Trace):
         return _compared(case, result.value, terms)
-    return VariantResult(
-        case.identity.scenario,
-        case.identity.variant,
-        case.system,
-        case.source.file,
-        STATUSES[result.status],
-        message=result.message,
+    if isinstance(result.value, Blocked):
+        return held_up(case, result.value)
+    remedy = REMEDIES[result.status].format(file=case.source.file, name=case.name)
+    return _unfinished(case, STATUSES[result.status], "; ".join(filter(None, [result.message, remedy])))
+
+
+def held_up(case: Case, blocked: Blocked) -> VariantResult:
+    """The result of a case that could not go on, with the place of the action that could not be done."""
+    mistake = _in_the_way(case, blocked)
+    return replace(_unfinished(case, RunStatus.BLOCKED, mistake.message), mistake=mistake)
+
+
+def _unfinished(case: Case, status: RunStatus, message: str) -> VariantResult:
+    name = case.identity
+    return VariantResult(name.scenario, name.variant, case.system, case.source.file, status, message=message)
+
+
+def _in_the_way(case: Case, blocked: Blocked) -> Diagnostic:
+    finer = ", at half the step and twice the iterations," if blocked.refined else ""
+    message = (
+        f"brick '{blocked.brick}' cannot be placed at {blocked.time:g} s: by then{finer} brick '{blocked.by}' has "
+        f"moved into its place, and overlaps it by {1000.0 * blocked.depth:.3g} mm"
     )
+    elsewhere = "let it come from elsewhere" if blocked.thrown else "place it elsewhere"
+    hint = f"{elsewhere}, or earlier, or pull '{blocked.by}' out before"
+    return Diagnostic("SD208", where_placed(blocked.brick, case.scenario, case.source), message, hint)
 
 
 def _compared(case: Case, trace: Trace, terms: Terms) -> VariantResult:

@@ -4,7 +4,7 @@ import os
 import shlex
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from importlib.resources import files
 from io import TextIOWrapper
 from itertools import groupby
@@ -15,22 +15,23 @@ from types import FrameType
 import click
 
 from stackdsl.bench.command import bench_command
-from stackdsl.check import TIME_LIMIT, Terms, check, is_whole_set, judged, play_case
+from stackdsl.check import TIME_LIMIT, Terms, check, held_up, is_whole_set, judged, play_case
 from stackdsl.diagnostics import Diagnostic
-from stackdsl.gathering import Case, Gathered, Selection, cases_of, gather
+from stackdsl.gathering import Case, Gathered, cases_of, gather
 from stackdsl.language.author_types import SYSTEMS
 from stackdsl.language.validation import schema_text
 from stackdsl.options import playable
-from stackdsl.outcome import ExitCode, Report, exit_code
+from stackdsl.outcome import ExitCode, Report, VariantResult, exit_code
+from stackdsl.playing.clearance import BlockedPlacementError
 from stackdsl.playing.peers import PEERS
 from stackdsl.pool import INTERRUPTS
 from stackdsl.reading.source import parse
 from stackdsl.report.diagnostic_text import diagnostic_text
-from stackdsl.report.edge_text import wrong_edges_text
 from stackdsl.report.event_text import event_text
 from stackdsl.report.json import report_json
-from stackdsl.report.outcome_text import outcome_text
+from stackdsl.report.run_text import run_text
 from stackdsl.report.text import report_text
+from stackdsl.selection import Selection, why_nothing
 from stackdsl.snapshots.golden import GoldenWriteRefusedError, refuse_in_ci
 from stackdsl.terminal import paper, progress, show_error, silence, tell, write
 
@@ -98,14 +99,14 @@ def check_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     paths = paths or (Path("scenarios"),)
     gathered = gather(paths)
     selected = selection.of(gathered.cases)
+    _warn_of_nothing(selection, gathered, selected, paths)
     if list_only:
         _list(gathered, selected)
-        context.exit(_exit_code(Report(diagnostics=gathered.diagnostics), selected))
+        context.exit(_code_without_runs(gathered, selected))
     with progress(len(selected)) as on_result:
         report = check(gathered, selected, is_whole_set(paths, golden), terms, on_result)
-    code = _exit_code(report, selected)
     write(report_json(report) if form == "json" else report_text(report, *paper()))
-    context.exit(code)
+    context.exit(exit_code(report))
 
 
 @app.command("run")
@@ -116,22 +117,8 @@ def check_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
 def run_command(context: click.Context, file: Path, systems: tuple[str, ...], keyword: str) -> None:
     """Play FILE, print what happens as it happens, and judge it; snapshots are not looked at."""
     gathered, selected = _selected(file, Selection(systems, keyword))
-    results = []
-    for case in selected:
-        write(case.name)
-        trace = play_case(case.timeline, case.system, lambda event: write(event_text(event)))
-        fell = trace.collapse and f"collapses at level {trace.collapse.level} after {trace.collapse.time:.3f} s"
-        cost = f"{trace.cost.simulated_time:g} s played in {trace.cost.wall_time:.3f} s, {trace.cost.steps} steps"
-        write(f"{fell or 'stands'}; {cost}" + (f"; a numerical collapse: {trace.numerical}" * bool(trace.numerical)))
-        if trace.wrong_edges is not None:
-            write(wrong_edges_text(trace.wrong_edges, trace.collapse))
-        results.append(judged(case, trace))
-        for outcome in results[-1].outcomes:
-            write(f"{'passed' if outcome.passed else 'failed'}: {outcome.span}: {outcome_text(outcome)}")
-        for truth in results[-1].truths:
-            write(f"truth {'agrees' if truth.passed else 'differs'}: {truth.span}: {outcome_text(truth)}")
-        write("\n")
-    context.exit(_exit_code(Report(tuple(results), gathered.diagnostics), selected))
+    results = tuple(_run(case) for case in selected)
+    context.exit(exit_code(Report(results, gathered.diagnostics)))
 
 
 @app.command("explain")
@@ -149,7 +136,7 @@ def explain_command(
     gathered, selected = _selected(file, Selection(systems, keyword))
     for _, cases in groupby(selected, key=lambda case: (case.scenario.scenario, case.variant.parameters)):
         write(explanation_text(list(cases), margins))
-    context.exit(_exit_code(Report(diagnostics=gathered.diagnostics), selected))
+    context.exit(_code_without_runs(gathered, selected))
 
 
 @app.command("schema")
@@ -184,6 +171,21 @@ def new_command(name: str, folder: Path) -> None:
     write(f"wrote {path}; next: stackdsl check {path}")
 
 
+def _run(case: Case) -> VariantResult:
+    """Play a case here, and print what happens and how it ended."""
+    write(case.name)
+    try:
+        trace = play_case(case.timeline, case.system, lambda event: write(event_text(event)))
+    except BlockedPlacementError as error:
+        result = held_up(case, error.blocked)
+        _complain(filter(None, [result.mistake]))
+    else:
+        result = judged(case, trace)
+        write(run_text(trace, result))
+    write("\n")
+    return result
+
+
 def _number(value: float) -> float:
     """A number that is one: no range excludes nan."""
     if isnan(value):
@@ -200,10 +202,12 @@ def _refuse_refined(refine: bool) -> None:
 
 
 def _selected(file: Path, selection: Selection) -> tuple[Gathered, Sequence[Case]]:
-    """What one file holds, and the cases selected of it; its mistakes are told."""
+    """What one file holds, and the cases selected of it; its mistakes are told, and why nothing is selected."""
     gathered = gather([file])
     _complain(gathered.diagnostics)
-    return gathered, selection.of(gathered.cases)
+    selected = selection.of(gathered.cases)
+    _warn_of_nothing(selection, gathered, selected, [file])
+    return gathered, selected
 
 
 def _update_command(paths: Sequence[Path], selection: Selection, golden: Path, time_limit: float) -> str:
@@ -232,16 +236,21 @@ def _list(gathered: Gathered, selected: Sequence[Case]) -> None:
         write(case.name)
 
 
-def _complain(diagnostics: Sequence[Diagnostic]) -> None:
+def _complain(diagnostics: Iterable[Diagnostic]) -> None:
     for diagnostic in diagnostics:
         tell(diagnostic_text(diagnostic))
 
 
-def _exit_code(report: Report, selected: Sequence[Case]) -> int:
-    if not selected and not report.diagnostics:
-        tell("nothing selected")
-        return ExitCode.USAGE
-    return exit_code(report)
+def _warn_of_nothing(selection: Selection, gathered: Gathered, selected: Sequence[Case], paths: Sequence[Path]) -> None:
+    if not selected and not gathered.diagnostics:
+        tell(why_nothing(selection, gathered.cases, paths))
+
+
+def _code_without_runs(gathered: Gathered, selected: Sequence[Case]) -> ExitCode:
+    """The exit code of a call that plays nothing."""
+    if gathered.diagnostics:
+        return ExitCode.INVALID
+    return ExitCode.OK if selected else ExitCode.USAGE
 
 
 app.add_command(bench_command)

@@ -39,6 +39,7 @@ CODES = {
     "SD205": "unknown level or event",
     "SD206": "the scenario is too large",
     "SD207": "what is thrown, dropped or pushed does not meet what it is aimed at",
+    "SD208": "when its time comes, another brick has moved to where a brick is placed",
 }
 
 

@@ -3,8 +3,7 @@
 import os
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from itertools import groupby
+from dataclasses import dataclass
 from pathlib import Path
 
 from stackdsl.compiling.compiler import compile_timeline
@@ -12,7 +11,6 @@ from stackdsl.diagnostics import Diagnostic
 from stackdsl.language.schema import Scenario
 from stackdsl.language.validation import validate
 from stackdsl.language.variants import Variant, compact, expand
-from stackdsl.playing.peers import PEERS
 from stackdsl.reading.source import Loaded, Source, load
 from stackdsl.snapshots.record import Identity
 from stackdsl.timeline import Timeline
@@ -51,42 +49,6 @@ class Gathered:
 
     cases: tuple[Case, ...]
     diagnostics: tuple[Diagnostic, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Selection:
-    """Which cases to play; empty parts select everything."""
-
-    systems: tuple[str, ...] = ()
-    keyword: str = ""  # part of the name
-    tags: tuple[str, ...] = ()  # any of these; with `!` in front: none of these
-
-    def of(self, cases: Sequence[Case]) -> list[Case]:
-        """The cases selected, and where a peer is asked for, each variant on it as well, after its own systems."""
-        peers = [system for system in self.systems if system in PEERS]
-        return [
-            case
-            for _, own in groupby(cases, key=lambda case: (case.scenario.scenario, case.variant.parameters))
-            for case in _with(peers, list(own))
-            if self.takes(case)
-        ]
-
-    def takes(self, case: Case) -> bool:
-        """Whether a case is selected."""
-        wanted = {tag for tag in self.tags if not tag.startswith("!")}
-        unwanted = {tag[1:] for tag in self.tags if tag.startswith("!")}
-        own = set(case.scenario.tags)
-        return (
-            (not self.systems or case.system in self.systems)
-            and self.keyword.casefold() in case.name.casefold()
-            and (not wanted or bool(wanted & own))
-            and not unwanted & own
-        )
-
-
-def _with(peers: Iterable[str], cases: Sequence[Case]) -> list[Case]:
-    """The cases of one variant, also on these systems."""
-    return [*cases, *(replace(cases[0], system=peer) for peer in peers)]
 
 
 def gather(paths: Iterable[Path]) -> Gathered:
@@ -171,5 +133,7 @@ def _name(source: Source) -> str:
 
 
 def _shared_name(source: Source, first: Source) -> Diagnostic:
-    message = f"two scenarios are called '{_name(source)}'; the other one is at {first.span_of(('scenario',))}"
-    return Diagnostic("SD203", source.span_of(("scenario",)), message, "give this one another name")
+    there = first.span_of(("scenario",))
+    message = f"two scenarios are called '{_name(source)}', so that neither is played; the other one is at {there}"
+    hint = "give this one another name: -k and golden files know scenarios by their names"
+    return Diagnostic("SD203", source.span_of(("scenario",)), message, hint)

@@ -1,12 +1,12 @@
 """Trace -> observations: what a person would note of a run, and what of it another run of the same scene changes."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import degrees, isfinite
 from typing import TypeAlias
 
 from stability.geometry import box_top
-from stackdsl.trace import NO_PART, STAND, BrickState, BrickTrack, Trace
+from stackdsl.trace import NO_PART, STAND, BrickState, Trace
 
 Seen: TypeAlias = float | str | tuple[str, ...] | None  # None where there was nothing of the kind to see
 MILLIMETRES = 1000.0
@@ -28,8 +28,8 @@ KINDS: Mapping[str, Kind] = {
     "collapse time": Kind("s", 0.05),  # as in golden files
     "first to leave": Kind(),
     "fallen": Kind(),
-    "drift": Kind("mm", 0.1),  # of what stands in the end; finer than a collapse, or creep would hide
-    "largest shift": Kind("mm", 0.1),  # of whatever belongs to the structure
+    "drift": Kind("mm", 0.1),  # of the whole structure, what fell included, as everywhere else
+    "drift of what stands": Kind("mm", 0.1),  # in the end; beside what fell, creep would hide
     "shift before": Kind("mm", 0.1),  # the same when a brick was last set down before a collapse, or at all
     "largest tilt": Kind("deg", 0.5),
     "height": Kind("mm", 0.5),  # as in golden files
@@ -85,8 +85,8 @@ def observations(trace: Trace) -> Mapping[str, Seen]:
         "collapse time": collapse.time if collapse is not None else None,
         "first to leave": collapse.brick if collapse is not None else None,
         "fallen": tuple(sorted(track.brick.id for track in placed if track.state is BrickState.FALLEN)),
-        "drift": _largest_shift(standing),
-        "largest shift": _largest_shift(placed),
+        "drift": MILLIMETRES * trace.drift,
+        "drift of what stands": MILLIMETRES * max((track.shift for track in standing), default=0.0),
         "shift before": MILLIMETRES * trace.shift_before,
         "largest tilt": degrees(max((track.tilt for track in placed), default=0.0)),
         "height": MILLIMETRES * max((box_top(track.brick.size, track.final) for track in standing), default=0.0),
@@ -95,10 +95,6 @@ def observations(trace: Trace) -> Mapping[str, Seen]:
         "bearing": degrees(landing.bearing) if landing is not None else None,
     }
     return {name: seen[name] for name in KINDS}
-
-
-def _largest_shift(tracks: Sequence[BrickTrack]) -> float:
-    return MILLIMETRES * max((track.shift for track in tracks), default=0.0)
 
 
 def _finite(value: float) -> float | None:

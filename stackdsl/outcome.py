@@ -17,7 +17,7 @@ class ExitCode(IntEnum):
 
     OK = 0
     FAILED = 1  # an expectation failed
-    INVALID = 2  # a scenario is invalid
+    INVALID = 2  # a scenario is invalid, or what it says cannot be done when its time comes
     GOLDEN = 3  # a golden file is missing, different, unreadable or obsolete
     USAGE = 4  # wrong usage, or nothing selected
     CRASHED = 5  # the engine crashed or ran out of time
@@ -75,6 +75,7 @@ class RunStatus(StrEnum):
     """How playing one variant ended."""
 
     DONE = "done"
+    BLOCKED = "blocked"  # an action could not be done, since something had moved in its way
     CRASHED = "crashed"
     TIMED_OUT = "timed out"
     NOT_RUN = "not run"  # the call was interrupted before its turn
@@ -99,6 +100,7 @@ class VariantResult:
     truths: tuple[Outcome, ...] = ()  # the same, against the answer known from outside; they inform and never fail
     golden: GoldenResult | None = None
     message: str = ""  # why it crashed or timed out
+    mistake: Diagnostic | None = None  # what kept a run that was blocked from going on, and where in the file that is
     refinement: tuple[Change, ...] | None = None  # beside the refined run; None if that was not asked for
 
     @property
@@ -203,10 +205,12 @@ def exit_code(report: Report) -> int:
     """The process exit code of a report; of several reasons the one that makes the others least trustworthy."""
     if report.interrupted:
         return ExitCode.INTERRUPTED
-    if report.diagnostics:
+    if report.diagnostics or any(result.status is RunStatus.BLOCKED for result in report.results):
         return ExitCode.INVALID
     if any(result.status is not RunStatus.DONE for result in report.results):
         return ExitCode.CRASHED
+    if not report.results:
+        return ExitCode.USAGE
     if not all(result.passed for result in report.results):
         return ExitCode.FAILED
     if report.obsolete or any(result.golden_failed for result in report.results):

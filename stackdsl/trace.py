@@ -234,6 +234,6 @@ class Trace:
 
     @property
     def drift(self) -> float:
-        """Largest shift of any brick of the structure after it came to rest, of those that are not pulled out [m]."""
+        """Largest shift of any brick of the structure after it came to rest, those that fell included [m]."""
         remaining = (track for track in self.tracks.values() if track.state not in NO_PART)
         return max((track.shift for track in remaining), default=0.0)

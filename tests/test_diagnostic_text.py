@@ -91,4 +91,6 @@ def test_a_trap_in_a_file_reads_well() -> None:
 
 def test_a_missing_file_reads_well(tmp_path: Path) -> None:
     (diagnostic,) = load(tmp_path / "a.yaml").diagnostics
-    assert diagnostic_text(diagnostic).endswith("a.yaml:1:1: SD001 cannot read the file: No such file or directory")
+    assert "a.yaml:1:1: SD001 cannot read the file: No such file or directory\n      = check" in diagnostic_text(
+        diagnostic
+    )

@@ -64,6 +64,29 @@ def test_a_removal_has_a_line_of_its_own_and_makes_room() -> None:
     assert any("every placement proven to stand" in line for line in lines)
 
 
+def test_the_ground_and_the_walls_are_named_that_a_brick_stands_on_and_touches() -> None:
+    #   A plank flat on the ground with its end at the second of two walls, and one upon it, short of the wall.
+    walls = "world: {walls: [{bearing: 90 deg, distance: 1 m}, {bearing: 0 deg, distance: 58.8 mm}]}"
+    build = "- bricks: [{at: [0 mm, 0 mm, 3.9 mm]}, {at: [-20 mm, 0 mm, 11.7 mm]}]"
+    placed = [line for line in explained(build, walls, margins=False) if " at (" in line]
+    assert ["  on ground, against wall2  " in placed[0], "  on L1.1  " in placed[1]] == [True, True]
+
+
+def test_of_a_plank_wedged_between_two_walls_both_are_named() -> None:
+    walls = "world: {walls: [{bearing: 0 deg, distance: 58.8 mm}, {bearing: 180 deg, distance: 58.8 mm}]}"
+    lines = explained("- bricks: [{at: [0 mm, 0 mm, 50 mm]}]", walls, margins=False)
+    assert any("  between wall1, wall2  " in line for line in lines)
+
+
+def test_a_push_and_a_throw_have_lines_of_their_own() -> None:
+    push = "{push: {brick: L2.1, impulse: [3 mN*s, 0 N*s, 0 N*s]}}"
+    throw = "{throw: {at: L1.1, from: {bearing: 0 deg}, speed: 2 m/s}}"
+    lines = explained("- column: {levels: 2}", f"impacts: [{push}, {throw}]", margins=False)
+    assert any(line.split() == ["0.000", "s", "L2.1", "pushed", "by", "(3", "0", "0)", "mN*s"] for line in lines)
+    assert any("thrown-2" in line and line.endswith("thrown at 2 m/s") for line in lines)
+    assert any("2 bricks on 2 levels" in line for line in lines)
+
+
 def test_what_falls_without_a_brick_that_is_pulled_out_is_told() -> None:
     lines = explained("- column: {levels: 3}", "impacts: [{remove: {brick: L2.1}}]")
     assert any("UNSTABLE" in line and "L3.1" in line for line in lines)

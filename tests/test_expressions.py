@@ -125,6 +125,31 @@ def test_a_misspelt_name_is_told_the_close_one() -> None:
     assert refused("2 mmm").hint == "did you mean 'mm'?"
 
 
+@pytest.mark.parametrize("name", ["from", "in", "if", "lambda", "None", "True", "and", "is", "for", "print", "n_"])
+def test_no_word_of_python_is_reserved(name: str) -> None:
+    assert interpolate(f"${{2 * {name} + max({name}, 1)}}", {name: unit_amount("") * 3}) == 9
+
+
+@pytest.mark.parametrize(
+    ("expression", "message", "hint"),
+    [
+        ("n ^ 2", "'^ 2'", "**"),
+        ("n % 2", "'% 2'", "floor"),
+        ("n == 2", "'== 2'", "nothing is compared"),
+        ("'n'", "'n'", "no text"),
+        (" ", "is empty", "2 * (n + 1)"),
+        ("n if n else n", "'n if n else n'", "use numbers"),
+        ("n and n", "'n and n'", "use numbers"),
+        ("_n", "'_n'", "begins with a letter"),
+        ("1 / 0", "division by zero", "from being 0"),
+    ],
+)
+def test_what_cannot_be_read_is_told_with_what_to_write_instead(expression: str, message: str, hint: str) -> None:
+    mistake = refused(expression)
+    assert message in mistake.message
+    assert hint in mistake.hint
+
+
 @pytest.mark.parametrize(
     "expression",
     ["", "1 +", "(1", "1)", "1 2", "n n", "2 n", "1, 2", "n.real", "n[0]", "[n]", "{n}", "'n'", "n if n else n",

@@ -24,7 +24,7 @@ def at(*position: float, time: float = 0.0, size: Vec3 = SIZE) -> Sited:
 def test_a_column_rests_brick_on_brick() -> None:
     found = fits([at(0.0, 0.0, 0.0078 * (k + 0.5), time=k) for k in range(4)], [FLOOR])
     assert [fit.on_boxes for fit in found] == [(), (0,), (1,), (2,)]
-    assert [fit.on_plane for fit in found] == [True, False, False, False]
+    assert [fit.on_planes for fit in found] == [(0,), (), (), ()]
     assert not any(fit.overlaps or fit.in_the_air for fit in found)
 
 

@@ -8,10 +8,10 @@ from click.testing import CliRunner
 
 from stackdsl.cli import app
 from stackdsl.expectations import judge
-from stackdsl.gathering import Selection
 from stackdsl.playing.peers import PEERS, missing, system_named
 from stackdsl.playing.runner import play
 from stackdsl.playing.systems import SYSTEMS
+from stackdsl.selection import Selection
 from stackdsl.trace import EventKind, Trace
 from tests.scenes import compiled, mistakes_of, scene, timeline_of
 

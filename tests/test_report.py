@@ -79,7 +79,7 @@ def report(
 
 EXIT_CODES = {
     "all as expected": (report(PASSED, TUNED), 0),
-    "nothing ran": (report(), 0),
+    "nothing was selected": (report(), 4),
     "golden written": (report(with_golden(GoldenStatus.WRITTEN)), 0),
     "no golden asked for": (report(replace(PASSED, golden=None)), 0),
     "an answer from outside is missed": (report(replace(PASSED, truths=(MISSED,))), 0),
@@ -90,6 +90,7 @@ EXIT_CODES = {
     "golden unreadable": (report(with_golden(GoldenStatus.UNREADABLE)), 3),
     "golden obsolete": (report(PASSED, obsolete=("golden/gone[x].json",)), 3),
     "golden removed": (report(PASSED, removed=("golden/gone[x].json",)), 0),
+    "blocked": (report(replace(CRASHED, status=RunStatus.BLOCKED, mistake=MISTAKE)), 2),
     "crashed": (report(CRASHED), 5),
     "timed out": (report(LATE), 5),
     "interrupted": (report(NOT_RUN, interrupted=True), 130),
@@ -199,8 +200,11 @@ LINES = {
         "  scenarios/slant.yaml:14:5: slant[step=11mm,thesis]: collapses: "
         "expected level 9 ± 1, measured level 11 (margin -1 levels)",
     ),
-    "crash": (report(CRASHED), "  slant[step=11mm,thesis]: crashed: the worker was killed by SIGSEGV"),
-    "time-out": (report(LATE), "  slant[step=11mm,thesis]: timed out: took longer than 60 s"),
+    "crash": (
+        report(CRASHED),
+        "  scenarios/slant.yaml: slant[step=11mm,thesis]: crashed: the worker was killed by SIGSEGV",
+    ),
+    "time-out": (report(LATE), "  scenarios/slant.yaml: slant[step=11mm,thesis]: timed out: took longer than 60 s"),
     "missing": (report(with_golden(GoldenStatus.MISSING)), "  golden/slant[thesis].json: missing"),
     "unreadable": (
         report(with_golden(GoldenStatus.UNREADABLE, "it is not UTF-8")),

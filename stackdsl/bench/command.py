@@ -13,10 +13,11 @@ from stackdsl.bench.page import bench_page
 from stackdsl.bench.plot import PlotMissingError, draw
 from stackdsl.bench.summary import bench_json
 from stackdsl.bench.table import bench_text
-from stackdsl.gathering import Selection, gather
+from stackdsl.gathering import gather
 from stackdsl.options import playable
 from stackdsl.outcome import ExitCode, RunStatus
 from stackdsl.report.diagnostic_text import diagnostic_text
+from stackdsl.selection import Selection, why_nothing
 from stackdsl.terminal import paper, progress, tell, write
 
 FilePath = click.Path(path_type=Path)
@@ -86,14 +87,16 @@ def bench_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     time_limit: float,
 ) -> None:
     """Play everything under PATHS (default: scenarios) on every system at several time steps: speed against error."""
-    gathered = gather(paths or (Path("scenarios"),))
+    paths = paths or (Path("scenarios"),)
+    gathered = gather(paths)
     for diagnostic in gathered.diagnostics:
         tell(diagnostic_text(diagnostic))
     selection = Selection(keyword=keyword, tags=tags)
     cases = [case for case in gathered.cases if selection.takes(case)]
     jobs = jobs_of(cases, systems or installed(), resolutions)
     if not jobs:
-        tell("nothing selected")
+        mistaken = "nothing to play: what is selected has mistakes, or has another name"
+        tell(mistaken if gathered.diagnostics else why_nothing(selection, gathered.cases, paths))
         context.exit(ExitCode.INVALID if gathered.diagnostics else ExitCode.USAGE)
     plan = Plan(Journal(output), resume, workers, time_limit)
     try:

@@ -12,16 +12,17 @@ from stackdsl.assessing.assessment import Assessment
 from stackdsl.bench.answers import Answer, answer_of
 from stackdsl.bench.entrants import ENTRANTS
 from stackdsl.bench.journal import Journal
-from stackdsl.bench.measuring import Played, measured
+from stackdsl.bench.measuring import Played, measured_or_blocked
 from stackdsl.bench.points import Point, points_of
 from stackdsl.bench.record import NOT_TAKEN, Record, TruthHeld, finite, job_title, step_text
 from stackdsl.bench.scoring import Score, scores_of
-from stackdsl.check import STATUSES
+from stackdsl.check import STATUSES, held_up
 from stackdsl.expectations import compare_with_truth
 from stackdsl.gathering import Case
 from stackdsl.language.variants import compact
 from stackdsl.observations import observations
 from stackdsl.outcome import Outcome, RunStatus
+from stackdsl.playing.clearance import Blocked
 from stackdsl.pool import Task, TaskResult, run_supervised
 from stackdsl.timeline import Placement, Timeline
 from stackdsl.trace import Trace
@@ -195,7 +196,7 @@ def as_played(job: Job, played: Record) -> Record:
 
 def _play(jobs: Sequence[Job], plan: Plan, made_with: Mapping[str, str], add: OnRecord) -> bool:
     """Play them, each in a process of its own; whether that was interrupted."""
-    tasks = [Task(measured, (job.case.timeline, job.system, job.factor), plan.time_limit) for job in jobs]
+    tasks = [Task(measured_or_blocked, (job.case.timeline, job.system, job.factor), plan.time_limit) for job in jobs]
 
     def one_more(index: int, result: TaskResult) -> None:
         add(recorded(jobs[index], result, made_with))
@@ -211,6 +212,9 @@ def _answers(jobs: Iterable[Job]) -> dict[str, Answer | None]:
 def recorded(job: Job, result: TaskResult, made_with: Mapping[str, str]) -> Record:
     """What is kept of a run."""
     record = replace(_planned(job, made_with), status=STATUSES[result.status].value, message=result.message)
+    if isinstance(result.value, Blocked):
+        stopped = held_up(job.case, result.value)
+        return replace(record, status=stopped.status.value, message=stopped.message)
     if not isinstance(result.value, Played):
         return record
     played, told, cost = result.value, result.value.result, result.value.result.cost

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from statistics import median
 
 from stackdsl.bench.entrants import ENTRANTS, Result
+from stackdsl.check import played_or_blocked
+from stackdsl.playing.clearance import Blocked
 from stackdsl.timeline import Timeline
 
 ENOUGH = 0.25  # [s] of playing, so that a run of a millisecond is not timed by its first time alone
@@ -27,6 +29,11 @@ class Played:
     wall_time: float  # [s], median of the runs
     runs: int
     peak_memory: int  # [bytes] of the whole process, Python and libraries included
+
+
+def measured_or_blocked(timeline: Timeline, system: str, factor: float) -> Played | Blocked:
+    """The same as `measured`, or what keeps the run from going on."""
+    return played_or_blocked(measured, timeline, system, factor)
 
 
 def measured(timeline: Timeline, system: str, factor: float) -> Played:

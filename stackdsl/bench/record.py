@@ -9,7 +9,7 @@ from stackdsl.bench.entrants import NO_STEPS
 from stackdsl.observations import Seen
 
 NOT_TAKEN = "not taken"  # in place of a RunStatus: the entrant says nothing of such a case
-FORMAT = 1  # of a line; raise it whenever an older one can no longer be read
+FORMAT = 2  # of a line; raise it whenever an older one can no longer be read
 
 
 class MalformedRecordError(ValueError):

@@ -126,7 +126,7 @@ def _creep(record: Record, known: Answer) -> float | None:
     """How far anything moved in a structure that should stand, or in one that should fall, before it was set down."""
     if not known.undisturbed:
         return None
-    return record.seen("largest shift" if known.stands else "shift before")
+    return record.seen("drift" if known.stands else "shift before")
 
 
 def _verdict(record: Record, fellows: Sequence[Record], known: Answer | None) -> str:

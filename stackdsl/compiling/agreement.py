@@ -1,14 +1,24 @@
 """Can everything that is expected of one system come true? What must stand and what must fall cannot be the same."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from math import ceil, floor, inf
+from typing import Final
 
 from stability.model import BodyId
 from stackdsl.diagnostics import Diagnostic
+from stackdsl.language.author_models import AuthorModel
 from stackdsl.language.claims import Claim, Collapses, Expectation, Stands
 from stackdsl.language.schema import Scenario
 from stackdsl.language.tolerances import Tolerance
 from stackdsl.reading.source import Path, Source
+
+# What has to be the same in two claims of a kind, so that they speak of one and the same thing.
+SAME: Final[Mapping[str, Sequence[str]]] = {
+    "drift": ("bricks",),
+    "height": ("of",),
+    "displaced": ("by",),
+    "rests_on": ("brick", "support"),
+}
 
 
 def contradictions(
@@ -46,6 +56,8 @@ def _counted(claim: Claim) -> Iterator[tuple[Path, float]]:
     """How many levels or bricks a claim needs at least, with the place where it says so."""
     if claim.stands is not None and claim.stands.levels is not None:
         yield ("stands", "levels"), claim.stands.levels
+    if claim.collapses is not None and claim.collapses.at is not None:
+        yield ("collapses", "at"), _at_least(claim.collapses.at)
     if claim.untouched is not None and claim.untouched.levels is not None:
         yield ("untouched", "levels"), claim.untouched.levels
     if claim.leaves is not None and claim.leaves.levels is not None:
@@ -70,17 +82,28 @@ def _is_of(claim: Expectation, system: str) -> bool:
 def _exclude(one: Expectation, other: Expectation, levels: Mapping[BodyId, int], hold: float) -> bool:
     if one.verdict is not None and other.verdict is not None:
         return one.verdict != other.verdict
-    stands, collapses = one.stands or other.stands, one.collapses or other.collapses
-    if stands is None or collapses is None or (stands.for_ is not None and stands.for_ < hold):
+    if one.kind == other.kind:
+        return _are_apart(getattr(one, one.kind), getattr(other, one.kind), SAME.get(one.kind, ()))
+    stands, collapses, falls = one.stands or other.stands, one.collapses or other.collapses, one.falls or other.falls
+    if stands is None or (stands.for_ is not None and stands.for_ < hold):
         return False  # what stands for a while may fall after it
-    return _leaves_nothing_to_fall(stands, collapses, levels)
+    if falls is not None:
+        return any(_must_stand(stands, levels[name], name) for name in falls.bricks or () if name in levels)
+    return collapses is not None and _leaves_nothing_to_fall(stands, collapses, levels)
+
+
+def _are_apart(one: object, other: object, same: Sequence[str]) -> bool:
+    """Whether two claims of one kind want values of one and the same thing that no value meets."""
+    if not isinstance(one, AuthorModel) or any(getattr(one, key) != getattr(other, key) for key in same):
+        return False
+    pairs = [(getattr(one, key), getattr(other, key)) for key in type(one).model_fields if key not in same]
+    return any(isinstance(a, Tolerance) and isinstance(b, Tolerance) and not a.meets(b) for a, b in pairs)
 
 
 def _leaves_nothing_to_fall(stands: Stands, collapses: Collapses, levels: Mapping[BodyId, int]) -> bool:
     """Whether every brick that may be the first to fall is one of those that must stand."""
-    standing = frozenset(levels if stands.bricks is None else stands.bricks)
-    return all(
-        (stands.levels is None or level <= stands.levels) and name in standing
-        for name, level in levels.items()
-        if collapses.brick in (None, name)
-    )
+    return all(_must_stand(stands, level, name) for name, level in levels.items() if collapses.brick in (None, name))
+
+
+def _must_stand(stands: Stands, level: int, name: BodyId) -> bool:
+    return (stands.levels is None or level <= stands.levels) and (stands.bricks is None or name in stands.bricks)

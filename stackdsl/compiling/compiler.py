@@ -26,7 +26,7 @@ from stackdsl.compiling.scheduling import Moment, Schedule, scheduled
 from stackdsl.compiling.site import planes_of, tilt_of, turned_plane, turned_pose
 from stackdsl.compiling.standing import Scene, standing_bricks
 from stackdsl.compiling.written import WrittenBrick, bricks_of
-from stackdsl.diagnostics import Diagnostic
+from stackdsl.diagnostics import Diagnostic, Span
 from stackdsl.language.schema import Scenario
 from stackdsl.reading.source import Path, Source
 from stackdsl.timeline import Action, Placement, Removal, Timeline, World
@@ -82,6 +82,16 @@ def compile_timeline(scenario: Scenario, source: Source) -> tuple[Timeline | Non
     margins = {key for claim in claims if claim.margin is not None for key in claim.margin.asked}
     closely = any(claim.needs_close_looks for claim in claims)
     return Timeline(world, actions, _hold(scenario), watched, tuple(sorted(margins)), closely), ()
+
+
+def where_placed(brick: BodyId, scenario: Scenario, source: Source) -> Span:
+    """The place in the file of what sets down, throws or drops a brick."""
+    for number, hitting in hitting_bricks(scenario).items():
+        if hitting.id == brick:
+            return source.key_span_of(("impacts", number, "throw" if scenario.impacts[number].throw else "drop"))
+    written = bricks_of(scenario)
+    _, _, names, _ = _identified(written, tuple(planes_of(scenario)), scenario)
+    return source.span_of(written[names.index(brick)].path)
 
 
 def _placement(time: float, written: WrittenBrick, level: int, name: BodyId, tilt: Quaternion) -> Placement:
@@ -147,10 +157,12 @@ def _misfit(
         other = f"brick '{names[fit.overlaps_box]}'" if fit.overlaps_box is not None else ""
         plane = planes[fit.overlaps_plane].id if fit.overlaps_plane is not None else ""
         message = f"brick '{name}' is {_mm(fit.depth)} inside {other or plane}"
-        return "SD201", message, f"move it out by at least {_mm(fit.depth)}"
+        return "SD201", message, f"move it out by at least {_mm(fit.depth)}{', such as by `origin`' * brick.of_layout}"
     if fit.in_the_air and not brick.drop:
         above = "" if fit.clearance == inf else f"; the nearest body below is {_mm(fit.clearance)} away"
         hint = "place it on something, or say `drop: true` to let it fall"
+        if brick.of_layout:
+            hint = "give the layout measures with which every brick lies on another, or an `origin` on top of something"
         return "SD202", f"nothing is under brick '{name}'{above}", hint
     return None
 

@@ -13,6 +13,7 @@ from stability.separation import Block, Separation, block, block_above_plane, bl
 
 OVERLAP = 1e-4  # [m] what rounding in a file may cost; far below what a plank is made to
 MOST_CELLS = 256  # that a box of usual size can reach; a plank on end amid flat ones reaches some sixty
+TWO_SIDES = 2
 LEAST_UPWARD = 0.05  # z of a contact normal that carries something; less is a touch of two upright faces
 
 
@@ -34,8 +35,9 @@ class Fit:
     overlaps_plane: int | None = None
     depth: float = 0.0  # of the overlap [m]
     on_boxes: tuple[int, ...] = ()
-    on_plane: bool = False
-    between: bool = False  # it touches two bodies or more, and may be wedged between them
+    on_planes: tuple[int, ...] = ()
+    beside_boxes: tuple[int, ...] = ()  # those that touch it from the side or from above
+    beside_planes: tuple[int, ...] = ()
     clearance: float = inf  # [m] to the nearest body below; infinite if none is near
 
     @property
@@ -45,8 +47,8 @@ class Fit:
 
     @property
     def in_the_air(self) -> bool:
-        """Whether nothing is under it, nor on two sides of it."""
-        return not self.on_boxes and not self.on_plane and not self.between
+        """Whether nothing is under it, nor on two sides of it, where it may be wedged."""
+        return not self.on_boxes and not self.on_planes and len(self.beside_boxes) + len(self.beside_planes) < TWO_SIDES
 
 
 def fits(boxes: Sequence[Sited], planes: Sequence[Plane]) -> list[Fit]:
@@ -82,10 +84,13 @@ def _fit(index: int, grid: "_Grid", planes: Sequence[Plane]) -> Fit:
     below = [apart.gap for apart in (*on_planes, *(apart for _, apart in on_boxes)) if _is_below(apart)]
     if min(below, default=inf) > TOUCHING:  # in the air; how far above what is of interest only here
         below += [apart.gap for _, apart in grid.apart_from(index, hypot(*grid.cell)) if _is_below(apart)]
+    touching = [(other, apart) for other, apart in on_boxes if apart.gap <= TOUCHING]
+    at_planes = [(number, apart) for number, apart in enumerate(on_planes) if apart.gap <= TOUCHING]
     return Fit(
-        on_boxes=tuple(other for other, apart in on_boxes if _is_below(apart) and apart.gap <= TOUCHING),
-        on_plane=any(_is_below(apart) and apart.gap <= TOUCHING for apart in on_planes),
-        between=sum(apart.gap <= TOUCHING for apart in (*on_planes, *(apart for _, apart in on_boxes))) > 1,
+        on_boxes=tuple(other for other, apart in touching if _is_below(apart)),
+        on_planes=tuple(number for number, apart in at_planes if _is_below(apart)),
+        beside_boxes=tuple(other for other, apart in touching if not _is_below(apart)),
+        beside_planes=tuple(number for number, apart in at_planes if not _is_below(apart)),
         clearance=min(below, default=inf),
     )
 

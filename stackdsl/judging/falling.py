@@ -25,7 +25,7 @@ def pivots(claim: Pivots, trace: Trace) -> Finding:
     onset = trace.onset
     if onset is None:
         named = trace.statics is not None and trace.statics.motion is not None
-        why = "nothing that was proven to fall turned by 5 deg" if named else "it names no motion"
+        why = "nothing that was proven to fall turned by 5 deg" if named else "no proof names a motion"
         return Finding(why, -1.0, "", passed=False)
     pairs = seen_displacements(onset)
     if pairs is None:

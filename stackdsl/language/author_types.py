@@ -136,8 +136,24 @@ _NAME_ADVICE = "begin with a letter, then letters, digits, _ . or -"
 _SLUG_ADVICE = "write small letters, digits and -, at most 64"
 Slug = Annotated[str, _text(_SLUG, "a name for files", _SLUG_ADVICE, "slant-tower")]
 BodyName = Annotated[str, _text(NAME, "the name of a brick", _NAME_ADVICE, "L3.2")]
+_FIXED = rf"(?:{GROUND}|wall[0-9]+)"
+
+
+def _not_fixed(name: str) -> str:
+    if re.fullmatch(_FIXED, name):
+        whose = "the ground" if name == GROUND else "a wall"
+        message = f"'{name}' is not a name that a brick can have, but that of {whose}"
+        raise MistakeError("SD104", message, "take another name")
+    return name
+
+
 BrickName = Annotated[
-    str, _text(rf"(?!(?:{GROUND}|wall[0-9]+)$){NAME}", "a name that a brick can have", _NAME_ADVICE, "keystone")
+    str,
+    replace(
+        _text(NAME, "a name that a brick can have", _NAME_ADVICE, "keystone"),
+        schema=text_schema(rf"(?!{_FIXED}$){NAME}", "a name that a brick can have", "keystone"),
+    ),
+    AfterValidator(_not_fixed),
 ]
 Text = Annotated[str, Field(min_length=1, max_length=2000)]
 

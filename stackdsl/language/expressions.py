@@ -51,6 +51,16 @@ NOUNS: Final = {
     "kg/m3": "a density",
 }  # fmt: skip -- a table
 
+MARK: Final = "_"
+PLAIN: Final = f"use numbers, quantities, variables, + - * / ** ( ) and {', '.join(FUNCTIONS)}"
+REMEDIES: Final = {
+    "^": "a power is written **",
+    "%": "a share is written such as 5 percent, and the rest of a division n - 2 * floor(n / 2)",
+    **dict.fromkeys("<>=!", "nothing is compared or assigned; for several values use `matrix`"),
+    **dict.fromkeys("\"'", "there is no text in an expression; for the name of a brick use no ${}"),
+    "_": "the name of a variable begins with a letter",
+}
+
 _EXPRESSION = re.compile(r"\$\{([^{}]*)\}")
 _CONSTANT = re.compile(rf"(?P<number>[+-]?{NUMBER})\s*(?P<unit>{UNIT})?")
 VARIABLE: Final = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
@@ -86,19 +96,22 @@ def evaluate(expression: str, names: "Names") -> "Amount":
     try:
         tree = ast.parse(f"({grouped})", mode="eval")
     except SyntaxError as error:
-        raise _mistake(f"cannot read the expression '{expression.strip()}'", "write such as 2 * (n + 1)") from error
+        raise _mistake(f"cannot read the expression '{expression.strip()}'", PLAIN) from error
     return _value(tree.body, {**names, **literals})
 
 
 def _grouped(expression: str) -> tuple[str, "dict[str, Amount]"]:
-    """The tokens, numbers and quantities replaced by names that no variable can have; and what these stand for."""
+    """The tokens, names marked, numbers and quantities replaced by names that no variable can have; and these."""
     tokens: list[str] = []
     literals: dict[str, Amount] = {}
     position, after = 0, None
+    if not expression.strip():
+        raise _mistake("the expression is empty", "write such as ${2 * (n + 1)}")
     while position < len(expression):
         token = _TOKEN.match(expression, position)
         if token is None:
-            raise _mistake(f"cannot read the expression at '{expression[position:].strip()}'")
+            rest = expression[position:].strip()
+            raise _mistake(f"cannot read the expression at '{rest}'", REMEDIES.get(rest[:1], PLAIN))
         if after and token["name"]:
             raise _mistake(f"'{token['name']}' is not a unit", did_you_mean(token["name"], tuple(UNITS)))
         if after and after["unit"] and token["operator"] == "**":
@@ -106,7 +119,8 @@ def _grouped(expression: str) -> tuple[str, "dict[str, Amount]"]:
         number = token["literal"] or token["number"]
         if number:
             literals[f"_{len(tokens)}"] = _bounded(unit_amount(token["unit"] or "") * Fraction(number))
-        tokens.append(f"_{len(tokens)}" if number else token["name"] or token["operator"])
+        # Ended by a mark, a name is none of Python's reserved words, such as `from`; no author can know those.
+        tokens.append(f"_{len(tokens)}" if number else token["name"] + MARK if token["name"] else token["operator"])
         position, after = token.end(), token if number else None
     return " ".join(tokens), literals
 
@@ -115,14 +129,14 @@ def _value(node: ast.expr, names: "Names") -> "Amount":
     """The value of a tree; whatever is not listed here is refused."""
     match node:
         case ast.Name(id=name):
-            return _variable(name, names)
+            return _variable(name.removesuffix(MARK), names)
         case ast.UnaryOp(op=ast.USub() | ast.UAdd() as sign, operand=operand):
             return _value(operand, names) * (-1 if isinstance(sign, ast.USub) else 1)
         case ast.BinOp(left=left, op=operator, right=right):
             return _bounded(_operation(operator, _value(left, names), _value(right, names)))
         case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]):
-            return _bounded(_call(name, [_value(argument, names) for argument in arguments]))
-    raise _mistake("the expression is not plain arithmetic", f"use + - * / ** ( ) and {', '.join(FUNCTIONS)}")
+            return _bounded(_call(name.removesuffix(MARK), [_value(argument, names) for argument in arguments]))
+    raise _mistake("the expression is not plain arithmetic", PLAIN)
 
 
 def _variable(name: str, names: "Names") -> "Amount":
@@ -142,14 +156,14 @@ def _operation(operator: ast.operator, left: "Amount", right: "Amount") -> "Amou
         case ast.Mult():
             return left * right
         case ast.Div() if right.magnitude == 0:
-            raise _mistake("division by zero")
+            raise _mistake("division by zero", "keep what is divided by from being 0")
         case ast.Div():
             return left / right
         case ast.Pow():
             return _power(left, right)
     if left.units != right.units:
         verb = "add" if isinstance(operator, ast.Add) else "subtract"
-        raise _mistake(f"cannot {verb} {_noun(left)} and {_noun(right)}")
+        raise _mistake(f"cannot {verb} {_noun(left)} and {_noun(right)}", "give both a unit of one kind, or neither")
     return left + right if isinstance(operator, ast.Add) else left - right
 
 
@@ -158,7 +172,7 @@ def _power(base: "Amount", exponent: "Amount") -> "Amount":
     if power.denominator != 1 or abs(power) > MAX_POWER:
         raise _mistake(f"an exponent is a whole number up to {MAX_POWER}", "for roots there is sqrt")
     if base.magnitude == 0 and power < 0:
-        raise _mistake("division by zero")
+        raise _mistake("division by zero", "keep what is divided by from being 0")
     return base ** int(power)
 
 
@@ -170,7 +184,7 @@ def _call(name: str, values: "list[Amount]") -> "Amount":
             raise _mistake(f"{name} takes values of one kind", f"write such as {name}(10 mm, width)")
         return CHOICES[name](values, key=lambda value: value.magnitude)
     if len(values) != 1:
-        raise _mistake(f"{name} takes one value, not {len(values)}")
+        raise _mistake(f"{name} takes one value, not {len(values)}", f"write such as {name}(n)")
     if name == "abs":
         return abs(values[0])
     if name in ROUNDINGS:
@@ -180,7 +194,7 @@ def _call(name: str, values: "list[Amount]") -> "Amount":
 
 def _root(value: "Amount") -> "Amount":
     if value.magnitude < 0:
-        raise _mistake("the root of a negative value")
+        raise _mistake("the root of a negative value", "keep the value from being negative, such as by abs()")
     root = Fraction(f"{math.sqrt(value.magnitude):.15g}")
     return registry().Quantity(root, value.units ** Fraction(1, 2))
 
@@ -190,7 +204,7 @@ def _wave(name: str, angle: "Amount") -> "Amount":
         raise _mistake(f"{name} takes an angle, not {_noun(angle)}", f"write such as {name}(30 deg)")
     wave = WAVES[name](float(angle.magnitude))
     if abs(wave) > 1 / ROUNDOFF:
-        raise _mistake("the tangent of a right angle")
+        raise _mistake("the tangent of a right angle", "keep the angle from being 90 deg")
     # The cosine of 90 deg is 6e-17 in floats; 15 digits alone would keep it.
     return unit_amount("") * (Fraction(f"{wave:.15g}") if abs(wave) > ROUNDOFF else 0)
 
@@ -215,7 +229,7 @@ def _number(amount: "Amount", role: str) -> Fraction:
 
 def _bounded(amount: "Amount") -> "Amount":
     if max(amount.magnitude.numerator.bit_length(), amount.magnitude.denominator.bit_length()) > MAX_BITS:
-        raise _mistake("a number grows too large or too fine")
+        raise _mistake("a number grows too large or too fine", "use smaller powers, or fewer digits")
     return amount
 
 

@@ -37,6 +37,11 @@ class Tolerance:
         above = self.low < value if self.low_open else self.low <= value
         return above and (value < self.high if self.high_open else value <= self.high)
 
+    def meets(self, other: "Tolerance") -> bool:
+        """Whether some value satisfies both."""
+        low, high = max(self.low, other.low), min(self.high, other.high)
+        return low < high or (low == high and self.holds(low) and other.holds(low))
+
     def margin(self, value: float) -> float:
         """Signed distance to the nearest bound, positive inside; 0 at a bound, also at an open one."""
         return min(value - self.low, self.high - value)

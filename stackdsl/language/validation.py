@@ -31,14 +31,22 @@ WANTED: Final = {
 }
 # What pydantic's errors of range say, with the value and pydantic's own terms filled in.
 RANGES: Final = {
-    "greater_than_equal": "{value} is less than {ge}",
-    "less_than_equal": "{value} is more than {le}",
+    "greater_than_equal": "{value} is less than {ge:g}",
+    "less_than_equal": "{value} is more than {le:g}",
     "finite_number": "{value} is not a finite number",
     "string_too_short": "the text is empty",
     "string_too_long": "the text is longer than {max_length} characters",
     "too_short": "the list has {actual_length} items, and {min_length} is the least",
     "too_long": "the list has {actual_length} items, and {max_length} is the most",
 }
+
+MISWRITTEN: Final = re.compile(r"\$[A-Za-z]\w*|\$?\{[^{}]*\}")  # an expression, as other languages write it
+# What the JSON Schema calls limits, and of what they are.
+LIMITS: Final = (
+    ("minimum", "maximum", ""),
+    ("minItems", "maxItems", " items"),
+    ("minLength", "maxLength", " characters"),
+)
 
 
 class _Told(NamedTuple):
@@ -98,7 +106,7 @@ def _told(detail: ErrorDetails) -> _Told:
         case "extra_forbidden":
             return _Told("SD101", f"unknown key '{last}'", did_you_mean(str(last), keys_at(path[:-1])))
         case "missing" if isinstance(last, int):
-            return _Told("SD103", "the list has too few items", _description(path[:-1]))
+            return _Told("SD103", "the list has too few items", f"write all of them: {_description(path[:-1])}")
         case "missing":
             return _Told("SD102", f"missing key '{last}'", f"add `{last}`, {_description(path)}")
         case "literal_error":
@@ -107,8 +115,49 @@ def _told(detail: ErrorDetails) -> _Told:
         case "model_type":
             return _Told("SD103", f"expected a mapping, not {shown(written)}", f"its keys: {', '.join(keys_at(path))}")
     if kind in RANGES:
-        return _Told("SD104", RANGES[kind].format(value=shown(written), **terms), _description(path))
-    return _Told("SD103", f"expected {WANTED.get(kind, kind)}, not {shown(written)}", _description(path))
+        return _Told("SD104", RANGES[kind].format(value=shown(written), **terms), _with_meaning(_within(path), path))
+    return _Told(
+        "SD103", f"expected {WANTED.get(kind, kind)}, not {shown(written)}", _with_meaning(_form(detail), path)
+    )
+
+
+def _with_meaning(remedy: str, path: Path) -> str:
+    """What to write, and what the value is for."""
+    return ": ".join(filter(None, [remedy, _description(path)]))
+
+
+def _within(path: Path) -> str:
+    """Between which limits a value is to be written."""
+    known = {key: limit for node in reversed(list(_nodes(path))) for key, limit in node.items()}
+    for least, most, noun in LIMITS:
+        if least in known and most in known:
+            return f"write {known[least]:g} to {known[most]:g}{noun}"
+        if least in known:
+            return f"write at least {known[least]:g}{noun}"
+    return ""
+
+
+def _list_of(written: float | str, path: Path) -> str:
+    """A list in place of one value: around it, unless more are due."""
+    due = next((int(node["minItems"]) for node in _nodes(path) if "minItems" in node), 1)
+    return f"write [{written}]" if due == 1 else f"write a list of {due}"
+
+
+def _form(detail: ErrorDetails) -> str:
+    """How a value of the type that is wanted is written."""
+    written = detail["input"]
+    match detail["type"]:
+        case "tuple_type" if isinstance(written, dict):
+            return "begin each item with `- `"
+        case "tuple_type" if isinstance(written, str | int | float):
+            return _list_of(written, detail["loc"])
+        case "int_type" | "float_type" if isinstance(written, str) and MISWRITTEN.fullmatch(written):
+            return f"write ${{{written.strip('${}')}}} if it is an expression"
+        case "int_type" | "float_type":
+            return _within(detail["loc"]) or f"write {WANTED[detail['type']]}"
+        case "string_type":
+            return "quote it"
+    return f"write {WANTED[detail['type']]}" if detail["type"] in WANTED else ""
 
 
 def _disagreements(source: Source, scenario: Scenario) -> Iterator[Diagnostic]:

@@ -1,6 +1,5 @@
 """The variants of a scenario: one for each combination of `matrix:`, with `let:` and all expressions worked out."""
 
-import keyword
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -106,7 +105,9 @@ def _axes(matrix: Plain) -> tuple[dict[str, list[Plain]], Mistakes]:
         count *= len(row)
         if count > MAX_VARIANTS:  # told without the number, which may have thousands of digits
             message = f"the matrix has more than {MAX_VARIANTS} combinations, which are the most"
-            return {name: [None] for name in axes}, mistakes | _at(("matrix",), MistakeError("SD206", message))
+            return {name: [None] for name in axes}, mistakes | _at(
+                ("matrix",), MistakeError("SD206", message, "make several scenarios of it")
+            )
     return axes, mistakes
 
 
@@ -150,12 +151,19 @@ def _let(let: Plain, rows: "Names") -> tuple["Names", Plain, Mistakes]:
 
 
 def _check_name(name: str, taken: Iterable[str] = ()) -> None:
-    if not VARIABLE.fullmatch(name) or keyword.iskeyword(name):
+    if not VARIABLE.fullmatch(name):
         raise _NameError("SD109", f"'{name}' cannot name a variable", "write letters, digits and _, a letter first")
     if name in UNITS or name in FUNCTIONS or name == "pi":
-        raise _NameError("SD109", f"'{name}' is a unit or a function, not a variable", "take a longer name")
+        raise _NameError("SD109", f"'{name}' {_meaning(name)}, and cannot name a variable", "take another name")
     if name in taken:
         raise _NameError("SD109", f"'{name}' is a variable of the matrix already", "take another name")
+
+
+def _meaning(name: str) -> str:
+    """What a name means in every expression."""
+    if name == "pi":
+        return "is a number"
+    return "is a unit" if name in UNITS else "is a function"
 
 
 def _filled(value: Plain, path: Path, names: "Names") -> tuple[Plain, Mistakes]:

@@ -1,24 +1,49 @@
-"""A brick that is placed needs room: where a dropped brick comes to lie is not known when a scenario is written."""
+"""A brick that is placed needs room: where others have moved to is not known when a scenario is written."""
 
+from dataclasses import dataclass
+
+from stability.model import BodyId
 from stability.separation import boxes_apart
-from stackdsl.playing.watch import Watch
+from stackdsl.playing.watch import Watch, Watched
 from stackdsl.timeline import Placement
 
 # [m] a brick that is placed may lie this deep in one that was dropped: engines let bricks sink and creep by as much.
 MOST_OVERLAP = 1e-3
 
 
+@dataclass(frozen=True, slots=True)
+class Blocked:
+    """Why a run cannot go on: a brick is to be placed where another one is by now."""
+
+    brick: BodyId
+    time: float  # [s]
+    by: BodyId
+    depth: float  # [m]
+    thrown: bool  # whether the brick comes flying, or falls, rather than being set down
+    refined: bool = False  # whether that is so only at half the step and twice the iterations
+
+
 class BlockedPlacementError(RuntimeError):
     """A brick is to be placed where another one is by now."""
+
+    def __init__(self, blocked: Blocked) -> None:
+        where = f"'{blocked.by}' has moved there ({1000.0 * blocked.depth:.3g} mm of overlap)"
+        super().__init__(f"brick '{blocked.brick}' cannot be placed at {blocked.time:g} s: {where}")
+        self.blocked = blocked
 
 
 def keep_clear(placement: Placement, watch: Watch) -> None:
     """Raise the error if a brick has no room; one that is slid in may also be in the way of what gave a little."""
     anywhere = placement.inserted or watch.hit or placement.thrown
     others = [watch.bricks[name] for name in watch.present] if anywhere else watch.dropped
-    for other in others:
-        apart = boxes_apart(placement.brick.size, placement.pose, other.placement.brick.size, other.last)
-        if apart.gap < -MOST_OVERLAP:
-            message = f"brick '{placement.brick.id}' cannot be placed at {placement.time:g} s:"
-            where = f"'{other.placement.brick.id}' has moved there"
-            raise BlockedPlacementError(f"{message} {where} ({-1000.0 * apart.gap:.3g} mm of overlap)")
+    inside = {other.placement.brick.id: _depth(placement, other) for other in others}
+    deepest = max(inside, key=inside.__getitem__, default=None)
+    if deepest is not None and inside[deepest] > MOST_OVERLAP:
+        name = placement.brick.id
+        raise BlockedPlacementError(Blocked(name, placement.time, deepest, inside[deepest], placement.thrown))
+
+
+def _depth(placement: Placement, other: Watched) -> float:
+    """How far the brick would be inside another one [m]."""
+    brick = other.placement.brick
+    return -boxes_apart(placement.brick.size, placement.pose, brick.size, other.last).gap

@@ -254,7 +254,7 @@ def _key(reading: Reading, event: yaml.Event, depth: int) -> tuple[str | None, S
     if event.style:
         return event.value, span
     if event.value == "<<":
-        reading.report("SD010", span, "a merge key", "repeat the keys here, or use `extends:`")
+        reading.report("SD010", span, "a merge key", "repeat the keys here")
     elif trap := key_trap(event.value):
         reading.report("SD009", span, f"the key '{shown(event.value)}' {trap.meaning}", trap.remedy)
     return event.value, span

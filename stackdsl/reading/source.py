@@ -92,7 +92,9 @@ def load(path: FilePath) -> Loaded:
             data = stream.read(MAX_BYTES + 1)  # bounded, for `path` may be a device
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         reason = getattr(error, "strerror", None) or str(error)
-        return _refused(Diagnostic("SD001", Span(file, 1, 1, 1), f"cannot read the file: {reason}"))
+        missing = isinstance(error, FileNotFoundError)
+        hint = "check its name, or begin one by `stackdsl new`" if missing else "name a file that can be read"
+        return _refused(Diagnostic("SD001", Span(file, 1, 1, 1), f"cannot read the file: {reason}", hint))
     if len(data) > MAX_BYTES:
         return _refused(_too_large(file))
     try:

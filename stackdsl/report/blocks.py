@@ -14,7 +14,9 @@ UNBOUNDED = 10_000  # [characters] more than any table takes
 STYLES = (
     dict.fromkeys(("stands", "same", "agrees"), "green")
     | dict.fromkeys(("written", "differs", "not run"), "yellow")
-    | dict.fromkeys(("missing", "different", "unreadable", "crashed", "timed out", NUMERICAL_COLLAPSE), "red")
+    | dict.fromkeys(
+        ("missing", "different", "unreadable", "blocked", "crashed", "timed out", NUMERICAL_COLLAPSE), "red"
+    )
 )
 
 Row: TypeAlias = dict[str, str]  # by column

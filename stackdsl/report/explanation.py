@@ -4,7 +4,7 @@ Where `exact` is one of them: which stage proved each placement, at what cost, a
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from math import degrees, inf
+from math import degrees, hypot, inf
 
 from stability.engine_settings import EngineSettings
 from stability.geometry import body_axes
@@ -12,14 +12,14 @@ from stability.model import BodyId, Vec3
 from stability.mujoco_engine.settings import MuJoCoSettings
 from stability.sapien_engine.settings import SapienSettings
 from stability.statics.facts import Stability
-from stackdsl.compiling.fitting import Sited, fits
+from stackdsl.compiling.fitting import Fit, Sited, fits
 from stackdsl.gathering import Case
 from stackdsl.margins import margins_of_assembly
 from stackdsl.playing.opening import settings_for
 from stackdsl.playing.peers import system_named
 from stackdsl.playing.systems import Method
 from stackdsl.proving import Judged, Proofs, proofs_of
-from stackdsl.timeline import Placement, Removal, Timeline
+from stackdsl.timeline import Placement, Push, Removal, Timeline
 from stackdsl.trace import Margins
 
 MOST_FOR_MARGINS = 60  # bricks; beyond, the margins take many seconds and come only when asked for
@@ -38,7 +38,7 @@ def _lines(cases: Sequence[Case], margins: bool | None) -> Iterator[str]:
     if scenario.description:
         yield f"  {scenario.description}"
     yield from _world(timeline)
-    count, levels = len(timeline.placements), timeline.levels
+    count, levels = sum(not placement.thrown for placement in timeline.placements), timeline.levels
     what = f"{count} brick{'s' * (count > 1)} on {levels} level{'s' * (levels > 1)}"
     yield f"  {what}, built after {timeline.built:g} s, watched until {timeline.end:g} s"
     yield ""
@@ -60,21 +60,38 @@ def _world(timeline: Timeline) -> Iterator[str]:
 
 
 def _actions(timeline: Timeline, told: Mapping[BodyId, str]) -> Iterator[str]:
-    """One line a brick set down, with what `told` says of it, and one a removal."""
+    """One line a brick set down, with what `told` says of it, and one a removal or a push."""
     placed = timeline.placements
     width = max(len(placement.brick.id) for placement in placed)
+    bricks, planes = [placement.brick.id for placement in placed], [plane.id for plane in timeline.world.planes]
     found = iter(zip(placed, fits(_sited(timeline), timeline.world.planes), strict=True))
     for action in timeline.actions:
-        if isinstance(action, Removal):
-            yield f"  {action.time:8.3f} s  {', '.join(action.bricks):<{width}}  pulled out"
-            continue
-        placement, fit = next(found)
-        below = [placed[index].brick.id for index in fit.on_boxes] + (["ground or wall"] if fit.on_plane else [])
-        yield (
-            f"  {placement.time:8.3f} s  {placement.brick.id:<{width}}  at {_mm(placement.pose.position_W)} mm"
-            f"  along {_direction(placement)}  {'dropped' if placement.drop else 'on ' + ', '.join(below)}"
-            f"{told.get(placement.brick.id, '')}"
-        )
+        match action:
+            case Removal():
+                yield f"  {action.time:8.3f} s  {', '.join(action.bricks):<{width}}  pulled out"
+            case Push():
+                impulse = " ".join(f"{1000.0 * part:.4g}" for part in action.impulse_W)
+                yield f"  {action.time:8.3f} s  {action.brick:<{width}}  pushed by ({impulse}) mN*s"
+            case Placement():
+                placement, fit = next(found)
+                yield (
+                    f"  {placement.time:8.3f} s  {placement.brick.id:<{width}}  "
+                    f"at {_mm(placement.pose.position_W)} mm  along {_direction(placement)}  "
+                    f"{_footing(placement, fit, bricks, planes)}{told.get(placement.brick.id, '')}"
+                )
+
+
+def _footing(placement: Placement, fit: Fit, bricks: Sequence[BodyId], planes: Sequence[BodyId]) -> str:
+    """On what a brick is set down, and which walls it touches; or how else it comes."""
+    if placement.drop:
+        return "dropped"
+    if placement.thrown:
+        return f"thrown at {hypot(*placement.velocity_W):.4g} m/s"
+    below = [*(bricks[index] for index in fit.on_boxes), *(planes[index] for index in fit.on_planes)]
+    walls = [planes[index] for index in fit.beside_planes]
+    if not below:
+        return "between " + ", ".join([*(bricks[index] for index in fit.beside_boxes), *walls])
+    return f"on {', '.join(below)}" + (f", against {', '.join(walls)}" if walls else "")
 
 
 def _sited(timeline: Timeline) -> list[Sited]:
@@ -122,7 +139,7 @@ def _proven(proofs: Proofs, count: int, wanted: bool | None) -> Iterator[str]:
     if verdict.stability is not Stability.STABLE:
         yield f"  statics: {verdict.stability.upper()}: {verdict.reason}; the engine shows what comes of it"
     elif judged < count:
-        yield f"  statics: {judged} of {count} bricks proven to stand; the engine shows where what is dropped lands"
+        yield f"  statics: {judged} of {count} bricks proven to stand; the engine shows what comes of the others"
     else:
         yield f"  statics: every placement proven to stand, in {1000.0 * seconds:.3g} ms"
         yield from _margins(proofs, wanted)

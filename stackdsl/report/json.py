@@ -59,6 +59,7 @@ def _result(report: Report, result: VariantResult) -> dict[str, object]:
         "status": result.status.value,
         "conclusion": result.conclusion,
         "message": result.message,
+        "mistake": _diagnostic(result.mistake) if result.mistake else None,
         "verdict": result.verdict or None,
         "numerical": result.numerical or None,
         "wrong_edges": _wrong_edges(result.wrong_edges) if result.wrong_edges else None,

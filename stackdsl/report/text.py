@@ -1,6 +1,6 @@
 """The report as text: mistakes first, then one row a variant, then failures one by one, then one line of sums."""
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Sequence
 
 from rich.table import Table
@@ -8,7 +8,7 @@ from rich.table import Table
 from stackdsl.outcome import GOLDEN_FAILURES, REFERENCE_SYSTEM, GoldenStatus, Outcome, Report, RunStatus, VariantResult
 from stackdsl.report.blocks import Block, Row, blocks_text, line, table, titled
 from stackdsl.report.change_text import change_text
-from stackdsl.report.diagnostic_text import diagnostic_text
+from stackdsl.report.diagnostic_text import GUTTER, diagnostic_text
 from stackdsl.report.edge_text import wrong_edges_text
 from stackdsl.report.outcome_text import outcome_text, significant
 
@@ -51,7 +51,9 @@ def _counted(count: int, noun: str) -> str:
 def _blocks(report: Report) -> Iterator[Block]:
     yield _diagnostics(report)
     yield [_summary(report)] if report.results else []
-    yield titled("Did not finish", [f"{r.name}: {r.status}: {r.message}" for r in report.results if _stopped(r)])
+    yield _blocked(report)
+    stopped = [result for result in report.results if _stopped(result)]
+    yield titled("Did not finish", [f"{r.file}: {r.name}: {r.status}: {r.message}" for r in stopped])
     yield titled("Numerical collapses", [f"{r.name}: {r.numerical}" for r in report.results if r.numerical])
     yield titled("Wrong edge normals", list(_wrong_edges(report)))
     yield titled("Failed expectations", list(_missed(report, lambda result: result.outcomes)))
@@ -107,6 +109,16 @@ def _moved(report: Report) -> Iterator[str]:
         yield from (f"{result.name}: {change_text(change)}" for change in result.moved)
     if report.results and all(result.refinement is not None and not result.moved for result in report.results):
         yield "nothing"
+
+
+def _blocked(report: Report) -> Block:
+    """What happened on the way of each run that was blocked; one text for all that say the same."""
+    told: defaultdict[str, list[str]] = defaultdict(list)
+    for result in report.results:
+        if result.mistake is not None:
+            told[diagnostic_text(result.mistake)].append(result.name)
+    texts = [line(f"{text}\n{'':{GUTTER}} = in {', '.join(names)}") for text, names in told.items()]
+    return [line("Blocked", "bold"), *texts] if texts else []
 
 
 def _stopped(result: VariantResult) -> bool:

@@ -18,6 +18,7 @@ from stackdsl.snapshots.record import FORMAT, Identity, Snapshot
 
 STAMPED = ("stackdsl", "pybullet")  # distributions whose versions may move a snapshot
 LONGEST_PART = 60  # characters of a scenario's or variant's name in a file name; two fit the 143 of encrypted disks
+WRITABLE = "make room for it, or name another directory by --golden"
 GOLDEN_NAME = re.compile(r"[^\[\]]+\[[^\[\]]*\]\.json")  # other JSON files are nobody's business here
 NOT_CI = ("", "0", "false", "no")  # values of the environment variable CI that mean the opposite
 
@@ -76,7 +77,7 @@ def check_golden(snapshot: Snapshot, directory: Path, update: bool) -> GoldenRes
     try:
         write_golden(path, text)
     except OSError as error:
-        return replace(result, note=f"cannot be written: {error.strerror}")
+        return replace(result, note=f"cannot be written: {error.strerror}; {WRITABLE}")
     return replace(result, status=GoldenStatus.WRITTEN, note="")
 
 

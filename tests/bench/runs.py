@@ -14,7 +14,6 @@ STOOD: dict[str, Seen] = {
     "verdict": "stands",
     "fallen": (),
     "drift": 0.25,
-    "largest shift": 0.25,
     "largest tilt": 0.0,
     "height": 39.0,
     "energy gain": 0.5,
@@ -27,7 +26,7 @@ FELL: dict[str, Seen] = {
     "collapse time": 2.1,
     "first to leave": "L3.1",
     "fallen": ("L2.1", "L3.1"),
-    "largest shift": 200.0,
+    "drift": 200.0,
     "reach": 80.0,
     "bearing": 179.0,
 }

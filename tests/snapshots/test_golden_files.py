@@ -112,7 +112,7 @@ def test_a_directory_in_place_of_the_file_is_told(tmp_path: Path) -> None:
     (tmp_path / golden_name(IDENTITY)).mkdir()
     assert check_golden(STANDS, tmp_path, update=False).note == "it cannot be read: Is a directory"
     result = check_golden(STANDS, tmp_path, update=True)
-    assert (result.status, result.note) == (GoldenStatus.UNREADABLE, "cannot be written: Is a directory")
+    assert (result.status, result.note.split(";")[0]) == (GoldenStatus.UNREADABLE, "cannot be written: Is a directory")
     assert len(list(tmp_path.iterdir())) == 1
 
 
@@ -123,7 +123,10 @@ def test_a_write_that_fails_half_way_leaves_the_old_file(tmp_path: Path, monkeyp
     monkeypatch.setattr(os, "fsync", full)
     path = golden_file(tmp_path, "old")
     result = check_golden(STANDS, tmp_path, update=True)
-    assert (result.status, result.note) == (GoldenStatus.UNREADABLE, "cannot be written: No space left on device")
+    assert (result.status, result.note.split(";")[0]) == (
+        GoldenStatus.UNREADABLE,
+        "cannot be written: No space left on device",
+    )
     assert [entry.name for entry in tmp_path.iterdir()] == [path.name]
     assert path.read_text(encoding="utf-8") == "old"
 

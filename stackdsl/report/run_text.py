@@ -1,0 +1,25 @@
+"""How one run ended, as text: what came of it and what it took, then every claim beside what was measured."""
+
+from collections.abc import Iterator
+
+from stackdsl.outcome import VariantResult
+from stackdsl.report.edge_text import wrong_edges_text
+from stackdsl.report.outcome_text import outcome_text
+from stackdsl.trace import Trace
+
+
+def run_text(trace: Trace, result: VariantResult) -> str:
+    """Several lines of text without a newline at the end."""
+    return "\n".join(_lines(trace, result))
+
+
+def _lines(trace: Trace, result: VariantResult) -> Iterator[str]:
+    fell = trace.collapse and f"collapses at level {trace.collapse.level} after {trace.collapse.time:.3f} s"
+    cost = f"{trace.cost.simulated_time:g} s played in {trace.cost.wall_time:.3f} s, {trace.cost.steps} steps"
+    yield f"{fell or trace.verdict}; {cost}" + (f"; a numerical collapse: {trace.numerical}" * bool(trace.numerical))
+    if trace.wrong_edges is not None:
+        yield wrong_edges_text(trace.wrong_edges, trace.collapse)
+    for outcome in result.outcomes:
+        yield f"{'passed' if outcome.passed else 'failed'}: {outcome.span}: {outcome_text(outcome)}"
+    for truth in result.truths:
+        yield f"truth {'agrees' if truth.passed else 'differs'}: {truth.span}: {outcome_text(truth)}"
