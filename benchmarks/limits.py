@@ -18,12 +18,13 @@ from rich.table import Table
 from benchmarks.slips import KAPLA, Case, timeline
 from stability.model import Vec3
 from stackdsl.playing.runner import play
-from stackdsl.playing.systems import SYSTEMS, System
+from stackdsl.playing.systems import MOVING, SYSTEMS, System
 
 ANGLES = (50.0, 60.0, 70.0, 75.0, 80.0, 82.0)  # to the floor [deg]
 LENGTHS = (0.01, 0.03, KAPLA[0], 0.2, 1.2)  # of planks [m]
 YAWS = (0.0, 15.0, 22.5, 30.0, 45.0, 75.0)  # [deg]
 WATCHED = 2.0  # [s] for KAPLA planks; large ones take longer to fall
+ENGINES = {**{name: SYSTEMS[name] for name in ("tuned", "stock")}, "moving": System("moving", "", MOVING, method=None)}
 LOWEST, HIGHEST, SHARP = 0.8, 1.2, 0.001  # of the share of the friction that is needed
 
 
@@ -58,8 +59,8 @@ def too_flat(case: Case, share: float) -> float:
 def main() -> None:
     """Bisect, and print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--system", default="tuned", choices=["tuned", "stock"])
-    system = SYSTEMS[parser.parse_args().system]
+    parser.add_argument("--system", default="tuned", choices=list(ENGINES), help="moving: that of exact, by itself")
+    system = ENGINES[parser.parse_args().system]
     table = Table("", "long", *(f"{angle:g} deg" for angle in ANGLES))
     rows = list(product(("V", "ladder"), LENGTHS))
     for kind, length in track(rows, "limits", console=Console(stderr=True), transient=True):

@@ -5,15 +5,15 @@ from math import atan, degrees, radians
 
 import pytest
 
-from benchmarks.limits import falls, scaled
+from benchmarks.limits import ENGINES, falls, scaled
 from benchmarks.slipping import needed_friction
 from benchmarks.slips import KAPLA, Case, errors, timeline
 from stackdsl.playing.runner import play
-from stackdsl.playing.systems import MOVING, SYSTEMS, System
+from stackdsl.playing.systems import SYSTEMS
 
 LATE, FAST = 2e-3, 0.015  # of times, and of speeds: an engine's are those of the middle of a step
 PROVEN = 1e-4  # of what needs no engine
-BARE = SYSTEMS["tuned"]
+BARE = ENGINES["tuned"]
 YAWS = (0.0, 10.0, 22.5, 30.0, 45.0, 60.0, 75.0)  # [deg]
 BARELY_LATE = 0.02  # with springs at rest, which hold what has hardly begun
 
@@ -100,7 +100,7 @@ def test_so_it_does_at_every_angle_in_every_direction(angle: float, length: floa
 def test_so_does_the_engine_of_exact_by_itself_that_moves_what_leans_in_ways_without_closed_form(
     angle: float, yaw: float, share: float
 ) -> None:
-    assert falls(Case("V", angle, share, yaw), System("moving", "", MOVING, method=None)) is (share < 1.0)
+    assert falls(Case("V", angle, share, yaw), ENGINES["moving"]) is (share < 1.0)
 
 
 @pytest.mark.parametrize("flatter", [2.0, 0.15, -0.15, -1.0])

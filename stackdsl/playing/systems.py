@@ -78,7 +78,6 @@ MOVING = replace(
     edge_rounding=1e-4 / 0.0078,
     half_spaces=False,
     sinking=0.0,
-    friction_cones=False,
     lively_parts=2,  # what a hit moves errs by 3 % then, and by 9 % without
     most_travel=0.001,  # so deep at most it enters what it hits
     first_steps=20,  # so that what is let go starts as it should (docs/decisions/0014)
