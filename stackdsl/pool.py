@@ -70,7 +70,7 @@ def run_supervised(
     """Run all tasks in at most `workers` processes at a time; `on_done` hears of each as it ends.
 
     An interrupt (Ctrl-C) ends all workers at once; what was done is returned. With `fresh`, each task has a process
-    that did nothing before.
+    that did nothing before but import what functions of tasks are in.
     """
     pool = _Pool(tasks, on_done, fresh)
     try:
@@ -91,10 +91,16 @@ class _Worker:
     deadline: float = 0.0  # by the monotonic clock [s]
 
     @classmethod
-    def started(cls) -> "_Worker":
-        context = multiprocessing.get_context("spawn")
-        ours, theirs = context.Pipe()
-        process = context.Process(target=_serve, args=(theirs,), daemon=True)
+    def started(cls, imported: Sequence[str] | None = None) -> "_Worker":
+        """A new worker; one that is to have imported some modules comes from a process that did no more than that."""
+        ours, theirs = multiprocessing.Pipe()
+        process: BaseProcess
+        if imported is None:
+            process = multiprocessing.get_context("spawn").Process(target=_serve, args=(theirs,), daemon=True)
+        else:
+            context = multiprocessing.get_context("forkserver")
+            context.set_forkserver_preload([*imported])
+            process = context.Process(target=_serve, args=(theirs,), daemon=True)
         process.start()
         # As long as this end is open here, the death of the worker would not end the stream.
         theirs.close()
@@ -175,7 +181,7 @@ class _Pool:
                 self._close(index, _crash(error))
                 continue
             with _interrupts_held_back():
-                worker = worker if worker is not None else _Worker.started()
+                worker = worker if worker is not None else _Worker.started(self._imported())
                 worker.index = index
                 worker.allow(START_LIMIT)
                 self.busy.append(worker)
@@ -185,6 +191,10 @@ class _Pool:
             return
         if worker is not None:
             worker.kill()
+
+    def _imported(self) -> Sequence[str] | None:
+        """What processes that are started for one task each share: imports, which take longer than most tasks."""
+        return sorted({task.function.__module__ for task in self.tasks}) if self.fresh else None
 
     def _attend(self, worker: _Worker) -> None:
         """See what became of a worker: it may have begun, ended, died or overrun its time."""
