@@ -7,7 +7,7 @@ crossing of two edges stops dead. Run it with `python -m benchmarks.edges`; abou
 """
 
 import argparse
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import product
@@ -19,7 +19,7 @@ from rich.table import Table
 from stability.edge_contacts import wrong_normals
 from stability.engine_settings import EngineSettings
 from stability.geometry import composed, turned
-from stability.model import GROUND, Brick, Plane, Pose, Quaternion, Vec3
+from stability.model import GROUND, BodyId, BodyState, Brick, Plane, Pose, Quaternion, Vec3
 from stability.pybullet_engine import PyBulletWorld
 from stackdsl.playing.systems import MOVING
 
@@ -37,7 +37,7 @@ CROSSINGS = (0.0, 0.3, 1.0, 3.0, 10.0, 90.0)  # angles between edges that meet [
 class Sharp(PyBulletWorld):
     """A world whose bricks keep the edges with which they were set down."""
 
-    def _reshape(self) -> None:
+    def _reshape(self, states: Mapping[BodyId, BodyState]) -> None:
         """Nothing changes."""
 
 

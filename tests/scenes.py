@@ -35,3 +35,12 @@ def timeline_of(build: str, rest: str = "") -> Timeline:
 def mistakes_of(build: str, rest: str = "") -> list[Diagnostic]:
     """The mistakes of a scene."""
     return compiled(scene(build, rest))[1]
+
+
+def assert_told_in_its_place(impacts: str, code: str, words: str) -> None:
+    """These impacts on a column of two planks have one mistake, where the `^` is."""
+    (mistake,) = mistakes_of("- column: {levels: 2}\n  every: 4 s", f"\nimpacts: [{impacts.replace('^', '')}]")
+    assert (mistake.code, mistake.span.line) == (code, 6)
+    assert mistake.span.column == len("impacts: [") + impacts.index("^") + 1
+    assert words in mistake.message
+    assert mistake.hint

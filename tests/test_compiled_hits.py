@@ -9,7 +9,7 @@ from stability.model import Pose, Vec3
 from stability.separation import boxes_apart
 from stability.vectors import minus, moved, norm, plus, times
 from stackdsl.timeline import Placement, Push, Timeline
-from tests.scenes import mistakes_of, timeline_of
+from tests.scenes import assert_told_in_its_place, mistakes_of, timeline_of
 
 LENGTH, WIDTH, THICKNESS = 0.1176, 0.0234, 0.0078  # of a KAPLA plank [m]
 TOWER = "- four_stack: {levels: 13}\n  every: 1 s"
@@ -216,11 +216,7 @@ CUBE = "{size: [40 mm, 40 mm, 40 mm], mass: 50 g}"
     ],
 )  # fmt: skip
 def test_a_hit_that_cannot_be_is_told_in_its_place(impacts: str, code: str, words: str) -> None:
-    (mistake,) = mistakes_of("- column: {levels: 2}\n  every: 4 s", f"\nimpacts: [{impacts.replace('^', '')}]")
-    assert (mistake.code, mistake.span.line) == (code, 6)
-    assert mistake.span.column == len("impacts: [") + impacts.index("^") + 1
-    assert words in mistake.message
-    assert mistake.hint
+    assert_told_in_its_place(impacts, code, words)
 
 
 SHOT = "throw: {at: L1.1, from: {bearing: 0 deg, distance: 0.3 m}, speed: 2 m/s}"

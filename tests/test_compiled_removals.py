@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from stackdsl.timeline import Placement, Removal, Timeline
-from tests.scenes import mistakes_of, timeline_of
+from tests.scenes import assert_told_in_its_place, mistakes_of, timeline_of
 
 SLID_IN = "insert: {name: wedge, at: [200 mm, 0 mm, 3.9 mm]}"
 
@@ -88,11 +88,7 @@ def test_what_is_slid_in_is_turned_and_tilted_like_all_that_is_built() -> None:
     ],
 )
 def test_an_impact_that_cannot_be_is_told_in_its_place(impacts: str, code: str, words: str) -> None:
-    (mistake,) = mistakes_of("- column: {levels: 2}\n  every: 4 s", f"\nimpacts: [{impacts.replace('^', '')}]")
-    assert (mistake.code, mistake.span.line) == (code, 6)
-    assert mistake.span.column == len("impacts: [") + impacts.index("^") + 1
-    assert words in mistake.message
-    assert mistake.hint
+    assert_told_in_its_place(impacts, code, words)
 
 
 @pytest.mark.parametrize(

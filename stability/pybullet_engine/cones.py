@@ -14,9 +14,9 @@ from stability.pybullet_engine.binding import pybullet
 from stability.pybullet_engine.reshaping import ReshapingWorld
 from stability.vectors import minus, moved, norm, times
 
-EVERY = 8  # steps between looks; what slips is half a per cent late by it
-BEYOND = 1.005  # times as much friction as the cone allows: the solver leaves that much undone
-NUDGE = 1e-5  # [engine m/s] ten times the noise of what stands; a micrometre a second for KAPLA planks
+EVERY = 8  # steps between looks: what slips begins so much later at most
+BEYOND = 1.005  # times as much friction as the cone allows: less is let be
+NUDGE = 1e-5  # [engine m/s] a micrometre a second for KAPLA planks; what stands trembles at a tenth of that, or less
 NOTHING: Vec3 = (0.0, 0.0, 0.0)
 
 
@@ -24,13 +24,13 @@ NOTHING: Vec3 = (0.0, 0.0, 0.0)
 class ConeWorld(ReshapingWorld):
     """A world whose bricks with rounded edges, if the settings say so, slip as soon as Coulomb lets them."""
 
-    _until_look: int = field(default=EVERY, init=False)  # steps
+    _steps_to_look: int = field(default=EVERY, init=False)
 
     def step(self) -> None:
         super().step()
-        self._until_look -= 1
-        if self.settings.friction_cones and self._until_look <= 0:
-            self._until_look = EVERY
+        self._steps_to_look -= 1
+        if self.settings.friction_cones and self._steps_to_look <= 0:
+            self._steps_to_look = EVERY
             self._let_slip()
 
     def _let_slip(self) -> None:

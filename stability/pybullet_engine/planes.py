@@ -23,7 +23,7 @@ FRICTIONLESS = 1e-6
 # point a step, and a box on a box all four at once.
 HALF_SPACE = 1e5
 # [engine m] The same beside bricks with rounded edges, about the place of the first: contacts with a larger box lose
-# their precision. At twenty times as much a V stands with 10 % too little friction, and columns fall that should stand.
+# their precision. At twenty times as much a V stands with 10 % too little friction.
 LEAST_REACH = 500.0
 # How many times further than any brick is such a box must reach, or it is made anew, twice as large as that.
 ROOM = 2.0
@@ -67,14 +67,25 @@ class PlanesWorld(PyBulletBodies):
         around = pybullet.getOverlappingObjects(low, high, physicsClientId=self.client)
         return {self.names[body] for body, _ in around or () if body not in self._half_spaces}
 
-    def _reach_beyond(self, brick: Brick, position_W: Vec3, first: bool = False) -> None:
-        """Make the boxes that stand for planes anew if a brick, or the first of all, comes near their ends."""
-        needed = ROOM * (dist(self._middle_W, position_W) + max(brick.size))
-        if needed <= self._reach or not self.settings.edge_rounding:
-            return
-        if first:
-            self._middle_W, needed = position_W, ROOM * max(brick.size)
-        self._reach = max(self._reach, 2.0 * needed)
+    def _begin_about(self, brick: Brick, position_W: Vec3) -> None:
+        """Let the boxes that stand for planes lie about the first brick of all, if that is far from their middles."""
+        if self._needed(brick, position_W) > self._reach:
+            self._middle_W = position_W
+            self._renew_boxes()
+
+    def _reach_beyond(self, brick: Brick, position_W: Vec3) -> None:
+        """Let the boxes that stand for planes reach farther if a brick comes near their ends."""
+        needed = self._needed(brick, position_W)
+        if needed > self._reach:
+            self._reach = 2.0 * needed
+            self._renew_boxes()
+
+    def _needed(self, brick: Brick, position_W: Vec3) -> float:
+        """How far the boxes that stand for planes must reach for a brick to be well within [m]."""
+        return ROOM * (dist(self._middle_W, position_W) + max(brick.size))
+
+    def _renew_boxes(self) -> None:
+        """PyBullet cannot change the size of a box: put up others."""
         for plane in self._planes.values():
             body = self._bodies.pop(plane.id)
             pybullet.removeBody(body, self.client)

@@ -5,6 +5,7 @@ give a body another shape, so the brick gets another body: in the same place, wi
 last step pressed with is forgotten with the old one, which is why only those bricks change that must.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import cos, hypot, radians
 
@@ -64,14 +65,14 @@ class ReshapingWorld(PlainWorld):
     def step(self) -> None:
         if self.settings.edge_rounding and self._clock >= self._next_look:
             self._next_look = self._clock + LOOK
-            self._reshape()
+            states = self.states([name for name in self._masses if name in self._bodies and not self.holds(name)])
+            for name, state in states.items():
+                self._reach_beyond(self._bricks[name], state.pose.position_W)
+            self._reshape(states)
         super().step()
 
-    def _reshape(self) -> None:
-        """Give every brick that is awake the edges that it needs, and planes that reach beyond it."""
-        states = self.states([name for name in self._masses if name in self._bodies and not self.holds(name)])
-        for name, state in states.items():
-            self._reach_beyond(self._bricks[name], state.pose.position_W)
+    def _reshape(self, states: Mapping[BodyId, BodyState]) -> None:
+        """Give every brick that is awake the edges that it needs."""
         leaning = {
             name: self._seen(name, state)
             for name, state in states.items()

@@ -182,7 +182,9 @@ class PlainWorld(PlanesWorld):
 
     def add_brick(self, brick: Brick, pose: Pose, velocity_W: Vec3 = AT_REST) -> None:
         """Set a brick down at rest, or let it go with a velocity of its centre [m/s]."""
-        self._reach_beyond(brick, pose.position_W, first=not self._bricks)
+        if not self._bricks:
+            self._begin_about(brick, pose.position_W)
+        self._reach_beyond(brick, pose.position_W)
         square = self._square(pose)
         body = self._brick_body(brick, times(self.scale, pose.position_W), pose.orientation, rounded=not square)
         self._bricks[brick.id] = brick
