@@ -1,9 +1,9 @@
 """Exact statics and compas_cra side by side, in one run, on the same towers and walls of 5 to 100 blocks.
 
 Run it with `python -m benchmarks.against_compas`. It needs the peer: pip install "compas_cra==0.8.0". Both are given
-boxes and find contacts and forces from nothing; times are medians. How the peer is asked, and what its two programmes
-mean, is told in stackdsl/assessing/compas.py. Everything runs on one thread: on a shared machine, several make the peer
-ten times slower, not faster.
+boxes and find contacts and forces from nothing; times are medians. How the peer is asked, and what its two programs
+mean, is told in stackdsl/bench/assessors/compas.py. Everything runs on one thread: on a shared machine, several make
+the peer ten times slower, not faster.
 """
 
 import sys
@@ -21,8 +21,8 @@ from benchmarks.plank_structures import four_stack, stepped_columns, wall
 from stability.statics.assembly import LEVEL_GROUND, Assembly
 from stability.statics.facts import Motion, Placed, Tolerances, Verdict
 from stability.statics.proof import check_forces, check_motion
-from stackdsl.assessing.assessment import Scene
-from stackdsl.assessing.compas import Compas, Programme
+from stackdsl.bench.assessors.assessment import Scene
+from stackdsl.bench.assessors.compas import Compas, Programme
 
 FRICTION = 0.5
 COUNTS = (5, 10, 20, 50, 100)
@@ -94,7 +94,7 @@ def _error(assembly: Assembly, verdict: Verdict) -> float:
 
 
 def judged_by(assessor: Compas, planks: Sequence[Placed]) -> Answer:
-    """The answer of one of the peer's programmes, cold."""
+    """The answer of one of the peer's programs, cold."""
     scene = Scene(planks, (LEVEL_GROUND,), FRICTION)
     started = perf_counter()
     stands = assessor.stands(scene)

@@ -15,22 +15,22 @@ from time import perf_counter
 from rich.console import Console
 from rich.table import Table
 
-from stability.engine import World
-from stability.falling import FallingParts
-from stability.geometry import turn_between
+from stability.engines.protocol import World
+from stability.engines.pybullet import PyBulletWorld
+from stability.geometry.rotations import turn_between
+from stability.geometry.vectors import cross, dot, norm, subtract
 from stability.model import BodyId, BodyState
-from stability.pybullet_engine import PyBulletWorld
+from stability.motion.falling_part import Turn, turn_of
+from stability.motion.known_motion import FallingParts
+from stability.motion.onset import as_it_begins
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Motion, Placed, Problem
-from stability.statics.onset import as_it_begins
-from stability.statics.turning import Turn, turn_of
-from stability.vectors import cross, dot, minus, norm
-from stability.watching import Extension
-from stackdsl.gathering import gather
+from stability.watching.extension import Extension
+from stackdsl.checking.gathering import gather
 from stackdsl.judging.falling import largest_difference, seen_displacements, widest_angle
 from stackdsl.playing.energy import kinetic_energy
-from stackdsl.playing.opening import extension_for
-from stackdsl.playing.systems import HELD, MOVING, SYSTEMS, System
+from stackdsl.systems.systems import HELD, MOVING, SYSTEMS, System
+from stackdsl.systems.worlds import extension_for
 from stackdsl.timeline import Timeline
 from stackdsl.trace import Onset
 
@@ -178,7 +178,7 @@ def rigid_time(timeline: Timeline, angle: float) -> float:
         raise ValueError("it does not turn as one body")
     inertia = sum(_about(turn, placed) for placed in problem.bricks.values())
     mass = sum(placed.brick.mass for placed in problem.bricks.values())
-    levers = [(placed.brick.mass, minus(placed.pose.position_W, turn.point_W)) for placed in problem.bricks.values()]
+    levers = [(placed.brick.mass, subtract(placed.pose.position_W, turn.point_W)) for placed in problem.bricks.values()]
     x, z = (sum(m * lever[axis] for m, lever in levers) / mass for axis in (0, 2))
     parts = 20_000
     step = sqrt(angle) / parts
@@ -194,7 +194,7 @@ def _about(turn: Turn, placed: Placed) -> float:
     """The moment of inertia of a plank that lies level about an axis along one of its sides [kg m2]."""
     a, b, c = placed.brick.size
     across = b if abs(2.0 * asin(placed.pose.orientation[2])) > 1.0 else a  # its side across the axis, along x
-    arm = cross(turn.axis_W, minus(placed.pose.position_W, turn.point_W))
+    arm = cross(turn.axis_W, subtract(placed.pose.position_W, turn.point_W))
     return placed.brick.mass * ((across * across + c * c) / 12.0 + dot(arm, arm))
 
 

@@ -16,12 +16,12 @@ from math import atan2, cos, hypot, inf, pi, radians, sin, sqrt, tan
 from rich.console import Console
 from rich.table import Table
 
-from stability.edge_contacts import wrong_normals
-from stability.engine_settings import EngineSettings
-from stability.geometry import composed, turned
+from stability.engines.edge_normals import wrong_normals
+from stability.engines.pybullet import PyBulletWorld
+from stability.engines.settings import EngineSettings
+from stability.geometry.rotations import multiply, rotate
 from stability.model import GROUND, BodyId, BodyState, Brick, Plane, Pose, Quaternion, Vec3
-from stability.pybullet_engine import PyBulletWorld
-from stackdsl.playing.systems import MOVING
+from stackdsl.systems.systems import MOVING
 
 GRAVITY, DENSITY, USUAL = 9.81, 557.0, 0.1176  # [m/s2], [kg/m3], length that settings are made for [m]
 KAPLA: Vec3 = (USUAL, 0.0234, 0.0078)
@@ -150,8 +150,8 @@ def _speed_kept(scene: Scene, crossing: float, height: float) -> float:
         _, width, thick = scene.size
         upright = pi / 2.0 - atan2(thick, width)  # a corner of its section is right under the centre
         half = (0.0, width / 2.0, thick / 2.0)
-        lower, upper = _about_x(upright), composed(_about_z(crossing), _about_x(upright))
-        top = max(turned(lower, (0.0, y * half[1], z * half[2]))[2] for y in (-1, 1) for z in (-1, 1))
+        lower, upper = _about_x(upright), multiply(_about_z(crossing), _about_x(upright))
+        top = max(rotate(lower, (0.0, y * half[1], z * half[2]))[2] for y in (-1, 1) for z in (-1, 1))
         scene.add(engine, "lower", Pose((0.0, 0.0, -top), lower))
         engine.freeze("lower")
         scene.add(engine, "upper", Pose((0.0, 0.0, top + height), upper))

@@ -11,9 +11,9 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from stackdsl.check import play_case
-from stackdsl.gathering import gather
-from stackdsl.playing.systems import SYSTEMS
+from stackdsl.checking.check import play_case
+from stackdsl.checking.gathering import gather
+from stackdsl.systems.systems import SYSTEMS
 from stackdsl.trace import Trace
 
 SCENARIO = Path(__file__).parent.parent / "scenarios" / "four-stack.yaml"

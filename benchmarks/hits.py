@@ -15,7 +15,7 @@ from benchmarks.impacts import FROM_SIDE, LEVELS, NOTABLE, SHOT, TURNED, Throw
 from benchmarks.plank_structures import LENGTH, THICKNESS, four_stack
 from stability.model import GROUND, Brick, Plane, Pose
 from stackdsl.playing.runner import play
-from stackdsl.playing.systems import MOVING, SYSTEMS, System
+from stackdsl.systems.systems import MOVING, SYSTEMS, System
 from stackdsl.timeline import Placement, Timeline, World
 from stackdsl.trace import Trace
 

@@ -15,12 +15,12 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks.plank_structures import LENGTH, THICKNESS, WIDTH, four_stack
-from stability.engine_settings import EngineSettings
+from stability.engines.pybullet import PyBulletWorld
+from stability.engines.settings import EngineSettings
+from stability.geometry.vectors import norm
 from stability.model import GROUND, BodyId, Brick, Plane, Pose
-from stability.pybullet_engine import PyBulletWorld
 from stability.statics.facts import Placed
-from stability.vectors import norm
-from stackdsl.playing.systems import MOVING
+from stackdsl.systems.systems import MOVING
 
 LEVELS = 13
 WATCHED = 1.0  # [s] after the throw

@@ -18,7 +18,7 @@ from rich.table import Table
 from benchmarks.slips import KAPLA, Case, timeline
 from stability.model import Vec3
 from stackdsl.playing.runner import play
-from stackdsl.playing.systems import MOVING, SYSTEMS, System
+from stackdsl.systems.systems import MOVING, SYSTEMS, System
 
 ANGLES = (50.0, 60.0, 70.0, 75.0, 80.0, 82.0)  # to the floor [deg]
 LENGTHS = (0.01, 0.03, KAPLA[0], 0.2, 1.2)  # of planks [m]

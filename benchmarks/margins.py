@@ -13,7 +13,7 @@ from rich.table import Table
 from stability.statics.margins.acceleration import acceleration
 from stability.statics.margins.friction import least_friction
 from stability.statics.margins.placement import placement
-from tests.statics.margin_scenes import four_stack, upright_boxes
+from tests.stability.statics.margins.margin_scenes import four_stack, upright_boxes
 
 LEVELS = 50
 RUNS = 5

@@ -2,7 +2,7 @@
 
 from math import cos, pi, sin
 
-from stability.geometry import Point2
+from stability.geometry.plan import Point2
 from stability.model import Brick, Pose, Quaternion
 from stability.statics.facts import Placed
 

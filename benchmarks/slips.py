@@ -19,15 +19,15 @@ from rich.progress import track
 from rich.table import Table
 
 from benchmarks.slipping import Leaning, needed_friction, slides, slip, time_to_slide
-from stability.engine import World
-from stability.falling import FallingParts
-from stability.geometry import composed, turned
+from stability.engines.protocol import World
+from stability.geometry.rotations import multiply, rotate
+from stability.geometry.vectors import add, cross, dot, scale, subtract
 from stability.model import GROUND, BodyState, Brick, Plane, Pose, Vec3
-from stability.vectors import cross, dot, minus, plus, times
-from stability.watching import Extension
-from stackdsl.playing.opening import extension_for, opened_world
-from stackdsl.playing.resolution import system_at_step
-from stackdsl.playing.systems import MOVING, SYSTEMS, System
+from stability.motion.known_motion import FallingParts
+from stability.watching.extension import Extension
+from stackdsl.systems.resolution import system_at_step
+from stackdsl.systems.systems import MOVING, SYSTEMS, System
+from stackdsl.systems.worlds import extension_for, opened_world
 from stackdsl.timeline import Placement, Timeline
 from stackdsl.timeline import World as Scene
 
@@ -94,12 +94,12 @@ def leaning_pose(size: Vec3, angle: float, side: float, yaw: float) -> Pose:
     length, _, thickness = size
     out = 0.5 * side * (length * cos(angle) + thickness * sin(angle))
     up = 0.5 * (length * sin(angle) + thickness * cos(angle))
-    turn = composed(_about((0.0, 0.0, 1.0), yaw), _about((0.0, 1.0, 0.0), side * angle))
+    turn = multiply(_about((0.0, 0.0, 1.0), yaw), _about((0.0, 1.0, 0.0), side * angle))
     return Pose((out * cos(yaw), out * sin(yaw), up), turn)
 
 
 def _about(axis_W: Vec3, angle: float) -> tuple[float, float, float, float]:
-    return (*times(sin(0.5 * angle), axis_W), cos(0.5 * angle))
+    return (*scale(sin(0.5 * angle), axis_W), cos(0.5 * angle))
 
 
 def timeline(case: Case) -> Timeline:
@@ -109,14 +109,14 @@ def timeline(case: Case) -> Timeline:
         ux, uy, _ = towards(yaw)
         normal_W = (sin(angle) * ux, sin(angle) * uy, cos(angle))
         planes = [Plane(GROUND, (0.0, 0.0, 0.0), normal_W, case.friction)]
-        poses = {"left": Pose(times(0.5 * case.size[2], normal_W), _about((-uy, ux, 0.0), angle))}
+        poses = {"left": Pose(scale(0.5 * case.size[2], normal_W), _about((-uy, ux, 0.0), angle))}
     else:
         planes = [Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), case.friction)]
         poses = {"left": leaning_pose(case.size, angle, -1.0, yaw)}
         if case.kind == "V":
             poses["right"] = leaning_pose(case.size, angle, 1.0, yaw)
         else:
-            planes.append(Plane("wall", (0.0, 0.0, 0.0), times(-1.0, towards(yaw)), 0.0))
+            planes.append(Plane("wall", (0.0, 0.0, 0.0), scale(-1.0, towards(yaw)), 0.0))
     placed = (Placement(0.0, Brick(name, case.size, MASS), 1, pose) for name, pose in poses.items())
     return Timeline(Scene(GRAVITY, case.friction, tuple(planes)), tuple(placed), hold=1.0)
 
@@ -166,22 +166,22 @@ class _Foot:
         length, _, thickness = case.size
         yaw, angle = radians(case.yaw), radians(case.angle)
         self.point_B: Vec3 = (-0.5 * length, 0.0, -0.5 * thickness)
-        self.way_W = times(-1.0, towards(yaw))
+        self.way_W = scale(-1.0, towards(yaw))
         if case.kind == "slope":
             self.point_B = (0.0, 0.0, 0.0)
             self.way_W = (cos(angle) * cos(yaw), cos(angle) * sin(yaw), -sin(angle))
         self.start_W = self._at(start)
 
     def _arm(self, state: BodyState) -> Vec3:
-        return turned(state.pose.orientation, self.point_B)
+        return rotate(state.pose.orientation, self.point_B)
 
     def _at(self, state: BodyState) -> Vec3:
-        return plus(state.pose.position_W, self._arm(state))
+        return add(state.pose.position_W, self._arm(state))
 
     def seen(self, state: BodyState) -> tuple[float, float]:
         """How far it has got [m], and how fast it is [m/s]."""
-        velocity_W = plus(state.velocity_W, cross(state.angular_velocity_W, self._arm(state)))
-        return dot(minus(self._at(state), self.start_W), self.way_W), dot(velocity_W, self.way_W)
+        velocity_W = add(state.velocity_W, cross(state.angular_velocity_W, self._arm(state)))
+        return dot(subtract(self._at(state), self.start_W), self.way_W), dot(velocity_W, self.way_W)
 
 
 def passed(case: Case, system: System, ways: Iterable[float] = WAYS) -> Iterator[tuple[float, float]]:

@@ -18,8 +18,8 @@ from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability, Tolerances
 from stability.statics.margins.acceleration import acceleration
 from stability.statics.proof import check_forces
-from tests.statics.independent import independent_verdict
-from tests.statics.random_piles import FRICTION, pile_of
+from tests.stability.statics.independent import independent_verdict
+from tests.stability.statics.random_piles import FRICTION, pile_of
 
 MANY = 10_000  # planks
 NARROW = 0.06  # [m] spacing at which the ends of the planks of a four-stack reach beyond the level below

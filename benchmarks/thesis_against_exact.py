@@ -11,9 +11,9 @@ from rich.table import Table
 
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Stability
-from tests.statics.independent import independent_verdict
-from tests.statics.published_model import published_model_says_stable
-from tests.statics.random_piles import FRICTION, random_piles
+from tests.stability.statics.independent import independent_verdict
+from tests.stability.statics.published_model import published_model_says_stable
+from tests.stability.statics.random_piles import FRICTION, random_piles
 
 PILES = 1000
 

@@ -8,7 +8,7 @@ INTERRUPTED = 130  # ExitCode.INTERRUPTED, which may be just what was not import
 def main() -> None:
     """Run the command, and import it first."""
     try:
-        from stackdsl.cli import main as run  # noqa: PLC0415 -- see above
+        from stackdsl.commands.main import main as run  # noqa: PLC0415 -- see above
 
         run()
     except KeyboardInterrupt:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from math import degrees, isfinite
 from typing import TypeAlias
 
-from stability.geometry import box_top
+from stability.geometry.boxes import box_top
 from stackdsl.trace import NO_PART, STAND, BrickState, Trace
 
 Seen: TypeAlias = float | str | tuple[str, ...] | None  # None where there was nothing of the kind to see

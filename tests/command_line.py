@@ -11,6 +11,8 @@ from typing import NamedTuple
 
 import pytest
 
+from tests import paths
+
 GOOD = """\
 scenario: good
 build:
@@ -34,7 +36,7 @@ class Result(NamedTuple):
 
 
 Stackdsl = Callable[..., Result]
-ROOT = str(Path(__file__).parent.parent)
+ROOT = str(paths.ROOT)
 
 
 def started(
@@ -84,7 +86,7 @@ def _without_traceback(result: Result) -> Result:
 # forks another for each call, which then has a folder, arguments and an exit code of its own.
 FORKING = """
 import json, os, sys
-import stackdsl.cli
+import stackdsl.commands.main
 from stackdsl.__main__ import main
 
 for line in sys.stdin:

@@ -1,14 +1,11 @@
 """Scenes for tests: a scenario's text in, timelines and cases out."""
 
-from pathlib import Path
 from textwrap import dedent
 
+from stackdsl.checking.gathering import Case, cases_of
 from stackdsl.diagnostics import Diagnostic
-from stackdsl.gathering import Case, cases_of
 from stackdsl.reading.source import parse
 from stackdsl.timeline import Timeline
-
-ROOT = Path(__file__).parent.parent
 
 
 def compiled(text: str) -> tuple[list[Case], list[Diagnostic]]:

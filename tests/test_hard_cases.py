@@ -9,7 +9,7 @@ from resource import getpagesize
 import pytest
 
 from stackdsl.playing.runner import play
-from stackdsl.playing.systems import SYSTEMS
+from stackdsl.systems.systems import SYSTEMS
 from stackdsl.timeline import Timeline
 from stackdsl.trace import Trace
 from tests.scenes import timeline_of

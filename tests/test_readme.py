@@ -3,16 +3,15 @@
 import re
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
-from stackdsl.check import play_case
-from stackdsl.expectations import judge
-from stackdsl.gathering import cases_of
+from stackdsl.checking.check import play_case
+from stackdsl.checking.gathering import cases_of
+from stackdsl.judging.judge import judge
 from stackdsl.reading.source import parse
+from tests.paths import ROOT
 
-ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 

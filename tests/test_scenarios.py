@@ -8,17 +8,17 @@ from random import Random
 import pytest
 from _pytest.mark import ParameterSet
 
-from stackdsl.check import play_case, snapshot_of
-from stackdsl.expectations import judge
-from stackdsl.gathering import Case, gather
+from stackdsl.checking.check import play_case, snapshot_of
+from stackdsl.checking.gathering import Case, gather
+from stackdsl.judging.judge import judge
 from stackdsl.pytest_plugin import Golden
 from stackdsl.snapshots.canonical import document
 from stackdsl.snapshots.comparison import compare_documents
 from stackdsl.snapshots.golden import current_stamp, golden_name
 from stackdsl.timeline import Placement
 from stackdsl.trace import Trace
+from tests.paths import ROOT
 
-ROOT = Path(__file__).parent.parent
 MOST_GAIN = 0.01  # of the potential energy: energy never grows by itself
 GATHERED = gather([ROOT / "scenarios"])
 CASES = {case.name: case for case in GATHERED.cases}
@@ -29,7 +29,7 @@ def parameter(case: Case) -> ParameterSet:
     return pytest.param(case, id=case.name, marks=marks)
 
 
-@cache  # a run repeats to the last bit (tests/test_bit_identity.py), so one serves every test here
+@cache  # a run repeats to the last bit (tests/stackdsl/checking/test_bit_identity.py), so one serves every test here
 def trace_of(name: str) -> Trace:
     return play_case(CASES[name].timeline, CASES[name].system)
 

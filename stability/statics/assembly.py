@@ -13,8 +13,9 @@ from dataclasses import replace
 from time import perf_counter
 from types import MappingProxyType
 
-from stability.contact_graph import reached
-from stability.geometry import Point2
+from stability.geometry.plan import Point2
+from stability.geometry.polygons import depth
+from stability.graph import reached
 from stability.model import EARTH, GROUND, BodyId, Brick, Plane, Pose
 from stability.statics.admission import admit_brick, admit_names, admit_site
 from stability.statics.brick_graph import brick_graph, rests_on
@@ -22,7 +23,6 @@ from stability.statics.cascade import Partners, judge
 from stability.statics.certificate import total_forces
 from stability.statics.facts import Contact, Forces, Placed, Problem, Stability, Stage, Tolerances, Verdict
 from stability.statics.ledger import Ledger
-from stability.statics.polygons import depth
 from stability.statics.proof import check_forces
 from stability.statics.structure import Structure
 
@@ -167,7 +167,7 @@ class Assembly:
 
     def _ask_core(self, name: BodyId) -> None:
         """The first stage."""
-        if self._structure.cores[name].carries(self._structure.burdens[name].at):
+        if self._structure.cores[name].carries(self._structure.weights[name].at):
             self._ledger.prove_by_core(name)
             self._unproven.discard(name)
         else:

@@ -9,12 +9,12 @@ body could take any; else it is not a number.
 from collections.abc import Collection, Iterable, Mapping
 from math import nan
 
-from stability.contact_graph import from_the_top
+from stability.graph import from_the_top
 from stability.model import BodyId
 from stability.statics.facts import ConeForces, Contact, Stage
 from stability.statics.ledger import Ledger
 from stability.statics.load_core import plan
-from stability.statics.propagation import Burden, shared
+from stability.statics.propagation import VerticalLoad, shared
 from stability.statics.structure import Structure
 
 NOTHING = 1e-6  # share of a brick's weight: what presses less, touches
@@ -27,31 +27,33 @@ def brick_graph(structure: Structure, ledger: Ledger, bricks: Collection[BodyId]
     """What some bricks rest on, with shares of their weight and of that of the others among them."""
     group = set(bricks)
     leaning = {name: bodies for name in group if (bodies := _leans_on(structure, ledger, name)) is not None}
-    loads: dict[BodyId, Burden | None] = {name: structure.burdens[name] for name in group}  # None for an unknown one
+    loads: dict[BodyId, VerticalLoad | None] = {
+        name: structure.weights[name] for name in group
+    }  # None for an unknown one
     found: dict[BodyId, Shares] = {}
     order = from_the_top(structure.rests_on(group))
     for name in (*order, *sorted(group.difference(order))):  # bricks that rest on one another in a ring come last
         load = loads[name] if name not in leaning else None
-        supports = [(contact, plan(contact)) for contact in structure.carriers[name]]
-        handed = shared(load, supports) if load is not None else None
+        patches = [(contact, plan(contact)) for contact in structure.supports[name]]
+        handed = shared(load, patches) if load is not None else None
         if handed is None or load is None:
             found[name] = _of_unknown(structure, name, leaning.get(name, ()))
             loads |= dict.fromkeys(loads.keys() & found[name].keys())
             continue
-        given = {press.contact.lower: press.burden for press in handed}
+        given = {force.contact.lower: force.load for force in handed}
         found[name] = {
             on: given[on].weight / load.weight if on in given else 0.0 for on in supports_of(structure, name)
         }
-        for lower, burden in given.items():
+        for lower, load in given.items():
             carried = loads.get(lower)
             if carried is not None:
-                loads[lower] = carried.plus(burden)
+                loads[lower] = carried.plus(load)
     return found
 
 
 def supports_of(structure: Structure, brick: BodyId) -> list[BodyId]:
     """The bodies below that can press a brick straight up, by name."""
-    return sorted({contact.lower for contact in structure.carriers[brick]})
+    return sorted({contact.lower for contact in structure.supports[brick]})
 
 
 def _of_unknown(structure: Structure, name: BodyId, leans_on: Iterable[BodyId]) -> Shares:
@@ -77,7 +79,7 @@ def _leans_on(structure: Structure, ledger: Ledger, brick: BodyId) -> set[BodyId
     proven = ledger.group(brick)
     if proven is None or proven.stage is not Stage.CONES:
         return None
-    least = NOTHING * structure.burdens[brick].weight
+    least = NOTHING * structure.weights[brick].weight
     return {
         contact.lower if contact.upper == brick else contact.upper
         for contact, forces in proven.forces

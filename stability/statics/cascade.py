@@ -9,17 +9,17 @@ to fall. What neither shows is asked again of a larger group, up to everything t
 from collections.abc import Callable, Collection, Iterator, Sequence, Set
 from dataclasses import dataclass
 
-from stability.contact_graph import from_the_top
+from stability.graph import from_the_top
 from stability.model import BodyId, Vec3
 from stability.statics.facts import UP, ConeForces, Contact, Motion, Problem, Stability, Stage, Verdict
 from stability.statics.ledger import Group
 from stability.statics.load_core import carries_upright, piece, plan
 from stability.statics.overlaps import told_overlap
-from stability.statics.programmes.equilibrium import Balance, balance
-from stability.statics.programmes.mechanism import described, smallest_mechanism
-from stability.statics.programmes.self_stress import honest_forces
 from stability.statics.proof import check_motion
-from stability.statics.propagation import Burden, Failure, Press, propagate
+from stability.statics.propagation import Failure, VerticalForce, VerticalLoad, propagate
+from stability.statics.solvers.equilibrium import Balance, balance
+from stability.statics.solvers.mechanism import described, smallest_mechanism
+from stability.statics.solvers.self_stress import honest_forces
 from stability.statics.structure import Structure
 from stability.statics.tipping import Fall, tipping
 
@@ -27,7 +27,7 @@ SPREAD = 4  # times more levels, or bricks, each time that a group grows
 SEARCHED = 300  # bricks: of a body that tips and is not larger, the smallest part that tips by itself is looked for
 CUT = 60  # bricks: of what falls and is not larger, the part that falls as one body from somewhere on is looked for
 TOLD = 20  # bricks that move of which it is looked whether they are deep in another body
-SMALL = 60  # bricks: a programme of so many is still cheap
+SMALL = 60  # bricks: a program of so many is still cheap
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +49,7 @@ def judge(structure: Structure, brick: BodyId, partners: "Partners") -> Answer:
         if isinstance(passed, Answer):
             return passed
         if passed is None or not passed.hinders:
-            return _programmes(structure, brick, group, partners)
+            return _programs(structure, brick, group, partners)
         group, levels = partners.of(_grown(structure, group, passed.hinders, levels)), levels * SPREAD
 
 
@@ -63,7 +63,7 @@ def _grown(structure: Structure, group: set[BodyId], downwards: Collection[BodyI
     return larger
 
 
-def _programmes(structure: Structure, brick: BodyId, group: set[BodyId], partners: "Partners") -> Answer:
+def _programs(structure: Structure, brick: BodyId, group: set[BodyId], partners: "Partners") -> Answer:
     """The stages that need a solver, on groups that spread from a brick up to all that is connected with it."""
     whole = partners.of(structure.component(brick))
     asked = partners.of({brick} | structure.below([brick]))
@@ -110,7 +110,7 @@ def _tips(structure: Structure, brick: BodyId) -> Answer | None:
 
 def _reason(structure: Structure, problem: Problem, motion: Motion) -> str:
     """What moves and how; and if one that nothing carries is too deep in another body to touch it, that."""
-    loose = [name for name in sorted(motion.velocity)[:TOLD] if not structure.carriers[name]]
+    loose = [name for name in sorted(motion.velocity)[:TOLD] if not structure.supports[name]]
     overlaps = [told for name in loose if (told := told_overlap(structure, name))]
     return "; ".join([described(problem, motion), *overlaps[:1]])
 
@@ -155,14 +155,14 @@ def _passed_down(structure: Structure, group: set[BodyId]) -> Answer | Failure |
     order = from_the_top(structure.rests_on(group))
     if len(order) < len(group):
         return None  # bricks that rest on one another in a ring
-    weights = {name: structure.burdens[name] for name in order}
-    passed = propagate(order, weights, structure.carriers, structure.cores)
+    weights = {name: structure.weights[name] for name in order}
+    passed = propagate(order, weights, structure.supports, structure.cores)
     if not isinstance(passed, Failure):
-        return Answer(Group(tuple(order), Stage.PROPAGATION, presses=passed))
+        return Answer(Group(tuple(order), Stage.PROPAGATION, vertical=passed))
     return _tips(structure, passed.brick) or passed
 
 
-# --- programmes -------------------------------------------------------------------------------------------------------
+# --- programs -------------------------------------------------------------------------------------------------------
 
 
 def _upright(structure: Structure, group: Sequence[BodyId]) -> Answer | None:
@@ -175,8 +175,8 @@ def _upright(structure: Structure, group: Sequence[BodyId]) -> Answer | None:
     answer = balance(structure.problem(group, [landing for landing, _ in landings]), structure.tolerances)
     if answer.forces is None:
         return None
-    presses = _presses(answer.forces.of_contacts, landings)
-    return Answer(Group(tuple(group), Stage.VERTICAL, presses=presses))
+    vertical = _vertical_forces(answer.forces.of_contacts, landings)
+    return Answer(Group(tuple(group), Stage.VERTICAL, vertical=vertical))
 
 
 def _landings(
@@ -194,9 +194,9 @@ def _landings(
             yield Contact(contact.lower, contact.upper, raised, (UP,), friction=0.0), contact
 
 
-def _presses(forces: Sequence[ConeForces], landings: Sequence[tuple[Contact, Contact]]) -> list[Press]:
+def _vertical_forces(forces: Sequence[ConeForces], landings: Sequence[tuple[Contact, Contact]]) -> list[VerticalForce]:
     return [
-        Press(contact, Burden(force[2], (x, y)))
+        VerticalForce(contact, VerticalLoad(force[2], (x, y)))
         for (landing, contact), of_contact in zip(landings, forces, strict=True)
         for (x, y, _), (force,) in zip(landing.points_W, of_contact, strict=True)
         if force[2] > 0.0
@@ -223,8 +223,8 @@ def _cones(structure: Structure, group: Sequence[BodyId], last: bool) -> Answer 
     if honest is not None:
         of_inner, of_outer = honest.of_contacts[: len(inner)], honest.of_contacts[len(inner) :]
         forces = tuple(zip(inner, of_inner, strict=True))
-        presses = _presses(of_outer, landings)
-        return Answer(Group(tuple(group), Stage.CONES, presses=presses, forces=forces))
+        vertical = _vertical_forces(of_outer, landings)
+        return Answer(Group(tuple(group), Stage.CONES, vertical=vertical, forces=forces))
     return _in_doubt(group, answer) if last else None
 
 

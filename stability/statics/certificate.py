@@ -7,15 +7,15 @@ inside it, because a core is convex; it is split over the corners of the core, a
 from collections.abc import Mapping
 from math import hypot
 
-from stability.geometry import Point2
+from stability.geometry.plan import Point2
+from stability.geometry.polygons import barycentric
+from stability.geometry.vectors import add
 from stability.model import BodyId, Vec3
 from stability.statics.facts import ZERO, ConeForces, Contact, Forces
 from stability.statics.ledger import Ledger
 from stability.statics.load_core import LoadCore, doubled_area, upright_normal
-from stability.statics.polygons import barycentric
-from stability.statics.propagation import Burden, least_norm
+from stability.statics.propagation import VerticalLoad, least_norm
 from stability.statics.structure import Structure
-from stability.vectors import plus
 
 
 class Tally:
@@ -34,16 +34,16 @@ class Tally:
         """Forces at the points of a contact."""
         sums = self._of(contact)
         for at_point, of_point in zip(sums, forces, strict=True):
-            at_point[:] = [plus(one, other) for one, other in zip(at_point, of_point, strict=True)]
+            at_point[:] = [add(one, other) for one, other in zip(at_point, of_point, strict=True)]
 
-    def press(self, contact: Contact, burden: Burden) -> None:
+    def press(self, contact: Contact, load: VerticalLoad) -> None:
         """An upright force somewhere in a contact, as one at its corners."""
         normal = upright_normal(contact)
         if normal is None:
             raise ValueError(f"the contact of {contact.upper} on {contact.lower} carries nothing upright")
         sums = self._of(contact)
-        for at_point, share in zip(sums, _at_corners(contact, burden.at), strict=True):
-            at_point[normal] = plus(at_point[normal], (0.0, 0.0, share * burden.weight))
+        for at_point, share in zip(sums, _at_corners(contact, load.at), strict=True):
+            at_point[normal] = add(at_point[normal], (0.0, 0.0, share * load.weight))
 
     def of(self, contact: Contact) -> ConeForces:
         """The sums of a contact; nothing if nothing was added."""
@@ -67,36 +67,36 @@ def _at_corners(contact: Contact, at: Point2) -> list[float]:
 def total_forces(structure: Structure, ledger: Ledger, contacts: list[Contact]) -> Forces:
     """The forces that the groups of an assembly come to, one entry for each of these contacts."""
     tally = Tally()
-    loads = {name: structure.burdens[name] for name in ledger.by_core()}
+    loads = {name: structure.weights[name] for name in ledger.by_core()}
     for group in ledger.groups():
         for contact, forces in group.forces:
             tally.add(contact, forces)
-        for press in group.presses:
-            tally.press(press.contact, press.burden)
-            lower = press.contact.lower
+        for force in group.vertical:
+            tally.press(force.contact, force.load)
+            lower = force.contact.lower
             if lower in structure.bricks and lower not in group.members:
-                _load(loads, lower, press.burden)
+                _load(loads, lower, force.load)
     for brick in reversed(structure.by_turn(structure.bricks)):
         if brick in loads:
-            for contact, burden in routed(loads[brick], structure.cores[brick]):
-                tally.press(contact, burden)
+            for contact, load in routed(loads[brick], structure.cores[brick]):
+                tally.press(contact, load)
                 if contact.lower in structure.bricks:
-                    _load(loads, contact.lower, burden)
+                    _load(loads, contact.lower, load)
     return Forces(tuple(tally.of(contact) for contact in contacts))
 
 
-def _load(loads: dict[BodyId, Burden], brick: BodyId, burden: Burden) -> None:
-    loads[brick] = loads[brick].plus(burden) if brick in loads else burden
+def _load(loads: dict[BodyId, VerticalLoad], brick: BodyId, load: VerticalLoad) -> None:
+    loads[brick] = loads[brick].plus(load) if brick in loads else load
 
 
-def routed(burden: Burden, core: LoadCore) -> list[tuple[Contact, Burden]]:
+def routed(load: VerticalLoad, core: LoadCore) -> list[tuple[Contact, VerticalLoad]]:
     """A load inside a core, as loads on the contacts that make up the core."""
     if len(core.pieces) == 1:
-        return [(core.pieces[0][0], burden)]
+        return [(core.pieces[0][0], load)]
     corners = [(contact, point) for contact, points in core.pieces for point in points]
-    shares = least_norm(burden.at, [point for _, point in corners]) or _of_hull(burden.at, core, corners)
+    shares = least_norm(load.at, [point for _, point in corners]) or _of_hull(load.at, core, corners)
     return [
-        (contact, Burden(share * burden.weight, point))
+        (contact, VerticalLoad(share * load.weight, point))
         for (contact, point), share in zip(corners, shares, strict=True)
         if share > 0.0
     ]

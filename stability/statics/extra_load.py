@@ -3,13 +3,13 @@
 from collections.abc import Mapping
 from dataclasses import replace
 
+from stability.geometry.vectors import add
 from stability.model import BodyId
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Wrench
-from stability.statics.programmes.equilibrium import balance
-from stability.vectors import plus
+from stability.statics.solvers.equilibrium import balance
 
-MOST = 60  # bricks in one programme: a few milliseconds
+MOST = 60  # bricks in one program: a few milliseconds
 
 
 def withstands(assembly: Assembly, loads: Mapping[BodyId, Wrench]) -> bool:
@@ -20,7 +20,7 @@ def withstands(assembly: Assembly, loads: Mapping[BodyId, Wrench]) -> bool:
     group = _connected(assembly, sorted(loads))
     problem = assembly.problem(group)
     together = {
-        brick: Wrench(plus(own.force_W, loads[brick].force_W), plus(own.torque_W, loads[brick].torque_W))
+        brick: Wrench(add(own.force_W, loads[brick].force_W), add(own.torque_W, loads[brick].torque_W))
         if brick in loads
         else own
         for brick, own in problem.loads.items()

@@ -85,8 +85,8 @@ class Stage(StrEnum):
     LOAD_CORE = "load core"  # what it weighs is carried to the ground by what stands, whatever else that carries
     PROPAGATION = "weight propagation"  # its weight was passed down, brick by brick
     TIPPING = "tipping"  # it tips as one body, with all it carries, about an edge of its support
-    VERTICAL = "vertical forces"  # a linear programme found vertical forces
-    CONES = "friction cones"  # the exact problem, a conic programme
+    VERTICAL = "vertical forces"  # a linear program found vertical forces
+    CONES = "friction cones"  # the exact problem, a conic program
 
 
 @dataclass(frozen=True, slots=True)

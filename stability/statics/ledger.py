@@ -11,7 +11,7 @@ from itertools import count
 
 from stability.model import BodyId
 from stability.statics.facts import ConeForces, Contact, Stage
-from stability.statics.propagation import Press
+from stability.statics.propagation import VerticalForce
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,12 +20,12 @@ class Group:
 
     members: tuple[BodyId, ...]
     stage: Stage
-    presses: Sequence[Press] = ()  # upright forces, each somewhere in a contact
+    vertical: Sequence[VerticalForce] = ()  # upright forces, each somewhere in a contact
     forces: Sequence[tuple[Contact, ConeForces]] = ()  # forces at the points of contacts
 
     def touches(self) -> set[BodyId]:
         """Every body that its forces act on."""
-        used = [press.contact for press in self.presses] + [contact for contact, _ in self.forces]
+        used = [force.contact for force in self.vertical] + [contact for contact, _ in self.forces]
         return {*self.members, *(c.lower for c in used), *(c.upper for c in used)}
 
 

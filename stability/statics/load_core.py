@@ -11,10 +11,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import sqrt
 
-from stability.geometry import Point2, Polygon
+from stability.geometry.plan import Point2, Polygon
+from stability.geometry.polygons import clip, depth, extent, holds, hull
 from stability.model import BodyId
 from stability.statics.facts import Contact
-from stability.statics.polygons import clip, depth, extent, holds, hull
 
 UPRIGHT = 1e-12  # slack of a unit normal's slope against friction: what rounding does to its components
 USUAL = 2  # supports of a brick
@@ -145,13 +145,13 @@ def _clipped_line(a: Point2, b: Point2, below: LoadCore) -> tuple[Point2, ...]:
     return ends if low < high else ends[:1]
 
 
-def core_of(carriers: Sequence[Contact], cores: Mapping[BodyId, LoadCore]) -> LoadCore:
+def core_of(supports: Sequence[Contact], cores: Mapping[BodyId, LoadCore]) -> LoadCore:
     """The core of a brick from the contacts that carry it and the cores of the bricks below.
 
-    A body that has no core is fixed; a brick whose core is not known yet must not be among the carriers.
+    A body that has no core is fixed; a brick whose core is not known yet must not be among the supports.
     """
     pieces = []
-    for contact in carriers:
+    for contact in supports:
         points = piece(plan(contact), cores.get(contact.lower))
         if points:
             pieces.append((contact, points))

@@ -1,7 +1,7 @@
 """Bodies that are too deep in each other to touch: no verdict can hold there, and its reason should say so."""
 
+from stability.geometry.separation import box_above_plane, boxes_apart
 from stability.model import BodyId
-from stability.separation import box_above_plane, boxes_apart
 from stability.statics.structure import Structure
 
 MILLIMETRES = 1000.0

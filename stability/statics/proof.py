@@ -17,9 +17,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from stability.geometry.vectors import dot
 from stability.model import BodyId, Vec3
 from stability.statics.facts import ZERO, Forces, Motion, Problem, Tolerances, Wrench
-from stability.vectors import dot
 
 Array: TypeAlias = NDArray[np.float64]
 Indices: TypeAlias = NDArray[np.int64]

@@ -13,39 +13,39 @@ from typing import TypeAlias
 
 import numpy as np
 
-from stability.geometry import Point2
+from stability.geometry.plan import Point2
+from stability.geometry.polygons import depth, extent, hull
 from stability.model import BodyId
 from stability.statics.facts import Contact
 from stability.statics.load_core import ON_THE_BORDER, LoadCore, piece, plan
-from stability.statics.polygons import depth, extent, hull
 
 MOST_TURNS = 30  # of the search for the corners that press; four or five do, and what takes longer is left to others
 ROUNDING = 1e-12  # of a balance, relative; well below the residual that proofs allow
 
 
 @dataclass(frozen=True, slots=True)
-class Burden:
+class VerticalLoad:
     """An upright load: its weight [N] and where it acts, in plan [m]."""
 
     weight: float
     at: Point2
 
-    def plus(self, other: "Burden") -> "Burden":
+    def plus(self, other: "VerticalLoad") -> "VerticalLoad":
         """Both loads as one."""
         total = self.weight + other.weight
         if total <= 0.0:
             return self
         part = other.weight / total
         x, y = self.at
-        return Burden(total, (x + part * (other.at[0] - x), y + part * (other.at[1] - y)))
+        return VerticalLoad(total, (x + part * (other.at[0] - x), y + part * (other.at[1] - y)))
 
 
 @dataclass(frozen=True, slots=True)
-class Press:
+class VerticalForce:
     """An upright force that goes through a contact, from the upper body to the lower one."""
 
     contact: Contact
-    burden: Burden
+    load: VerticalLoad
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,42 +53,42 @@ class Failure:
     """The brick that could not hand its load down."""
 
     brick: BodyId
-    burden: Burden
+    load: VerticalLoad
     hinders: tuple[BodyId, ...]  # bricks below whose cores were too small
 
 
-Supports: TypeAlias = Sequence[tuple[Contact, tuple[Point2, ...]]]
+Patches: TypeAlias = Sequence[tuple[Contact, tuple[Point2, ...]]]
 
 
 def propagate(
     order: Iterable[BodyId],
-    weights: Mapping[BodyId, Burden],
-    carriers: Mapping[BodyId, Sequence[Contact]],
+    weights: Mapping[BodyId, VerticalLoad],
+    supports: Mapping[BodyId, Sequence[Contact]],
     cores: Mapping[BodyId, LoadCore],
-) -> list[Press] | Failure:
+) -> list[VerticalForce] | Failure:
     """Hand down the weights of a group; `order` lists its bricks, each after all of the group that it carries."""
-    burdens = dict(weights)
-    presses: list[Press] = []
+    loads = dict(weights)
+    vertical: list[VerticalForce] = []
     for brick in order:
-        supports = _supports(carriers[brick], weights.keys(), cores)
-        handed = shared(burdens[brick], supports)
+        patches = _patches(supports[brick], weights.keys(), cores)
+        handed = shared(loads[brick], patches)
         if handed is None:
-            hinders = tuple(c.lower for c in carriers[brick] if c.lower not in weights and c.lower in cores)
-            return Failure(brick, burdens[brick], hinders)
-        for press in handed:
-            presses.append(press)
-            lower = press.contact.lower
-            if lower in burdens:
-                burdens[lower] = burdens[lower].plus(press.burden)
-    return presses
+            hinders = tuple(c.lower for c in supports[brick] if c.lower not in weights and c.lower in cores)
+            return Failure(brick, loads[brick], hinders)
+        for force in handed:
+            vertical.append(force)
+            lower = force.contact.lower
+            if lower in loads:
+                loads[lower] = loads[lower].plus(force.load)
+    return vertical
 
 
-def _supports(
-    carriers: Sequence[Contact], group: Collection[BodyId], cores: Mapping[BodyId, LoadCore]
+def _patches(
+    supports: Sequence[Contact], group: Collection[BodyId], cores: Mapping[BodyId, LoadCore]
 ) -> list[tuple[Contact, tuple[Point2, ...]]]:
     """The contacts of a brick, and the corners at which each may be pressed."""
     found = []
-    for contact in carriers:
+    for contact in supports:
         below = None if contact.lower in group else cores.get(contact.lower)
         points = piece(plan(contact), below)
         if points:
@@ -96,26 +96,26 @@ def _supports(
     return found
 
 
-def shared(burden: Burden, supports: Supports) -> list[Press] | None:
+def shared(load: VerticalLoad, patches: Patches) -> list[VerticalForce] | None:
     """The forces of least norm that carry a load, one for each contact that takes part; None if there are none."""
-    if len(supports) == 1 and len(supports[0][1]) > 2:  # noqa: PLR2004 -- one patch: it all goes through there
-        contact, points = supports[0]
-        inside = depth(burden.at, points) >= -ON_THE_BORDER * extent(points)
-        return [Press(contact, burden)] if inside else None
-    corners = [point for _, points in supports for point in points]
-    forces = least_norm(burden.at, corners)
+    if len(patches) == 1 and len(patches[0][1]) > 2:  # noqa: PLR2004 -- one patch: it all goes through there
+        contact, points = patches[0]
+        inside = depth(load.at, points) >= -ON_THE_BORDER * extent(points)
+        return [VerticalForce(contact, load)] if inside else None
+    corners = [point for _, points in patches for point in points]
+    forces = least_norm(load.at, corners)
     if forces is None:
         return None
     handed = []
     start = 0
-    for contact, points in supports:
+    for contact, points in patches:
         own = forces[start : start + len(points)]
         start += len(points)
         total = sum(own)
         if total > 0.0:
             x = sum(force * point[0] for force, point in zip(own, points, strict=True)) / total
             y = sum(force * point[1] for force, point in zip(own, points, strict=True)) / total
-            handed.append(Press(contact, Burden(total * burden.weight, (x, y))))
+            handed.append(VerticalForce(contact, VerticalLoad(total * load.weight, (x, y))))
     return handed
 
 

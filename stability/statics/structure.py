@@ -4,13 +4,13 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import count
 
-from stability.contact_graph import reached
+from stability.graph import reached
 from stability.model import BodyId, Plane
 from stability.statics.contacts.neighbours import Neighbours
 from stability.statics.contacts.touch import Solid, contact_between, contact_with_plane, solid
 from stability.statics.facts import Contact, Placed, Problem, Tolerances, Wrench
 from stability.statics.load_core import LoadCore, carries_upright, core_of
-from stability.statics.propagation import Burden
+from stability.statics.propagation import VerticalLoad
 
 
 @dataclass
@@ -24,10 +24,10 @@ class Structure:
     tolerances: Tolerances
     bricks: dict[BodyId, Placed] = field(default_factory=dict)
     touching: dict[BodyId, dict[BodyId, Contact]] = field(default_factory=dict)  # by brick, then by other body
-    carriers: dict[BodyId, list[Contact]] = field(default_factory=dict)  # contacts that can press a brick straight up
+    supports: dict[BodyId, list[Contact]] = field(default_factory=dict)  # contacts that can press a brick straight up
     carried: dict[BodyId, list[BodyId]] = field(default_factory=dict)  # bricks that one can press straight up
     cores: dict[BodyId, LoadCore] = field(default_factory=dict)
-    burdens: dict[BodyId, Burden] = field(default_factory=dict)  # the weight of each brick
+    weights: dict[BodyId, VerticalLoad] = field(default_factory=dict)  # the weight of each brick
     smallest: bool = True  # whether as few bricks as are found to fall without the rest are named, which is dear
     _turn: dict[BodyId, int] = field(default_factory=dict)  # in which order their cores were found
     _solids: dict[BodyId, Solid] = field(default_factory=dict)
@@ -52,8 +52,8 @@ class Structure:
         for other in self._neighbours.near(own):
             found.append(contact_between(own, self._solids[other], self.friction, self.tolerances))
         self.bricks[name] = placed
-        self.burdens[name] = Burden(placed.brick.mass * self.gravity, (x, y))
-        self.touching[name], self.carriers[name], self.carried[name] = {}, [], []
+        self.weights[name] = VerticalLoad(placed.brick.mass * self.gravity, (x, y))
+        self.touching[name], self.supports[name], self.carried[name] = {}, [], []
         for contact in found:
             if contact is not None:
                 self._join(contact)
@@ -66,14 +66,14 @@ class Structure:
             if body in self.bricks:
                 self.touching[body][other] = contact
         if upper in self.bricks and carries_upright(contact):
-            self.carriers[upper].append(contact)
+            self.supports[upper].append(contact)
             if lower in self.bricks:
                 self.carried[lower].append(upper)
 
     def find_core(self, brick: BodyId) -> None:
         """Find the core of a brick anew from the bricks whose core is known by now."""
         self._turn[brick] = next(self._turns)
-        below = [c for c in self.carriers[brick] if c.lower not in self.bricks or c.lower in self.cores]
+        below = [c for c in self.supports[brick] if c.lower not in self.bricks or c.lower in self.cores]
         self.cores[brick] = core_of(below, self.cores)
 
     def near(self, brick: BodyId) -> list[Placed]:
@@ -90,9 +90,9 @@ class Structure:
         for other in self.touching.pop(brick):
             if other in self.bricks:
                 del self.touching[other][brick]
-                self.carriers[other] = [c for c in self.carriers[other] if c.lower != brick]
+                self.supports[other] = [c for c in self.supports[other] if c.lower != brick]
                 self.carried[other] = [upper for upper in self.carried[other] if upper != brick]
-        for record in (self.bricks, self.carriers, self.carried, self.cores, self.burdens, self._turn):
+        for record in (self.bricks, self.supports, self.carried, self.cores, self.weights, self._turn):
             del record[brick]
         self._neighbours.remove(brick)
         del self._solids[brick]
@@ -124,7 +124,7 @@ class Structure:
 
     def below(self, bricks: Iterable[BodyId]) -> set[BodyId]:
         """The bricks that can carry one of these directly."""
-        return {c.lower for brick in bricks for c in self.carriers[brick] if c.lower in self.bricks}
+        return {c.lower for brick in bricks for c in self.supports[brick] if c.lower in self.bricks}
 
     def contacts_of(self, group: Collection[BodyId]) -> list[Contact]:
         """All contacts that a group takes part in, each once, in the order of the group."""
@@ -136,9 +136,9 @@ class Structure:
 
     def problem(self, group: Sequence[BodyId], contacts: Sequence[Contact]) -> Problem:
         """The equilibrium of a group under its weight."""
-        loads = {brick: Wrench((0.0, 0.0, -self.burdens[brick].weight)) for brick in group}
+        loads = {brick: Wrench((0.0, 0.0, -self.weights[brick].weight)) for brick in group}
         return Problem({brick: self.bricks[brick] for brick in group}, contacts, loads)
 
     def rests_on(self, group: Collection[BodyId]) -> Mapping[BodyId, list[BodyId]]:
         """Within a group, the bricks that carry each."""
-        return {brick: [c.lower for c in self.carriers[brick] if c.lower in group] for brick in group}
+        return {brick: [c.lower for c in self.supports[brick] if c.lower in group] for brick in group}

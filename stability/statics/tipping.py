@@ -10,11 +10,11 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from math import sqrt
 
-from stability.geometry import Point2, convex_hull
+from stability.geometry.plan import Point2, convex_hull
+from stability.geometry.vectors import cross, dot, scale, subtract
 from stability.model import BodyId, Vec3
 from stability.statics.facts import ZERO, Contact, Motion, Placed
 from stability.statics.load_core import carries_upright
-from stability.vectors import cross, dot, minus, times
 
 OVERHANG = 1e-11  # share of the support's extent: less is rounding
 SLIP = 1e-10  # of the speed at a contact: what rounding leaves of a point on the axis
@@ -38,13 +38,13 @@ def tipping(bricks: Mapping[BodyId, Placed], border: Sequence[Contact]) -> Fall 
     below = [c for c in border if c.upper in bricks and carries_upright(c)]
     centre = centre_of_mass(bricks.values())
     for one, other in _edges_hung_over(centre, [point for contact in below for point in contact.points_W]):
-        axis = minus(other, one)
-        lever = minus(centre, one)
+        axis = subtract(other, one)
+        lever = subtract(centre, one)
         # Downwards at the centre: (axis x lever)_z must be negative.
         sign = -1.0 if axis[0] * lever[1] - axis[1] * lever[0] > 0.0 else 1.0
-        turning = times(sign / sqrt(dot(axis, axis)), axis)
-        if all(_opens(contact, one, turning, bricks.keys()) for contact in border):
-            return Fall(tuple(sorted(bricks)), _turning_about(one, turning, bricks))
+        angular_velocity = scale(sign / sqrt(dot(axis, axis)), axis)
+        if all(_opens(contact, one, angular_velocity, bricks.keys()) for contact in border):
+            return Fall(tuple(sorted(bricks)), _turning_about(one, angular_velocity, bricks))
     return None
 
 
@@ -68,8 +68,8 @@ def _edges_hung_over(centre: Vec3, points_W: Sequence[Vec3]) -> list[tuple[Vec3,
     border = [heights[corner] for corner in convex_hull(heights)]
     if not border:
         return []
-    scale = max(max(abs(p[axis] - border[0][axis]) for p in border) for axis in (0, 1))
-    if len(border) == 1 or scale == 0.0:
+    reach = max(max(abs(p[axis] - border[0][axis]) for p in border) for axis in (0, 1))
+    if len(border) == 1 or reach == 0.0:
         dx, dy = centre[0] - border[0][0], centre[1] - border[0][1]
         x, y, z = border[0]
         return [(border[0], (x - dy, y + dx, z))] if (dx, dy) != (0.0, 0.0) else []
@@ -77,7 +77,7 @@ def _edges_hung_over(centre: Vec3, points_W: Sequence[Vec3]) -> list[tuple[Vec3,
     outside = sorted((-_hangs_over(centre, edge), number) for number, edge in enumerate(edges))
     if len(border) == 2:  # noqa: PLR2004 -- a line: only the side that the centre is on counts
         outside = [max(outside, key=lambda item: -item[0])]
-    return [edges[number] for distance, number in outside if -distance > OVERHANG * scale][:2]
+    return [edges[number] for distance, number in outside if -distance > OVERHANG * reach][:2]
 
 
 def _hangs_over(centre: Vec3, edge: tuple[Vec3, Vec3]) -> float:
@@ -87,11 +87,11 @@ def _hangs_over(centre: Vec3, edge: tuple[Vec3, Vec3]) -> float:
     return (dy * (centre[0] - ax) - dx * (centre[1] - ay)) / sqrt(dx * dx + dy * dy)
 
 
-def _opens(contact: Contact, on_axis: Vec3, turning: Vec3, moving: Collection[BodyId]) -> bool:
+def _opens(contact: Contact, on_axis: Vec3, angular_velocity: Vec3, moving: Collection[BodyId]) -> bool:
     """Whether a turn of the moving side about an axis opens a contact, or leaves it, against friction."""
     sign = 1.0 if contact.upper in moving else -1.0
     for point in contact.points_W:
-        velocity = times(sign, cross(turning, minus(point, on_axis)))
+        velocity = scale(sign, cross(angular_velocity, subtract(point, on_axis)))
         speed_squared = dot(velocity, velocity)
         for normal in contact.normals_W:
             opening = dot(normal, velocity)
@@ -105,7 +105,10 @@ def _reach(point: Vec3, origin: Vec3) -> float:
     return max(abs(point[axis] - origin[axis]) for axis in range(3))
 
 
-def _turning_about(on_axis: Vec3, turning: Vec3, bricks: Mapping[BodyId, Placed]) -> Motion:
+def _turning_about(on_axis: Vec3, angular_velocity: Vec3, bricks: Mapping[BodyId, Placed]) -> Motion:
     return Motion(
-        {name: (cross(turning, minus(bricks[name].pose.position_W, on_axis)), turning) for name in sorted(bricks)}
+        {
+            name: (cross(angular_velocity, subtract(bricks[name].pose.position_W, on_axis)), angular_velocity)
+            for name in sorted(bricks)
+        }
     )

@@ -53,7 +53,7 @@ class Answer:
 
 def answer_of(scenario: Scenario, timeline: Timeline) -> Answer | None:
     """The answer, if anything but a run can give one."""
-    from stackdsl.proving import leaves_to_engine  # noqa: PLC0415 -- statics brings numpy
+    from stackdsl.judging.proofs import leaves_to_engine  # noqa: PLC0415 -- statics brings numpy
 
     answer, moves = _from_truth(scenario), any(leaves_to_engine(action) for action in timeline.actions)
     if answer is None and not moves:
@@ -78,7 +78,7 @@ def _from_truth(scenario: Scenario) -> Answer | None:
 
 def _from_statics(timeline: Timeline) -> Answer | None:
     """Of what is only built, and pulled out."""
-    from stackdsl.proving import proofs_of, stands_until  # noqa: PLC0415 -- likewise
+    from stackdsl.judging.proofs import proofs_of, stands_until  # noqa: PLC0415 -- likewise
 
     if stands_until(timeline, timeline.end):
         return Answer(True, Source.STATICS)

@@ -8,22 +8,22 @@ from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
 from itertools import groupby
 
-from stackdsl.assessing.assessment import Assessment
 from stackdsl.bench.answers import Answer, answer_of
+from stackdsl.bench.assessors.assessment import Assessment
 from stackdsl.bench.entrants import ENTRANTS
 from stackdsl.bench.journal import Journal
-from stackdsl.bench.measuring import Played, measured_or_blocked
 from stackdsl.bench.points import Point, points_of
-from stackdsl.bench.record import NOT_TAKEN, Record, TruthHeld, finite, job_title, step_text
+from stackdsl.bench.run_record import NOT_TAKEN, Record, TruthHeld, finite, job_title, step_text
 from stackdsl.bench.scoring import Score, scores_of
-from stackdsl.check import STATUSES, held_up
-from stackdsl.expectations import compare_with_truth
-from stackdsl.gathering import Case
+from stackdsl.bench.timing import Played, measured_or_blocked
+from stackdsl.checking.check import STATUSES, held_up
+from stackdsl.checking.gathering import Case
+from stackdsl.checking.processes import Task, TaskResult, run_supervised
+from stackdsl.judging.judge import compare_with_truth
 from stackdsl.language.variants import compact
 from stackdsl.observations import observations
 from stackdsl.outcome import Outcome, RunStatus
 from stackdsl.playing.clearance import Blocked
-from stackdsl.pool import Task, TaskResult, run_supervised
 from stackdsl.timeline import Placement, Timeline
 from stackdsl.trace import Trace
 

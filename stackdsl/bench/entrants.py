@@ -4,13 +4,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Protocol
 
-from stackdsl.assessing.assessment import Assessment, Assessor, Setting, assessed, refusal, why_numerical
-from stackdsl.assessing.compas import ASSESSORS
-from stackdsl.playing.opening import settings_for
-from stackdsl.playing.peers import NEEDS, PEERS, Extra
-from stackdsl.playing.resolution import system_at_step
-from stackdsl.playing.systems import SYSTEMS, System
-from stackdsl.refinement import with_numerical_collapse
+from stackdsl.bench.assessors.assessment import Assessment, Assessor, Setting, assessed, refusal, why_numerical
+from stackdsl.bench.assessors.compas import ASSESSORS
+from stackdsl.judging.numerical import with_numerical_collapse
+from stackdsl.systems.peers import NEEDS, PEERS, Extra
+from stackdsl.systems.resolution import system_at_step
+from stackdsl.systems.systems import SYSTEMS, System
+from stackdsl.systems.worlds import settings_for
 from stackdsl.timeline import Timeline
 from stackdsl.trace import Trace
 
@@ -62,7 +62,7 @@ class Player:
 
     def load(self) -> None:
         """Its engine, or the proofs that may do without."""
-        from stackdsl.playing.opening import load  # noqa: PLC0415 -- it imports an engine
+        from stackdsl.systems.worlds import load  # noqa: PLC0415 -- it imports an engine
 
         load(self.system)
 

@@ -5,7 +5,7 @@ from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from stackdsl.bench.record import MalformedRecordError, Record, line_of, record_of
+from stackdsl.bench.run_record import MalformedRecordError, Record, line_of, record_of
 
 NAME = "runs.jsonl"
 ASIDE = "runs.of-other-jobs.jsonl"

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import geometric_mean
 
-from stackdsl.bench.record import Record, step_text
+from stackdsl.bench.run_record import Record, step_text
 from stackdsl.bench.scoring import Score
 from stackdsl.trace import NUMERICAL_COLLAPSE
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 from stackdsl.bench.answers import Answer, Source
 from stackdsl.bench.entrants import REFERENCES
-from stackdsl.bench.record import Record, step_text
+from stackdsl.bench.run_record import Record, step_text
 from stackdsl.observations import KINDS, Change, Seen, changes, turned_back
 from stackdsl.trace import NUMERICAL_COLLAPSE, Verdict
 

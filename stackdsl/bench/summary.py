@@ -9,7 +9,7 @@ from dataclasses import asdict
 from stackdsl.bench.answers import Answer
 from stackdsl.bench.conduct import Bench
 from stackdsl.bench.points import Point, fronts_of
-from stackdsl.bench.record import finite
+from stackdsl.bench.run_record import finite
 from stackdsl.bench.scoring import Score, numerical_reason
 from stackdsl.trace import NUMERICAL_COLLAPSE
 

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from stackdsl.bench.conduct import Bench
 from stackdsl.bench.points import COMPARED_WITH, MEASURES, Point, fronts_of
-from stackdsl.bench.record import step_text
+from stackdsl.bench.run_record import step_text
 from stackdsl.bench.scoring import Score, numerical_reason
 from stackdsl.report.blocks import Block, Row, blocks_text, line, table, titled
 from stackdsl.report.outcome_text import significant

@@ -8,9 +8,11 @@ from itertools import chain
 from math import inf
 
 from stability.model import BodyId, Brick, Plane, Quaternion
-from stackdsl.compiling.agreement import beyond_what_is_built, contradictions
+from stackdsl.compiling.contradictions import beyond_what_is_built, contradictions
 from stackdsl.compiling.fitting import Fit, Sited, fits
-from stackdsl.compiling.hits import hits, hitting_bricks, shared_with_hits
+from stackdsl.compiling.impacts.hits import hits, hitting_bricks, shared_with_hits
+from stackdsl.compiling.impacts.removals import missing_bricks, removed_in
+from stackdsl.compiling.impacts.scene import Scene, standing_bricks
 from stackdsl.compiling.naming import (
     bricks_that_hit,
     footings_of,
@@ -21,11 +23,9 @@ from stackdsl.compiling.naming import (
     shared_names,
     unknown_bricks,
 )
-from stackdsl.compiling.removals import missing_bricks, removed_in
 from stackdsl.compiling.scheduling import Moment, Schedule, scheduled
 from stackdsl.compiling.site import planes_of, tilt_of, turned_plane, turned_pose
-from stackdsl.compiling.standing import Scene, standing_bricks
-from stackdsl.compiling.written import WrittenBrick, bricks_of
+from stackdsl.compiling.written_bricks import WrittenBrick, bricks_of
 from stackdsl.diagnostics import Diagnostic, Span
 from stackdsl.language.schema import Scenario
 from stackdsl.reading.source import Path, Source

@@ -7,9 +7,9 @@ from itertools import product
 from math import floor, hypot, inf
 from statistics import median
 
-from stability.contact import TOUCHING
+from stability.engines.protocol import TOUCHING
+from stability.geometry.separation import Block, Separation, block, block_above_plane, blocks_apart
 from stability.model import Plane, Pose, Vec3
-from stability.separation import Block, Separation, block, block_above_plane, blocks_apart
 
 OVERLAP = 1e-4  # [m] what rounding in a file may cost; far below what a plank is made to
 MOST_CELLS = 256  # that a box of usual size can reach; a plank on end amid flat ones reaches some sixty

@@ -7,7 +7,7 @@ from types import MappingProxyType
 
 from stability.model import GROUND, BodyId, Brick, Plane
 from stackdsl.compiling.fitting import Fit, Sited, fits
-from stackdsl.compiling.written import WrittenBrick
+from stackdsl.compiling.written_bricks import WrittenBrick
 from stackdsl.diagnostics import Diagnostic, did_you_mean
 from stackdsl.language.schema import Scenario
 from stackdsl.reading.source import Path, Source

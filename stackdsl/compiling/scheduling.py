@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from stability.model import BodyId
-from stackdsl.compiling.written import WrittenBrick
+from stackdsl.compiling.written_bricks import WrittenBrick
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.language.anchors import Anchor
 from stackdsl.language.schema import Scenario

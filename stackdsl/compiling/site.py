@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from math import cos, sin
 
-from stability.geometry import composed, turned
+from stability.geometry.rotations import multiply, rotate
 from stability.model import GROUND, IDENTITY, Plane, Pose, Quaternion, Vec3
 from stackdsl.language.schema import Scenario
 
@@ -34,11 +34,11 @@ def turned_plane(plane: Plane, tilt: Quaternion) -> Plane:
     """A plane of the scene in W."""
     if tilt == IDENTITY:
         return plane
-    return replace(plane, point_W=turned(tilt, plane.point_W), normal_W=turned(tilt, plane.normal_W))
+    return replace(plane, point_W=rotate(tilt, plane.point_W), normal_W=rotate(tilt, plane.normal_W))
 
 
 def turned_pose(pose: Pose, tilt: Quaternion) -> Pose:
     """A pose of the scene in W; to the bit the same if there is no tilt."""
     if tilt == IDENTITY:
         return pose
-    return Pose(turned(tilt, pose.position_W), composed(tilt, pose.orientation))
+    return Pose(rotate(tilt, pose.position_W), multiply(tilt, pose.orientation))

@@ -8,10 +8,10 @@ is compared with what was seen.
 
 from math import acos, cos, degrees, inf, pi, remainder, sin
 
-from stability.geometry import turn_between
+from stability.geometry.rotations import turn_between
+from stability.geometry.vectors import add, cross, dot, norm, scale, subtract
 from stability.model import Vec3
 from stability.statics.facts import Motion
-from stability.vectors import cross, dot, minus, norm, plus, times
 from stackdsl.judging.finding import PERCENT, Finding, all_of, at_most, mm, within
 from stackdsl.language.claims import Lands, Pivots
 from stackdsl.trace import Onset, Trace
@@ -53,21 +53,21 @@ def seen_displacements(onset: Onset) -> list[tuple[Vec3, Vec3]] | None:
         return None
     lasts = turn_between(*onset.poses[fastest]) / rate
     return [
-        (along_screw(*motion.velocity[name], lasts), minus(after.position_W, before.position_W))
+        (along_screw(*motion.velocity[name], lasts), subtract(after.position_W, before.position_W))
         for name, (before, after) in onset.poses.items()
     ]
 
 
 def along_screw(velocity_W: Vec3, spin_W: Vec3, lasts: float) -> Vec3:
     """How far the centre of a body gets that turns about and moves along a fixed axis, from its velocities now."""
-    turn = times(lasts, spin_W)
+    turn = scale(lasts, spin_W)
     angle = norm(turn)
-    straight = times(lasts, velocity_W)
+    straight = scale(lasts, velocity_W)
     if angle < STRAIGHT:
         return straight
     across = cross(turn, straight)
-    sideways = times((1.0 - cos(angle)) / angle**2, across)
-    return plus(straight, plus(sideways, times((angle - sin(angle)) / angle**3, cross(turn, across))))
+    sideways = scale((1.0 - cos(angle)) / angle**2, across)
+    return add(straight, add(sideways, scale((angle - sin(angle)) / angle**3, cross(turn, across))))
 
 
 def widest_angle(pairs: list[tuple[Vec3, Vec3]]) -> float:

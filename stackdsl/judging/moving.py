@@ -2,7 +2,7 @@
 
 from math import dist, inf
 
-from stability.geometry import turn_between
+from stability.geometry.rotations import turn_between
 from stackdsl.judging.finding import MILLIMETRES, PERCENT, Finding, mm, placed, remaining, within
 from stackdsl.language.claims import Displaced, Drift, EnergyChange, Untouched
 from stackdsl.trace import BrickState, BrickTrack, Trace

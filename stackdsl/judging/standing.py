@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from itertools import takewhile
 from math import degrees, inf
 
-from stability.geometry import box_top
+from stability.geometry.boxes import box_top
 from stability.model import BodyId
 from stackdsl.judging.finding import MILLIMETRES, Finding, mm, placed, remaining, within
 from stackdsl.language.claims import Collapses, Falls, Height, Leaves, Stands

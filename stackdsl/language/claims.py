@@ -6,7 +6,7 @@ from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from stackdsl.language import author_types as t
 from stackdsl.language.author_models import AuthorModel, Choice, Shorthand, default
-from stackdsl.language.layouts import MAX_BRICKS, Levels
+from stackdsl.language.layouts.registry import MAX_BRICKS, Levels
 from stackdsl.language.mistakes import MistakeError
 
 BodyNames = Annotated[tuple[t.BodyName, ...], Field(min_length=1, max_length=MAX_BRICKS)]

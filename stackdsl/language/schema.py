@@ -6,13 +6,12 @@ from pydantic import Field, GetJsonSchemaHandler, WithJsonSchema, create_model, 
 from pydantic_core import CoreSchema
 
 from stackdsl.language import author_types as t
-from stackdsl.language import card_house, leaning_structure  # noqa: F401 -- each adds itself to LAYOUTS
 from stackdsl.language.anchors import Timed
 from stackdsl.language.author_models import AuthorModel, Shorthand, default
 from stackdsl.language.bricks import BrickKind, PlacedBrick
 from stackdsl.language.claims import Expectation, Truth
 from stackdsl.language.impacts import Impact
-from stackdsl.language.layouts import LAYOUTS, MAX_BRICKS, LayoutParams
+from stackdsl.language.layouts.registry import LAYOUTS, MAX_BRICKS, LayoutParams
 from stackdsl.language.mistakes import MistakeError
 
 # --- given: the world -------------------------------------------------------------------------------------------------

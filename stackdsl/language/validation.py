@@ -12,7 +12,7 @@ from pydantic_core import ErrorDetails, core_schema
 
 from stackdsl.diagnostics import Diagnostic, did_you_mean, reading_order
 from stackdsl.language.author_types import EXPRESSION_PATTERN, PROVING
-from stackdsl.language.layouts import place
+from stackdsl.language.layouts.registry import place
 from stackdsl.language.mistakes import MistakeError, shown
 from stackdsl.language.schema import Scenario
 from stackdsl.language.variants import Variant

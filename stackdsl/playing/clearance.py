@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
+from stability.geometry.separation import boxes_apart
 from stability.model import BodyId
-from stability.separation import boxes_apart
 from stackdsl.playing.watch import Watch, Watched
 from stackdsl.timeline import Placement
 

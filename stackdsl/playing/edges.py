@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import hypot
 
-from stability.edge_contacts import WrongNormal, wrong_normals
-from stability.engine import World
+from stability.engines.edge_normals import WrongNormal, wrong_normals
+from stability.engines.protocol import World
 from stability.model import BodyId, BodyState
 from stackdsl.trace import WrongEdges
 

@@ -6,17 +6,17 @@ Exact for boxes; of the poses and velocities that the engine has at one time. Wh
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
-from stability.geometry import turned
-from stability.impulse import moments
+from stability.geometry.rotations import rotate
+from stability.geometry.vectors import dot, subtract
+from stability.mechanics.impulse import moments
 from stability.model import BodyId, BodyState, Brick, Plane, Vec3
-from stability.vectors import dot, minus
 from stackdsl.trace import Energy
 
 
 def kinetic_energy(brick: Brick, state: BodyState) -> float:
     """Of translation and rotation [J]."""
     x, y, z, w = state.pose.orientation
-    spin = turned((-x, -y, -z, w), state.angular_velocity_W)  # in body axes
+    spin = rotate((-x, -y, -z, w), state.angular_velocity_W)  # in body axes
     a, b, c = moments(brick.size, brick.mass)
     rotation = dot((a * spin[0], b * spin[1], c * spin[2]), spin)
     return 0.5 * (brick.mass * dot(state.velocity_W, state.velocity_W) + rotation)
@@ -52,7 +52,7 @@ class EnergyMeter:
 
     def _height_above_ground(self, position_W: Vec3) -> float:
         """Straight down, as the ground may be tilted [m]."""
-        return dot(self.ground.normal_W, minus(position_W, self.ground.point_W)) / self.ground.normal_W[2]
+        return dot(self.ground.normal_W, subtract(position_W, self.ground.point_W)) / self.ground.normal_W[2]
 
     def forget(self, bricks: Iterable[BodyId]) -> None:
         """These were pulled out, and their energy with them."""

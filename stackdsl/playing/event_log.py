@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 from stability.model import BodyId
-from stability.watching import Extension, Update
+from stability.watching.extension import Extension, Update
 from stackdsl.playing.watch import Watch
 from stackdsl.trace import Edge, Event, EventKind
 

@@ -4,10 +4,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import radians
 
-from stability.geometry import turn_between
+from stability.geometry.rotations import turn_between
+from stability.geometry.vectors import add, cross, norm, subtract
 from stability.model import BodyId, BodyState, Plane, Pose
 from stability.statics.facts import Contact, Motion, Placed, Tolerances, Verdict
-from stability.vectors import cross, minus, norm, plus
 from stackdsl.trace import Onset
 
 BEGUN = radians(5.0)  # a turn that shows how something falls, before what it meets changes that
@@ -53,7 +53,7 @@ def turned_about(motion: Motion, bricks: Mapping[BodyId, Placed], planes: Sequen
     for mover, other, contact in _contacts(motion, bricks, planes):
         velocity, spin = motion.velocity[mover]
         centre = bricks[mover].pose.position_W
-        slips = (norm(plus(velocity, cross(spin, minus(point, centre)))) for point in contact.points_W)
+        slips = (norm(add(velocity, cross(spin, subtract(point, centre)))) for point in contact.points_W)
         if min(slips) <= STUCK * fastest:
             found.add(other)
     return tuple(sorted(found))

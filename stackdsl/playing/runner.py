@@ -9,21 +9,21 @@ from dataclasses import dataclass, field
 from math import hypot
 from time import perf_counter
 
-from stability.engine import World
-from stability.falling import FallingParts
+from stability.engines.protocol import World
+from stability.geometry.vectors import add
 from stability.model import BodyId, BodyState
+from stability.motion.known_motion import FallingParts
 from stability.statics.facts import Stability
-from stability.vectors import plus
-from stability.watching import Extension, Update
+from stability.watching.extension import Extension, Update
+from stackdsl.playing.after_collapse import after_collapse, last_arrival, time_of
 from stackdsl.playing.carrying import ForceMeter
 from stackdsl.playing.clearance import keep_clear
 from stackdsl.playing.edges import EdgeWatch
 from stackdsl.playing.event_log import EventLog, OnEvent, edges_of
-from stackdsl.playing.going_on import after_collapse, last_arrival, time_of
 from stackdsl.playing.measuring import Measures
-from stackdsl.playing.opening import SAMPLING, extension_for, load, opened_world
-from stackdsl.playing.systems import System
 from stackdsl.playing.tracks import tracks_of
+from stackdsl.systems.systems import System
+from stackdsl.systems.worlds import SAMPLING, extension_for, load, opened_world
 from stackdsl.timeline import Moment, Placement, Push, Removal, Timeline
 from stackdsl.trace import STAND, BrickState, Collapse, Cost, Event, EventKind, Trace
 
@@ -153,7 +153,7 @@ class _Run:
             if self.extension.is_frozen(push.brick):
                 return
         centre_W = self.world.states([push.brick])[push.brick].pose.position_W
-        self.world.push(push.brick, push.impulse_W, plus(centre_W, push.offset_W))
+        self.world.push(push.brick, push.impulse_W, add(centre_W, push.offset_W))
 
     def _close_placement(self) -> None:
         if self.extension is not None:

@@ -4,14 +4,14 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from math import dist
 
-from stability.freezing import RestLimits
-from stability.geometry import lean_between, turn_between
+from stability.geometry.rotations import lean_between, turn_between
 from stability.model import BodyId, BodyState, Brick, Pose
 from stability.statics.facts import Placed
+from stability.watching.freezing import RestLimits
 from stackdsl.timeline import Placement
 from stackdsl.trace import COLLAPSE_SHARE_OF_SMALLEST_SIDE, COLLAPSE_TILT, BrickState, BrickTrack
 
-NOT_MOVING = RestLimits(speed=0.002, turning=0.035, hold_off=0.1)  # a slow topple needs that long to show
+NOT_MOVING = RestLimits(speed=0.002, angular_speed=0.035, hold_off=0.1)  # a slow topple needs that long to show
 READ_BACK = 1e-12  # [m] what a position loses on its way into a scaled engine and back
 
 

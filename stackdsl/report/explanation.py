@@ -6,19 +6,19 @@ Where `exact` is one of them: which stage proved each placement, at what cost, a
 from collections.abc import Iterator, Mapping, Sequence
 from math import degrees, hypot, inf
 
-from stability.engine_settings import EngineSettings
-from stability.geometry import body_axes
+from stability.engines.mujoco.mujoco_settings import MuJoCoSettings
+from stability.engines.sapien.sapien_settings import SapienSettings
+from stability.engines.settings import EngineSettings
+from stability.geometry.rotations import body_axes
 from stability.model import BodyId, Vec3
-from stability.mujoco_engine.settings import MuJoCoSettings
-from stability.sapien_engine.settings import SapienSettings
 from stability.statics.facts import Stability
+from stackdsl.checking.gathering import Case
 from stackdsl.compiling.fitting import Fit, Sited, fits
-from stackdsl.gathering import Case
-from stackdsl.margins import margins_of_assembly
-from stackdsl.playing.opening import settings_for
-from stackdsl.playing.peers import system_named
-from stackdsl.playing.systems import Method
-from stackdsl.proving import Judged, Proofs, proofs_of
+from stackdsl.judging.margins import margins_of_assembly
+from stackdsl.judging.proofs import Judged, Proofs, proofs_of
+from stackdsl.systems.peers import system_named
+from stackdsl.systems.systems import Method
+from stackdsl.systems.worlds import settings_for
 from stackdsl.timeline import Placement, Push, Removal, Timeline
 from stackdsl.trace import Margins
 

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import takewhile
 from math import atan2, degrees, hypot, inf, isfinite, isnan
 
-from stability.geometry import box_top
+from stability.geometry.boxes import box_top
 from stability.model import BodyId, Pose, Vec3
 from stability.statics.facts import Stage
 from stackdsl.snapshots.record import (
@@ -57,9 +57,9 @@ UNMOVED = 1e-6  # [m] of one that a hit did not reach, or that went back to wher
 HALF_TURN = 1e-9  # cosine of half an angle below which a turn counts as half a turn
 
 
-def take(trace: Trace, world: World, identity: Identity, stamp: Mapping[str, str], proven: bool) -> Snapshot:
-    """The snapshot of a run; `proven` where positions and shares come from a model, not from a bare engine."""
-    states = {brick: _state(track, trace.collapse, proven) for brick, track in trace.tracks.items()}
+def take(trace: Trace, world: World, identity: Identity, stamp: Mapping[str, str], modelled: bool) -> Snapshot:
+    """The snapshot of a run; `modelled` where positions and shares come from a model, not from a bare engine."""
+    states = {brick: _state(track, trace.collapse, modelled) for brick, track in trace.tracks.items()}
     carried = _supports(trace.edges)
     disturbed = any(_is_moved(track) for track in trace.tracks.values())
     return Snapshot(
@@ -68,13 +68,13 @@ def take(trace: Trace, world: World, identity: Identity, stamp: Mapping[str, str
         world=_scene(world),
         verdict=trace.verdict.value,
         statics=trace.statics.stability.value if trace.statics is not None else None,
-        collapse=_first_collapse(trace, proven),
-        height_mm=_height(trace.tracks, states) if proven else None,
-        levels_standing=_levels_standing(trace.tracks, states) if proven else None,
-        events=tuple(_events(trace, proven)),
+        collapse=_first_collapse(trace, modelled),
+        height_mm=_height(trace.tracks, states) if modelled else None,
+        levels_standing=_levels_standing(trace.tracks, states) if modelled else None,
+        events=tuple(_events(trace, modelled)),
         bricks={
             brick: _final(track, states[brick], None if disturbed else carried[brick])
-            if _lies_still(states[brick], trace.collapse, proven)
+            if _lies_still(states[brick], trace.collapse, modelled)
             else FinalBrick(track.level, states[brick], at_mm=None, rests_on=None)
             for brick, track in sorted(trace.tracks.items(), key=lambda item: (item[1].level, item[0]))
         },
@@ -116,13 +116,13 @@ def _turn(pose: Pose) -> tuple[Number, ...]:
     return tuple(_rounded(sign * value / sine * angle if sine > 0.0 else 0.0, TURN) for value in (x, y, z))
 
 
-def _first_collapse(trace: Trace, proven: bool) -> FirstCollapse | None:
+def _first_collapse(trace: Trace, modelled: bool) -> FirstCollapse | None:
     collapse, statics = trace.collapse, trace.statics
     if collapse is None:
         return None
-    if not proven:
+    if not modelled:
         return FirstCollapse(collapse.level, time_s=None, gave_way=None)
-    # Of several ways to fall, as the two sides of what is symmetric, a programme finds any one.
+    # Of several ways to fall, as the two sides of what is symmetric, a program finds any one.
     any_way = statics is not None and statics.stage is not Stage.TIPPING
     return FirstCollapse(
         collapse.level, _rounded(collapse.time, COLLAPSE_TIME), UNCLEAR if any_way else collapse.gave_way
@@ -144,9 +144,9 @@ def _is_moved(track: BrickTrack) -> bool:
     return track.sunk is not None and track.shift > UNMOVED
 
 
-def _state(track: BrickTrack, collapse: Collapse | None, proven: bool) -> str:
+def _state(track: BrickTrack, collapse: Collapse | None, modelled: bool) -> str:
     """The state of a brick where a small disturbance does not change it, else UNCLEAR."""
-    if proven and ((collapse is None and not _is_moved(track)) or track.state is BrickState.UNPLACED):
+    if modelled and ((collapse is None and not _is_moved(track)) or track.state is BrickState.UNPLACED):
         return track.state.value
     match track.state:
         case BrickState.REMOVED | BrickState.THROWN:
@@ -163,9 +163,9 @@ def _state(track: BrickTrack, collapse: Collapse | None, proven: bool) -> str:
     return track.state.value if clear else UNCLEAR
 
 
-def _lies_still(state: str, collapse: Collapse | None, proven: bool) -> bool:
+def _lies_still(state: str, collapse: Collapse | None, modelled: bool) -> bool:
     """Whether the final place of a brick can be locked: debris may nudge whatever is not held fixed."""
-    return proven and (state in STANDING if collapse is None else state == BrickState.FROZEN)
+    return modelled and (state in STANDING if collapse is None else state == BrickState.FROZEN)
 
 
 def _height(tracks: Mapping[BodyId, BrickTrack], states: Mapping[BodyId, str]) -> Number:
@@ -203,7 +203,7 @@ def _shares(carried: Mapping[BodyId, float]) -> dict[BodyId, Number]:
     return {lower: UNCLEAR if isnan(share) else _rounded(share, SHARE) for lower, share in sorted(carried.items())}
 
 
-def _events(trace: Trace, proven: bool) -> Iterator[Placing | Removing | Pushing]:
+def _events(trace: Trace, modelled: bool) -> Iterator[Placing | Removing | Pushing]:
     """Placings, save those that a bare engine's luck in when it falls may take away, removals and pushes."""
     actions = [event for event in trace.events if event.kind in ACTIONS]
     falls = trace.collapse.time if trace.collapse is not None else inf
@@ -211,12 +211,12 @@ def _events(trace: Trace, proven: bool) -> Iterator[Placing | Removing | Pushing
     # What a model says of the placing that brought the stack down, it says of the stump and the debris.
     safe = safe if trace.collapse is None else safe[:-1]
     for number, event in enumerate(actions):
-        told = proven and number < len(safe)
+        told = modelled and number < len(safe)
         if event.kind is EventKind.REMOVED:
             yield Removing(_rounded(event.time, PLACING_TIME), tuple(sorted(event.bricks)))
         elif event.kind is EventKind.PUSHED:
             yield Pushing(_rounded(event.time, PLACING_TIME), tuple(sorted(event.bricks)))
-        elif proven or _is_below(event, trace):
+        elif modelled or _is_below(event, trace):
             yield Placing(
                 time_s=_rounded(event.time, PLACING_TIME),
                 margin_mm=_rounded(1000.0 * event.margin, MARGIN) if told and event.margin is not None else None,

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from math import hypot
 from typing import TypeAlias
 
+from stability.geometry.vectors import cross, dot, scale, subtract
 from stability.model import Vec3
 from stability.statics.contacts.solids import Solid
-from stability.vectors import cross, dot, minus, times
 
 Matrix: TypeAlias = tuple[Vec3, Vec3, Vec3]
 
@@ -55,7 +55,7 @@ class Closeness:
 def closeness(a: Solid, b: Solid, reach: float) -> Closeness | None:
     """How two boxes stand to each other; None if they are further than `reach` apart, or deeper in each other."""
     (a0, a1, a2), (b0, b1, b2) = a.axes, b.axes
-    p_AB = minus(b.pose.position_W, a.pose.position_W)
+    p_AB = subtract(b.pose.position_W, a.pose.position_W)
     turn = (
         (dot(a0, b0), dot(a0, b1), dot(a0, b2)),
         (dot(a1, b0), dot(a1, b1), dot(a1, b2)),
@@ -73,8 +73,8 @@ def closeness(a: Solid, b: Solid, reach: float) -> Closeness | None:
     if largest > reach or largest < -reach:
         return None
     edges = [
-        Axis(gap, times(scale, cross(a.axes[i], b.axes[j])), i, j)
-        for gap, scale, i, j in products
+        Axis(gap, scale(share, cross(a.axes[i], b.axes[j])), i, j)
+        for gap, share, i, j in products
         if gap >= largest - 2.0 * reach
     ]
     faces_a = [Axis(gaps_a[i], _towards(along_a[i], a.axes[i]), i, None) for i in range(3)]
@@ -123,12 +123,12 @@ def _sines(turn: Matrix) -> Matrix:
 
 
 def _towards(along: float, axis: Vec3) -> Vec3:
-    return axis if along >= 0.0 else times(-1.0, axis)
+    return axis if along >= 0.0 else scale(-1.0, axis)
 
 
 def gap_along(direction: Vec3, a: Solid, b: Solid) -> float:
     """The gap along a unit direction that leads from a to b [m]."""
-    p_AB = minus(b.pose.position_W, a.pose.position_W)
+    p_AB = subtract(b.pose.position_W, a.pose.position_W)
     return dot(p_AB, direction) - half_extent(a, direction) - half_extent(b, direction)
 
 

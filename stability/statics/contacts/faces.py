@@ -6,10 +6,10 @@ from itertools import pairwise
 from math import dist, inf
 from typing import Self
 
+from stability.geometry.vectors import add_scaled, dot, scale, subtract
 from stability.model import Vec3
 from stability.statics.contacts.axes import NEARLY_PARALLEL, Closeness
 from stability.statics.contacts.solids import Solid, rounding
-from stability.vectors import dot, minus, moved, times
 
 LEVEL = 1e-12  # height of a unit normal below which it is horizontal: rounding
 
@@ -29,7 +29,7 @@ class Face:
 
     @property
     def normal_W(self) -> Vec3:
-        return times(self.sign, self.body.axes[self.axis])
+        return scale(self.sign, self.body.axes[self.axis])
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +62,7 @@ def _facing(a: Solid, b: Solid, close: Closeness) -> Iterator[tuple[Face, Face]]
     ]
     for _, i, j in sorted(pairs, reverse=True):
         normal = close.faces_a[i].normal_AB_W
-        yield Face.towards(normal, a, i), Face.towards(times(-1.0, normal), b, j)
+        yield Face.towards(normal, a, i), Face.towards(scale(-1.0, normal), b, j)
 
 
 def _in_order(of_a: Face, of_b: Face) -> tuple[Face, Face, Vec3]:
@@ -73,7 +73,7 @@ def _in_order(of_a: Face, of_b: Face) -> tuple[Face, Face, Vec3]:
     if up_b[2] > LEVEL:
         return of_b, of_a, up_b
     # Both lean down, by noise: two upright sides that gape.
-    return of_a, of_b, times(-1.0, up_b)
+    return of_a, of_b, scale(-1.0, up_b)
 
 
 def _overlap(on: Face, lying: Face) -> list[Vec3]:
@@ -82,11 +82,11 @@ def _overlap(on: Face, lying: Face) -> list[Vec3]:
     first, second = (on.axis + 1) % 3, (on.axis + 2) % 3
     frame = (body.axes[first], body.axes[second], on.normal_W)
     u, v = (lying.axis + 1) % 3, (lying.axis + 2) % 3
-    p_AF = minus(other.pose.position_W, body.pose.position_W)
-    p_AF = moved(p_AF, other.half[lying.axis], lying.normal_W)
+    p_AF = subtract(other.pose.position_W, body.pose.position_W)
+    p_AF = add_scaled(p_AF, other.half[lying.axis], lying.normal_W)
     corners = []
     for su, sv in ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)):
-        corner = moved(moved(p_AF, su * other.half[u], other.axes[u]), sv * other.half[v], other.axes[v])
+        corner = add_scaled(add_scaled(p_AF, su * other.half[u], other.axes[u]), sv * other.half[v], other.axes[v])
         x, y, z = (dot(corner, axis) for axis in frame)
         corners.append((x, y, z - body.half[on.axis]))
     return clipped(corners, body.half[first], body.half[second])
@@ -105,7 +105,7 @@ def _cut(polygon: list[Vec3], axis: int, sign: float, limit: float) -> list[Vec3
     for before, here in zip([*polygon[-1:], *polygon[:-1]], polygon, strict=True):
         outer, inner = limit - sign * before[axis], limit - sign * here[axis]
         if outer * inner < 0.0:
-            x, y, z = moved(before, outer / (outer - inner), minus(here, before))
+            x, y, z = add_scaled(before, outer / (outer - inner), subtract(here, before))
             kept.append((sign * limit, y, z) if axis == 0 else (x, sign * limit, z))
         if inner >= 0.0:
             kept.append(here)
@@ -132,7 +132,7 @@ def _placed(on: Face, corners: Sequence[Vec3], slack: float) -> tuple[Vec3, ...]
     points: list[Vec3] = []
     # The frame of the face is right-handed where its normal is a body axis, and left-handed where it is minus that.
     for x, y, _ in corners if area * on.sign > 0.0 else corners[::-1]:
-        local = moved(moved(times(body.half[on.axis], on.normal_W), x, first), y, second)
+        local = add_scaled(add_scaled(scale(body.half[on.axis], on.normal_W), x, first), y, second)
         if not any(dist(local, other) <= slack for other in points):
             points.append(local)
-    return tuple(moved(body.pose.position_W, 1.0, local) for local in points)
+    return tuple(add_scaled(body.pose.position_W, 1.0, local) for local in points)

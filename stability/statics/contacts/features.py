@@ -4,12 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import dist
 
+from stability.geometry.vectors import add_scaled, cross, dot, scale, subtract
 from stability.model import Vec3
 from stability.statics.contacts.axes import Axis, gap_along
-from stability.statics.contacts.cones import Feature, common_normals
 from stability.statics.contacts.faces import Face, clipped
+from stability.statics.contacts.normal_cones import Feature, common_normals
 from stability.statics.contacts.solids import Solid
-from stability.vectors import cross, dot, minus, moved, times
 
 MERGING = 4.0  # a line of contact shorter than this many times the slack is a point
 
@@ -44,13 +44,13 @@ class _Locus:
 
 def meeting(a: Solid, b: Solid, axis: Axis, slack: Slack) -> Meeting | None:
     """How the boxes touch along a separating axis; None if their features along it do not face each other."""
-    p_AB, normal = minus(b.pose.position_W, a.pose.position_W), axis.normal_AB_W
+    p_AB, normal = subtract(b.pose.position_W, a.pose.position_W), axis.normal_AB_W
     rise = slack.rise(axis.gap)
     if axis.of_b is None and axis.of_a is not None:
         found = _on_face(Face.towards(normal, a, axis.of_a), b, p_AB, slack.sideways, rise)
     elif axis.of_a is None and axis.of_b is not None:
-        face = Face.towards(times(-1.0, normal), b, axis.of_b)
-        found = _swapped(_on_face(face, a, times(-1.0, p_AB), slack.sideways, rise), p_AB)
+        face = Face.towards(scale(-1.0, normal), b, axis.of_b)
+        found = _swapped(_on_face(face, a, scale(-1.0, p_AB), slack.sideways, rise), p_AB)
     else:
         found = _crossing(a, b, axis, slack.sideways)
     if found is None:
@@ -59,14 +59,14 @@ def meeting(a: Solid, b: Solid, axis: Axis, slack: Slack) -> Meeting | None:
     # Features coincide up to the slack only. A normal along which the bodies are further apart is not theirs: it would
     # let a brick rest on an edge that it just misses.
     touching = tuple(each for each in normals if gap_along(each, a, b) >= axis.gap - slack.off)
-    points = tuple(moved(a.pose.position_W, 1.0, point) for point in found.points)
+    points = tuple(add_scaled(a.pose.position_W, 1.0, point) for point in found.points)
     return Meeting(points, touching or (normal,))
 
 
 def _swapped(locus: _Locus | None, p_AB: Vec3) -> _Locus | None:
     if locus is None:
         return None
-    return _Locus(tuple(moved(point, 1.0, p_AB) for point in locus.points), locus.of_second, locus.of_first)
+    return _Locus(tuple(add_scaled(point, 1.0, p_AB) for point in locus.points), locus.of_second, locus.of_first)
 
 
 def _on_face(face: Face, other: Solid, p_O: Vec3, slack: float, rise: float) -> _Locus | None:
@@ -75,16 +75,16 @@ def _on_face(face: Face, other: Solid, p_O: Vec3, slack: float, rise: float) -> 
     first, second = (face.axis + 1) % 3, (face.axis + 2) % 3
     u, v = on.axes[first], on.axes[second]
     lowest = _lowest(other, normal, rise)
-    vertices = [moved(p_O, 1.0, vertex) for vertex in _vertices(other, lowest)]
+    vertices = [add_scaled(p_O, 1.0, vertex) for vertex in _vertices(other, lowest)]
     seen = [(dot(vertex, u), dot(vertex, v), 0.0) for vertex in vertices]
     place = _within(seen, on.half[first], on.half[second], slack)
     if not place:
         return None
-    points = tuple(moved(moved(times(on.half[face.axis], normal), x, u), y, v) for x, y, _ in place)
+    points = tuple(add_scaled(add_scaled(scale(on.half[face.axis], normal), x, u), y, v) for x, y, _ in place)
     signs = [0.0, 0.0, 0.0]
     signs[face.axis] = face.sign
     of_on = _completed(on, (signs[0], signs[1], signs[2]), points, slack)
-    from_other = [minus(point, p_O) for point in points]
+    from_other = [subtract(point, p_O) for point in points]
     return _Locus(points, of_on, _completed(other, lowest, from_other, slack))
 
 
@@ -102,10 +102,10 @@ def _vertices(body: Solid, feature: Feature) -> list[Vec3]:
     points: list[Vec3] = [(0.0, 0.0, 0.0)]
     for sign, half, axis in zip(feature, body.half, body.axes, strict=True):
         if sign:
-            points = [moved(point, sign * half, axis) for point in points]
+            points = [add_scaled(point, sign * half, axis) for point in points]
         else:
-            one_side = [moved(point, -half, axis) for point in points]
-            points = one_side + [moved(point, half, axis) for point in reversed(points)]
+            one_side = [add_scaled(point, -half, axis) for point in points]
+            points = one_side + [add_scaled(point, half, axis) for point in reversed(points)]
     return points
 
 
@@ -150,14 +150,14 @@ def _crossing(a: Solid, b: Solid, axis: Axis, slack: float) -> _Locus | None:
     if axis.of_a is None or axis.of_b is None:
         return None
     of_a, of_b = _edge(a, axis.of_a, axis.normal_AB_W, 1.0), _edge(b, axis.of_b, axis.normal_AB_W, -1.0)
-    p_AB = minus(b.pose.position_W, a.pose.position_W)
-    u, v, p_A, p_B = a.axes[axis.of_a], b.axes[axis.of_b], _middle(a, of_a), moved(_middle(b, of_b), 1.0, p_AB)
-    along_a, along_b = _closest(u, v, minus(p_B, p_A))
+    p_AB = subtract(b.pose.position_W, a.pose.position_W)
+    u, v, p_A, p_B = a.axes[axis.of_a], b.axes[axis.of_b], _middle(a, of_a), add_scaled(_middle(b, of_b), 1.0, p_AB)
+    along_a, along_b = _closest(u, v, subtract(p_B, p_A))
     if abs(along_a) > a.half[axis.of_a] + slack or abs(along_b) > b.half[axis.of_b] + slack:
         return None
-    on_a, on_b = moved(p_A, along_a, u), moved(p_B, along_b, v)
-    point = times(0.5, moved(on_a, 1.0, on_b))
-    of_a, of_b = _completed(a, of_a, [on_a], slack), _completed(b, of_b, [minus(on_b, p_AB)], slack)
+    on_a, on_b = add_scaled(p_A, along_a, u), add_scaled(p_B, along_b, v)
+    point = scale(0.5, add_scaled(on_a, 1.0, on_b))
+    of_a, of_b = _completed(a, of_a, [on_a], slack), _completed(b, of_b, [subtract(on_b, p_AB)], slack)
     return _Locus((point,), of_a, of_b)
 
 
@@ -179,5 +179,5 @@ def _middle(body: Solid, feature: Feature) -> Vec3:
     """The middle of a feature, from the centre of the body, in W [m]."""
     point: Vec3 = (0.0, 0.0, 0.0)
     for sign, half, axis in zip(feature, body.half, body.axes, strict=True):
-        point = moved(point, sign * half, axis)
+        point = add_scaled(point, sign * half, axis)
     return point

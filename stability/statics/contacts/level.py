@@ -6,7 +6,7 @@ Both are seen as rectangles in plan, in the frame of the lower one, so that what
 from math import inf
 from typing import TypeAlias
 
-from stability.geometry import Polygon
+from stability.geometry.plan import Polygon
 from stability.model import Vec3
 from stability.statics.contacts.solids import PlanRectangle, Solid
 

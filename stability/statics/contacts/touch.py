@@ -7,15 +7,15 @@ Within the tolerance, noise does not change which features touch; what is aligne
 
 from operator import itemgetter
 
+from stability.geometry.vectors import scale
 from stability.model import Plane, Vec3
 from stability.statics.contacts.axes import Closeness, closeness, disturbance
 from stability.statics.contacts.faces import LEVEL, face_on_face
 from stability.statics.contacts.features import Meeting, Slack, meeting
 from stability.statics.contacts.level import level_patch, side_patch
-from stability.statics.contacts.planes import points_on_plane
+from stability.statics.contacts.on_planes import points_on_plane
 from stability.statics.contacts.solids import Solid, rounding, solid
 from stability.statics.facts import Contact, Tolerances
-from stability.vectors import times
 
 __all__ = ["Solid", "contact_between", "contact_with_plane", "solid"]
 
@@ -87,4 +87,4 @@ def _of_meeting(a: Solid, b: Solid, found: Meeting, friction: float) -> Contact:
     upwards = sum(normal[2] for normal in found.normals_AB_W)
     if upwards >= -LEVEL:
         return Contact(a.id, b.id, found.points_W, found.normals_AB_W, friction)
-    return Contact(b.id, a.id, found.points_W, tuple(times(-1.0, normal) for normal in found.normals_AB_W), friction)
+    return Contact(b.id, a.id, found.points_W, tuple(scale(-1.0, normal) for normal in found.normals_AB_W), friction)

@@ -19,7 +19,8 @@ from math import atan, atan2, hypot, inf, pi
 
 import numpy as np
 
-from stability.geometry import Point2
+from stability.geometry.plan import Point2
+from stability.geometry.polygons import hull
 from stability.statics.facts import Motion, Problem, Tolerances
 from stability.statics.margins.acceleration_cut import (
     Cut,
@@ -34,8 +35,7 @@ from stability.statics.margins.acceleration_cut import (
 from stability.statics.margins.arc_forces import stay_inside
 from stability.statics.margins.face_centre import centred
 from stability.statics.margins.sliding_all_ways import hold_along, slide
-from stability.statics.polygons import hull
-from stability.statics.programmes.wrench_matrix import Array
+from stability.statics.solvers.wrench_matrix import Array
 
 MOST_HEADINGS = 120  # what is open then stays open between `value` and `upper`
 NOTHING = 1e-7  # [g] a margin below is none

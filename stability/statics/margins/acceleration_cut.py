@@ -1,6 +1,6 @@
 """How far can an assembly be accelerated in one direction, and what does that say about all others?
 
-One conic programme over velocities u: the least resistance of the loads to a motion by which the direction gains 1,
+One conic program over velocities u: the least resistance of the loads to a motion by which the direction gains 1,
 among all motions that no contact resists. Its value is the reach, its duals are the forces at it. Every such motion
 bounds all directions: what accelerates the masses by a gains p.a, with p the momentum of the motion, and no admissible
 forces hold against more than the loads resist.
@@ -15,10 +15,10 @@ import numpy as np
 from stability.model import BodyId
 from stability.statics.facts import ZERO, Motion, Problem, Tolerances, Wrench
 from stability.statics.margins.prestress import least_prestress
-from stability.statics.programmes.equilibrium import proven_forces, proven_motion
-from stability.statics.programmes.programme import Programme, clarabel_solve
-from stability.statics.programmes.wrench_matrix import Array, WrenchMatrix, wrench_matrix
 from stability.statics.proof import check_forces, check_motion
+from stability.statics.solvers.conic_program import ConicProgram, clarabel_solve
+from stability.statics.solvers.equilibrium import proven_forces, proven_motion
+from stability.statics.solvers.wrench_matrix import Array, WrenchMatrix, wrench_matrix
 
 ACCURACY = 1e-11  # asked of the solver
 FURTHEST = 1e3  # [g] what can be accelerated so much is held on all sides
@@ -111,7 +111,7 @@ def heading(case: Shaken, angle: float) -> Heading:
     along = system.wrench_of(case.pull(x, y))
     # Whatever is left of the unit gain may be bought at the highest price: no reach is infinite.
     matrix = bmat([[along[None, :], [[1.0]]], [-system.matrix, None], [None, [[-1.0]]]], format="csc")
-    programme = Programme(
+    program = ConicProgram(
         np.append(-system.loads, FURTHEST),
         matrix,
         np.append(1.0, np.zeros(len(system.row_scale) + 1)),
@@ -119,7 +119,7 @@ def heading(case: Shaken, angle: float) -> Heading:
         [3] * len(system.round),
         len(system.flat) + 1,
     )
-    point = clarabel_solve(programme, ACCURACY)
+    point = clarabel_solve(program, ACCURACY)
     if not (np.isfinite(point.x).all() and np.isfinite(point.dual).all()):
         return Heading(angle, 0.0, case.rest, np.zeros(len(case.rest)), None)
     value = max(0.0, -float(point.dual[0]))

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stability.statics.programmes.wrench_matrix import Array, Sparse, WrenchMatrix
+from stability.statics.solvers.wrench_matrix import Array, Sparse, WrenchMatrix
 
 MOST_STEPS = 16  # of Newton's; half of them are usual
 CENTRED = 1e-14  # Newton's decrement squared below which a further step changes nothing that counts

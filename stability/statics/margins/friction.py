@@ -12,8 +12,8 @@ from math import inf, isfinite
 
 from stability.statics.facts import Forces, Motion, Problem, Tolerances
 from stability.statics.margins.prestress import least_prestress
-from stability.statics.programmes.equilibrium import balance, proven_forces, proven_motion
-from stability.statics.programmes.wrench_matrix import wrench_matrix
+from stability.statics.solvers.equilibrium import balance, proven_forces, proven_motion
+from stability.statics.solvers.wrench_matrix import wrench_matrix
 
 MOST_STEPS = 60
 MOST_FRICTION = 1e4  # a coefficient that no material has: what needs more stands with none

@@ -29,11 +29,11 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from math import inf
 
+from stability.geometry.polygons import inset
 from stability.model import GROUND, BodyId
 from stability.statics.facts import Problem
 from stability.statics.margins.placement_patches import PlanPatch, plan_patches
-from stability.statics.margins.placement_programme import Answer, displaced, recourse
-from stability.statics.polygons import inset
+from stability.statics.margins.placement_program import Answer, displaced, recourse
 
 MOST_STEPS = 60  # halvings end at the tolerance; a limit only against endless loops
 SIDEWAYS = 1e-9  # share of a load that may act sideways and still be rounding

@@ -12,10 +12,10 @@ from math import hypot
 import numpy as np
 from numpy.typing import NDArray
 
-from stability.geometry import Point2, Polygon
+from stability.geometry.plan import Point2, Polygon
+from stability.geometry.polygons import hull
 from stability.model import BodyId, Vec3
 from stability.statics.facts import Contact, Problem
-from stability.statics.polygons import hull
 
 LEVEL = 1e-6  # horizontal part of a unit normal up to which a face is level: a shift of 1 mm lifts a brick by 1 nm
 

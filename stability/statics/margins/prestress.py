@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stability.statics.programmes.programme import Array, Programme, clarabel_solve
-from stability.statics.programmes.wrench_matrix import WrenchMatrix
+from stability.statics.solvers.conic_program import Array, ConicProgram, clarabel_solve
+from stability.statics.solvers.wrench_matrix import WrenchMatrix
 
 ACCURACY = 1e-11  # asked of the solver
 
@@ -34,7 +34,7 @@ def least_prestress(system: WrenchMatrix) -> Prestress:
     normal[: 3 * len(system.round) : 3] = 1.0
     normal[3 * len(system.round) :] = 1.0
     opening = system.matrix.T @ normal
-    programme = Programme(
+    program = ConicProgram(
         -(system.loads + opening),
         # The opening is bounded, so that its dual, the prestress, is at least -1.
         vstack([-system.matrix, csc_matrix(opening)], format="csc"),
@@ -43,7 +43,7 @@ def least_prestress(system: WrenchMatrix) -> Prestress:
         [3] * len(system.round),
         len(system.flat) + 1,
     )
-    point = clarabel_solve(programme, ACCURACY)
+    point = clarabel_solve(program, ACCURACY)
     pressed, least = point.dual[:-1], float(point.dual[-1]) - 1.0
     slips = system.matrix @ point.x
     sliding = float(np.where(normal > 0.0, 0.0, pressed * slips).sum())

@@ -16,7 +16,7 @@ contacts, those above it counted negative, of what acts at (p, z) from its centr
 Then there is no torque about the vertical either. A force that pushes at both ends of an arc of directions and where
 its tangents meet pushes all along it, since n is affine and the arc lies within that triangle.
 
-A linear programme finds such forces. In five directions they are then checked by plain arithmetic: what they leave of
+A linear program finds such forces. In five directions they are then checked by plain arithmetic: what they leave of
 balance is a polynomial of degree 2 in u, on a circle nothing everywhere if nothing in five places.
 """
 
@@ -29,9 +29,9 @@ import numpy as np
 from stability.model import BodyId
 from stability.statics.facts import ZERO, Contact, Motion, Problem, Wrench
 from stability.statics.margins.acceleration_cut import Cut, Shaken
-from stability.statics.programmes.programme import Array, Programme, asked, clarabel_solve
-from stability.statics.programmes.wrench_matrix import Indices, Sparse
 from stability.statics.proof import check_forces, check_motion
+from stability.statics.solvers.conic_program import Array, ConicProgram, clarabel_solve, solve
+from stability.statics.solvers.wrench_matrix import Indices, Sparse
 
 ACCURACY = 1e-11  # asked of the solver
 LEVEL = 1e-9  # level part of a unit normal that counts as none
@@ -182,7 +182,7 @@ def _pushes(matrix: Sparse, loads: Array) -> Array | None:
     count = matrix.shape[1]
     least = np.append(loads, np.zeros(count))
     stacked = vstack([matrix, -identity(count)], format="csc")
-    point = asked(Programme(np.zeros(count), stacked, least, len(loads), (), count), ACCURACY, clarabel_solve)
+    point = solve(ConicProgram(np.zeros(count), stacked, least, len(loads), (), count), ACCURACY, clarabel_solve)
     if isinstance(point, str) or not np.isfinite(point.x).all():
         return None
     pushes, residual = point.x, matrix @ point.x - loads
@@ -191,11 +191,11 @@ def _pushes(matrix: Sparse, loads: Array) -> Array | None:
     weighted = diags(np.maximum(pushes, 0.0) + FAINT) @ matrix.T
     square = matrix @ weighted
     try:
-        solve = splu((square + SINGULAR * square.diagonal().max() * identity(len(loads))).tocsc()).solve
+        factorized = splu((square + SINGULAR * square.diagonal().max() * identity(len(loads))).tocsc()).solve
     except RuntimeError:  # singular, as far as it can tell
         return None
     for _ in range(MENDINGS):
-        closer = pushes - weighted @ solve(residual)
+        closer = pushes - weighted @ factorized(residual)
         left = matrix @ closer - loads
         if np.abs(left).max(initial=0.0) >= np.abs(residual).max(initial=0.0):
             break

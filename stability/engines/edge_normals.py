@@ -1,0 +1,133 @@
+"""Where bricks touch edge on edge: which normal such a contact has, and where an engine gives it another.
+
+Model: every edge is a little rounded, and the normal is that between the nearest points of the two boxes without their
+rounding. Faces keep their own normal; at two edges it lies between those of the faces beside them. Engines that work
+with sharp boxes take one of these faces instead where the edges are parallel (docs/decisions/0020).
+"""
+
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
+from math import acos, cos, radians
+
+from stability.engines.protocol import World
+from stability.geometry.rotations import body_axes
+from stability.geometry.separation import Block, block
+from stability.geometry.vectors import add, add_scaled, cross, dot, norm, scale, subtract
+from stability.model import BodyId, BodyState, Box, ContactPoint, Pose, Vec3
+
+EDGE_RADIUS = 1e-4  # [m] how much edges are taken to be rounded
+MOST_ROUNDED = 0.02  # share of a brick's smallest side; less than EDGE_RADIUS on bricks thinner than 5 mm
+LEANS = cos(radians(1.0))  # of the angle of the most upright axis of a brick to the vertical: below it, the brick leans
+WRONG = cos(radians(10.0))  # of the angle between a normal and the true one: below it, the normal is wrong
+FACE_ON = cos(radians(5.0))  # of the angle between a normal and that of a face: below it, no face is touched
+LOADED = 0.01  # share of the weight of the lighter brick that a contact must carry to matter
+ROUNDS = 60  # of going to and fro between two boxes: parallel edges need two, edges that cross at 20 deg fifty
+BEFORE = (0.0, 0.5, 1.0)  # shares of a time step since contacts may have been found
+NEAR = 0.01  # share of the rounding by which the nearest point may still move
+
+
+@dataclass(frozen=True, slots=True)
+class WrongNormal:
+    """A contact of two bricks under load that the engine gives a normal which their geometry does not."""
+
+    upper: BodyId
+    lower: BodyId
+    angle: float  # from the true normal to that of the engine [rad]
+
+
+def edge_radius(size: Vec3, radius: float = EDGE_RADIUS) -> float:
+    """How much the edges of a brick are rounded [m]."""
+    return min(radius, MOST_ROUNDED * min(size))
+
+
+def leans(pose: Pose) -> bool:
+    """Whether no axis of a brick is upright."""
+    return all(abs(axis_W[2]) < LEANS for axis_W in body_axes(pose.orientation))
+
+
+def true_normal(a: Block, b: Block, touching_W: Vec3, radius: float) -> Vec3 | None:
+    """The unit normal from b to a of two boxes with rounded edges where they touch; None if they lie too deep."""
+    on_a, on_b = nearest_points(a, b, touching_W, radius)
+    between = subtract(on_a, on_b)
+    distance = norm(between)
+    return scale(1.0 / distance, between) if distance > NEAR * radius else None
+
+
+def nearest_points(a: Block, b: Block, start_W: Vec3, radius: float) -> tuple[Vec3, Vec3]:
+    """The points of two boxes without their rounding that are nearest to each other, from a start near to them [m]."""
+    on_a = start_W
+    for _ in range(ROUNDS):
+        on_b = _nearest_inside(b, radius, on_a)
+        before, on_a = on_a, _nearest_inside(a, radius, on_b)
+        if norm(subtract(on_a, before)) < NEAR * EDGE_RADIUS:
+            break
+    return on_a, on_b
+
+
+def _nearest_inside(box: Block, radius: float, point_W: Vec3) -> Vec3:
+    """The point of a box without its rounding that is nearest to another."""
+    found, offset = box.p_WC, subtract(point_W, box.p_WC)
+    for axis, half_edge in zip(box.axes_W, box.half_edges_W, strict=True):
+        most = max(dot(axis, half_edge) - radius, 0.0)
+        found = add_scaled(found, min(max(dot(offset, axis), -most), most), axis)
+    return found
+
+
+def wrong_normals(engine: World, states: Mapping[BodyId, BodyState], gravity: float) -> Iterator[WrongNormal]:
+    """Contacts under load of these bricks, as far as they lean, whose normal is wrong; every pair of bricks once."""
+    seen = set()
+    for name, state in states.items():
+        if not leans(state.pose):
+            continue
+        for pair, points in _by_pair(engine.contacts(name)).items():
+            if pair not in seen and engine.masses().keys() >= set(pair):
+                seen.add(pair)
+                yield from _of_pair(engine, points, gravity)
+
+
+def _by_pair(points: Collection[ContactPoint]) -> dict[tuple[BodyId, BodyId], list[ContactPoint]]:
+    pairs: dict[tuple[BodyId, BodyId], list[ContactPoint]] = {}
+    for point in points:
+        pairs.setdefault((min(point.a, point.b), max(point.a, point.b)), []).append(point)
+    return pairs
+
+
+def _of_pair(engine: World, points: Collection[ContactPoint], gravity: float) -> Iterator[WrongNormal]:
+    """At most one: at the point that carries most."""
+    point = max(points, key=lambda point: point.normal_force)
+    masses = engine.masses()
+    if point.normal_force < LOADED * gravity * min(masses[point.a], masses[point.b]):
+        return
+    a, b = engine.shape(point.a), engine.shape(point.b)
+    states = engine.states([point.a, point.b])
+    if not (isinstance(a, Box) and isinstance(b, Box)):
+        return
+    off = max(_agreements(point, (a, states[point.a]), (b, states[point.b]), engine.settings.time_step), default=1.0)
+    if off < WRONG:
+        over = states[point.a].pose.position_W[2] >= states[point.b].pose.position_W[2]
+        upper, lower = (point.a, point.b) if over else (point.b, point.a)
+        yield WrongNormal(upper, lower, acos(max(off, -1.0)))
+
+
+def _agreements(
+    point: ContactPoint, a: tuple[Box, BodyState], b: tuple[Box, BodyState], time_step: float
+) -> Iterator[float]:
+    """Cosines of the angle from the engine's normal to the true one, as the bodies are and as they were before.
+
+    An engine finds contacts first and moves bodies then, in steps of its own.
+    """
+    (box_a, state_a), (box_b, state_b) = a, b
+    radius = max(min(edge_radius(box_a.size), edge_radius(box_b.size)), -point.gap)
+    middle_W = add_scaled(point.position_W, 0.5 * point.gap, point.normal_BA_W)
+    slip_W = subtract(velocity_at(state_a, middle_W), velocity_at(state_b, middle_W))
+    resting = block(box_b.size, state_b.pose)
+    for share in BEFORE:
+        where = add_scaled(state_a.pose.position_W, -share * time_step, slip_W)
+        normal = true_normal(block(box_a.size, Pose(where, state_a.pose.orientation)), resting, middle_W, radius)
+        if normal is not None:
+            yield dot(normal, point.normal_BA_W)
+
+
+def velocity_at(state: BodyState, point_W: Vec3) -> Vec3:
+    """The velocity of a point of a body [m/s]."""
+    return add(state.velocity_W, cross(state.angular_velocity_W, subtract(point_W, state.pose.position_W)))

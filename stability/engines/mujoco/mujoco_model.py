@@ -1,0 +1,206 @@
+"""Bodies and planes as a model of MuJoCo, and what a model that is stepped tells.
+
+A brick that is held is part of the ground as far as MuJoCo knows: it has no joint, so nothing moves it. A model cannot
+be changed, so one is made whenever a body comes, goes, is held or let go.
+
+Friction of a pair is the larger coefficient of both, but for what has priority, whose own it is: planes have.
+"""
+
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from stability.engines.mujoco.mujoco_binding import mujoco
+from stability.engines.mujoco.mujoco_settings import MuJoCoSettings
+from stability.engines.own_bodies import shortest_turn
+from stability.geometry.bounding_boxes import BoundingBoxes
+from stability.geometry.rotations import rotate
+from stability.geometry.vectors import add, add_scaled, scale
+from stability.model import BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Quaternion, Vec3
+
+UP = (0.0, 0.0, 1.0)
+SLIDING = 3  # dimensions of a contact force: normal and friction, no resistance to spin or rolling
+MIDPOINT, POWER = 0.5, 2.0  # of the curve between the impedances, as MuJoCo has them
+ROOM = 2**20  # [bytes] for the contacts of a brick, and for the least world; what is not used is never touched
+LEAST_ROOM = 16
+
+
+@dataclass(frozen=True, slots=True)
+class Body:
+    """One brick, or several that move as one."""
+
+    bricks: tuple[tuple[Brick, Pose], ...]  # each with its place in the body
+    state: BodyState
+    held: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """All that a model is made of."""
+
+    settings: MuJoCoSettings
+    gravity: float  # [m/s2], along -z
+    friction: float  # of brick on brick
+    planes: Iterable[Plane]
+    bodies: Mapping[BodyId, Body]
+
+
+@dataclass(eq=False)
+class Model:
+    """A model with its state, ready to be stepped."""
+
+    model: mujoco.MjModel
+    data: mujoco.MjData
+    free: Mapping[BodyId, int]  # the bodies that move, by their turn in the state
+    owners: tuple[BodyId, ...]  # whose shape each is
+    _touching: dict[BodyId, list[int]] | None = field(default=None, init=False)
+    _bounds: BoundingBoxes | None = field(default=None, init=False)
+
+    def step(self, duration: float, parts: int) -> None:
+        """Let time pass [s], in so many steps."""
+        self.model.opt.timestep = duration / parts
+        for _ in range(parts):
+            mujoco.mj_step(self.model, self.data)
+        self._touching = self._bounds = None
+        if self.data.warning.number.any():
+            raise RuntimeError(f"MuJoCo failed: {_warnings(self.data)}")
+
+    def state(self, name: BodyId) -> BodyState:
+        """Pose and motion of a body that moves."""
+        turn = self.free[name]
+        x, y, z, qw, qx, qy, qz = self.data.qpos[7 * turn : 7 * turn + 7].tolist()
+        vx, vy, vz, a, b, c = self.data.qvel[6 * turn : 6 * turn + 6].tolist()
+        orientation = (qx, qy, qz, qw)
+        # MuJoCo has the velocity of a free body in W, and its turning in body axes.
+        return BodyState(Pose((x, y, z), orientation), (vx, vy, vz), rotate(orientation, (a, b, c)))
+
+    def contacts(self, brick: BodyId) -> list[ContactPoint]:
+        """The contact points of a brick in the last step."""
+        if self._touching is None:
+            self._touching = defaultdict(list)
+            for index, pair in enumerate(self.data.contact.geom.tolist()):
+                for shape in pair:
+                    self._touching[self.owners[shape]].append(index)
+        return [self._contact_point(index) for index in self._touching.get(brick, ())]
+
+    def _contact_point(self, index: int) -> ContactPoint:
+        contact = self.data.contact[index]
+        first, second = (self.owners[shape] for shape in contact.geom.tolist())
+        force = np.zeros(6)
+        mujoco.mj_contactForce(self.model, self.data, index, force)
+        pressing, along, across, *_ = force.tolist()
+        frame = contact.frame.tolist()
+        # The normal goes from the first to the second, and the force is the one on the second.
+        normal, way, other_way = _vector(frame[:3]), _vector(frame[3:6]), _vector(frame[6:])
+        friction_W = add(scale(along, way), scale(across, other_way))
+        on_first = add_scaled(_vector(contact.pos.tolist()), -0.5 * contact.dist, normal)  # `pos` is half-way between
+        return ContactPoint(second, first, on_first, normal, float(contact.dist), pressing, friction_W)
+
+    def bounds(self, planes: int) -> BoundingBoxes:
+        """The boxes around all bricks as they are now; the shapes of planes come first."""
+        if self._bounds is None:
+            mujoco.mj_kinematics(self.model, self.data)  # a step leaves shapes where they were before it
+            count = self.model.ngeom - planes
+            self._bounds = BoundingBoxes.around(
+                self.owners[planes:],
+                self.data.geom_xpos[planes:].copy(),
+                self.data.geom_xmat[planes:].reshape(count, 3, 3),
+                self.model.geom_size[planes:],
+            )
+        return self._bounds
+
+
+def made(scene: Scene) -> Model:
+    """The model of a scene, with every body where it is, and as fast as it is."""
+    spec = mujoco.MjSpec()
+    _set_options(spec, scene)
+    for plane in scene.planes:
+        _add_plane(spec.worldbody, plane, scene.settings)
+    for body in scene.bodies.values():
+        _add_body(spec.worldbody, body, scene)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    free = {name: turn for turn, name in enumerate(n for n, body in scene.bodies.items() if not body.held)}
+    for name, turn in free.items():
+        _set_state(data, turn, scene.bodies[name].state)
+    return Model(model, data, free, tuple(_owners(scene)))
+
+
+def _set_options(spec: mujoco.MjSpec, scene: Scene) -> None:
+    option, settings = spec.option, scene.settings
+    option.timestep = settings.time_step
+    option.gravity = (0.0, 0.0, -scene.gravity)
+    option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    option.solver = mujoco.mjtSolver.mjSOL_NEWTON
+    option.impratio = settings.friction_impedance
+    option.iterations = settings.iterations
+    option.tolerance = settings.tolerance
+    option.disableflags = int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)  # what diverges is to be told, not begun anew
+    option.enableflags = 0  # no sleep
+    spec.memory = ROOM * (LEAST_ROOM + sum(len(body.bricks) for body in scene.bodies.values()))
+
+
+def _add_plane(world: mujoco.MjsBody, plane: Plane, settings: MuJoCoSettings) -> None:
+    world.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        size=(0.0, 0.0, 1.0),  # without end
+        pos=plane.point_W,
+        quat=_as_wxyz(shortest_turn(UP, plane.normal_W)),
+        priority=1,
+        **_contact(settings, plane.friction),
+    )
+
+
+def _add_body(world: mujoco.MjsBody, body: Body, scene: Scene) -> None:
+    added = world.add_body(pos=body.state.pose.position_W, quat=_as_wxyz(body.state.pose.orientation))
+    if not body.held:
+        added.add_freejoint()
+    for brick, place in body.bricks:
+        added.add_geom(
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            size=scale(0.5, brick.size),
+            pos=place.position_W,
+            quat=_as_wxyz(place.orientation),
+            mass=brick.mass,
+            **_contact(scene.settings, scene.friction),
+        )
+
+
+def _contact(settings: MuJoCoSettings, friction: float) -> Mapping[str, object]:
+    """How a shape meets others."""
+    return {
+        "condim": SLIDING,
+        "friction": (friction, 0.0, 0.0),
+        "solref": (settings.contact_time, 1.0),
+        "solimp": (*settings.impedance_range, MIDPOINT, POWER),
+    }
+
+
+def _set_state(data: mujoco.MjData, turn: int, state: BodyState) -> None:
+    x, y, z, w = state.pose.orientation
+    data.qpos[7 * turn : 7 * turn + 7] = (*state.pose.position_W, w, x, y, z)
+    spin = rotate((-x, -y, -z, w), state.angular_velocity_W)
+    data.qvel[6 * turn : 6 * turn + 6] = (*state.velocity_W, *spin)
+
+
+def _owners(scene: Scene) -> Iterator[BodyId]:
+    yield from (plane.id for plane in scene.planes)
+    yield from (brick.id for body in scene.bodies.values() for brick, _ in body.bricks)
+
+
+def _as_wxyz(orientation: Quaternion) -> Quaternion:
+    x, y, z, w = orientation
+    return (w, x, y, z)
+
+
+def _vector(parts: Iterable[float]) -> Vec3:
+    x, y, z = parts
+    return (x, y, z)
+
+
+def _warnings(data: mujoco.MjData) -> str:
+    kinds = mujoco.mjtWarning.__members__.items()
+    return ", ".join(name for name, kind in kinds if name != "mjNWARNING" and data.warning[int(kind)].number)

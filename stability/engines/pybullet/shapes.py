@@ -1,0 +1,93 @@
+"""The collision shapes of a world: boxes, and boxes with rounded edges. Lengths in engine metres.
+
+PyBullet gives two boxes that touch along an edge the normal of a face, and planks that lean on each other then need
+twice the friction that they should. The convex hull of eight corners does not suffer from this: they stand a small
+radius inside the box, and the collision margin of that radius makes the outer size exact (docs/decisions/0012).
+"""
+
+import os
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from itertools import product
+from tempfile import NamedTemporaryFile
+
+from stability.engines.pybullet.pybullet_binding import pybullet
+from stability.geometry.boxes import box_corners
+from stability.model import Pose, Vec3
+
+# [engine m] What PyBullet gives the parts of a file as collision margin. It must stay: the tree of the parts' bounds is
+# made with it, and parts whose margin grows later are not noticed before they have sunk into what they touch.
+PART_MARGIN = 1e-3
+
+
+@dataclass
+class Solids:
+    """The shapes that bodies of one client have in common."""
+
+    client: int
+    _half_space: int | None = field(default=None, init=False)
+    _boxes: dict[Vec3, int] = field(default_factory=dict, init=False)
+    _hulls: dict[tuple[Vec3, float], int] = field(default_factory=dict, init=False)
+
+    def box(self, half_extents: Vec3) -> int:
+        """The number of a box."""
+        if half_extents not in self._boxes:
+            self._boxes[half_extents] = pybullet.createCollisionShape(
+                pybullet.GEOM_BOX, halfExtents=half_extents, physicsClientId=self.client
+            )
+        return self._boxes[half_extents]
+
+    def half_space(self) -> int:
+        """The number of the half-space below the origin."""
+        if self._half_space is None:
+            self._half_space = int(
+                pybullet.createCollisionShape(
+                    pybullet.GEOM_PLANE, planeNormal=(0.0, 0.0, 1.0), physicsClientId=self.client
+                )
+            )
+        return self._half_space
+
+    def rounded_box(self, half_extents: Vec3, radius: float) -> int:
+        """The number of a box with rounded edges; its body must be given the radius as collision margin."""
+        if (half_extents, radius) not in self._hulls:
+            corners = [
+                [side * (half - radius) for side, half in zip(sides, half_extents, strict=True)]
+                for sides in product((-1.0, 1.0), repeat=3)
+            ]
+            self._hulls[half_extents, radius] = pybullet.createCollisionShape(
+                pybullet.GEOM_MESH, vertices=corners, physicsClientId=self.client
+            )
+        return self._hulls[half_extents, radius]
+
+    def rounded_boxes(self, boxes: Iterable[tuple[Vec3, Pose]]) -> int:
+        """The number of several rounded boxes in one shape, by their full lengths and their poses in it.
+
+        PyBullet takes no more than 16 parts in a call, and drops the others without a word; from a file it takes any
+        number of convex parts.
+        """
+        with NamedTemporaryFile("w", suffix=".obj", encoding="ascii", delete=False) as file:
+            file.writelines(_obj(boxes))
+        try:
+            return int(
+                pybullet.createCollisionShape(pybullet.GEOM_MESH, fileName=file.name, physicsClientId=self.client)
+            )
+        finally:
+            os.unlink(file.name)
+
+
+# Corners of a box, in the order of `box_corners`; PyBullet needs only that some face names each of them.
+FACES = ((1, 2, 4, 3), (5, 6, 8, 7))
+
+
+def _obj(boxes: Iterable[tuple[Vec3, Pose]]) -> Iterable[str]:
+    """The lines of a Wavefront file with the hulls of boxes with rounded edges."""
+    for part, (size, pose) in enumerate(boxes):
+        a, b, c = size
+        inner = (a - 2.0 * PART_MARGIN, b - 2.0 * PART_MARGIN, c - 2.0 * PART_MARGIN)
+        yield f"o {part}\n"
+        yield from (f"v {x!r} {y!r} {z!r}\n" for x, y, z in box_corners(inner, pose))
+        yield from (_face(8 * part, corners) for corners in FACES)
+
+
+def _face(offset: int, corners: Sequence[int]) -> str:
+    return f"f {' '.join(str(offset + corner) for corner in corners)}\n"

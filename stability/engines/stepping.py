@@ -1,0 +1,59 @@
+"""How finely an engine must step, from what is awake: what a scene does not need is not paid for.
+
+Model: an iterative contact solver lets a light brick under a heavy one give way in proportion to their ratio of masses
+and to the square of the step; a body that is inside another when the engine first sees them is pushed out of it, and
+flies off; contacts that last from step to step are solved from where they were left, those of an impact from nothing.
+"""
+
+from dataclasses import dataclass
+from math import ceil, sqrt
+
+from stability.engines.settings import EngineSettings
+
+
+@dataclass(frozen=True, slots=True)
+class Awake:
+    """What is known of the bodies that move, or may."""
+
+    fastest: float = 0.0  # [m/s] no body will be faster before the next look
+    mass_ratio: float = 1.0  # of the heaviest to the lightest
+    begins: bool = False  # whether bodies that did not press on each other begin to
+
+
+@dataclass(frozen=True, slots=True)
+class Stepping:
+    """How one time step is taken."""
+
+    parts: int  # engine steps in it
+    iterations: int  # of the contact solver in each
+    lively: bool  # whether something may hit something
+
+
+def stepping(settings: EngineSettings, awake: Awake) -> Stepping:
+    """How to step what is awake with these settings."""
+    lively = settings.lively_speed is not None and awake.fastest > settings.lively_speed
+    parts = (
+        _for_travel(settings, awake.fastest),
+        _for_masses(settings, awake.mass_ratio),
+        settings.first_parts if awake.begins else 1,
+        settings.lively_parts if lively else 1,
+    )
+    return Stepping(
+        max(parts),
+        settings.lively_iterations if lively else settings.iterations,
+        lively,
+    )
+
+
+def _for_travel(settings: EngineSettings, fastest: float) -> int:
+    """Into how many parts, so that no body passes through another in one."""
+    if settings.most_travel is None:
+        return 1
+    return max(1, ceil(fastest * settings.time_step / settings.most_travel))
+
+
+def _for_masses(settings: EngineSettings, ratio: float) -> int:
+    """Into how many parts, so that a light brick stays firm under a heavy one."""
+    if settings.most_mass_ratio is None:
+        return 1
+    return max(1, min(settings.most_parts, ceil(sqrt(ratio / settings.most_mass_ratio))))

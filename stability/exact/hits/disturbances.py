@@ -1,0 +1,87 @@
+"""What moves disturbs what is frozen: by hitting it, or by pressing harder than the proof says that it can take."""
+
+from collections.abc import Collection, Container, Iterable, Mapping
+from dataclasses import dataclass, field
+
+from stability.engines.protocol import Engine
+from stability.exact.hits.overload import Overloads
+from stability.model import BodyId, BodyState, Vec3
+from stability.statics.assembly import Assembly
+from stability.watching.approach import Approaches, Hit
+from stability.watching.freezing import RestLimits
+
+NO_LINE: Vec3 = (0.0, 0.0, 0.0)  # the direction of what is pressed, not hit
+# Shares of the hold-off, a tenth of a second for planks, and of the speed at rest.
+HORIZON = 0.05
+AHEAD = 0.1  # contacts of what is woken start without force, and have found it by then
+PERIOD = 0.02
+PRESSES = 0.1  # before, forces that have just begun say little
+HITS = 4.0  # a plank that is hit at 20 mm/s and slides on wood moves by 0.05 mm
+
+
+@dataclass(frozen=True, slots=True)
+class Disturbed:
+    """Frozen bricks that have to be woken, each with the direction of the hit [unit, W]."""
+
+    struck: Mapping[BodyId, Vec3]
+    reason: str
+
+
+@dataclass
+class Disturbances:
+    """Looks out for what disturbs the frozen bricks of one engine."""
+
+    engine: Engine
+    rest: RestLimits
+    gravity: float  # [m/s2]
+    _approaches: Approaches = field(init=False)
+    _overloads: Overloads = field(init=False)
+    _looked: float = field(default=0.0, init=False)  # when loads were last looked at [s]
+
+    def __post_init__(self) -> None:
+        self._approaches = Approaches(
+            self.engine,
+            HORIZON * self.rest.hold_off,
+            HITS * self.rest.speed,
+            AHEAD * self.rest.hold_off,
+            self.gravity,
+        )
+        self._overloads = Overloads(self.engine, PRESSES * self.rest.hold_off)
+
+    def least_speed(self) -> float:
+        """A brick that is hit more slowly, or pushed to less, stays where it is [m/s]."""
+        return HITS * self.rest.speed
+
+    def hits(self, states: Mapping[BodyId, BodyState], still: Container[BodyId]) -> list[Hit]:
+        """Who is about to hit which of the bricks `still`."""
+        return self._approaches.hits(states, still)
+
+    def overloaded(self, assembly: Assembly, moving: Collection[BodyId]) -> Disturbed | None:
+        """The frozen bricks that are pressed away, if any are."""
+        step = self.engine.time() - self._looked
+        if step < PERIOD * self.rest.hold_off or not assembly.bricks or not moving:
+            return None
+        self._looked = self.engine.time()
+        found = self._overloads.found(assembly, moving, min(step, 2.0 * PERIOD * self.rest.hold_off))
+        return Disturbed(dict.fromkeys(found, NO_LINE), f"{', '.join(found)} pressed away") if found else None
+
+    def froze(self, bricks: Iterable[BodyId]) -> None:
+        """These bricks are frozen now."""
+        for brick in bricks:
+            self._approaches.forget(brick)
+        self._overloads.forget()
+
+    def forget(self, brick: BodyId) -> None:
+        """A brick is gone; its name is free again."""
+        self._approaches.forget(brick)
+        self._overloads.forget()
+
+    def woke(self) -> None:
+        """Frozen bricks were woken."""
+        self._overloads.forget()
+
+
+def in_words(hits: Iterable[Hit]) -> str:
+    """Who hits what, and how fast."""
+    told = sorted({(hit.brick, hit.by): hit.speed for hit in hits}.items())
+    return ", ".join(f"{brick} hit by {by} at {speed:.3g} m/s" for (brick, by), speed in told)

@@ -1,0 +1,173 @@
+"""Which frozen bricks are pressed by what moves beyond what the proof says that they can take.
+
+Straight down a brick takes any load inside its load core (statics/load_core.py); of others, and of those that sideways
+forces take out of it on their way to the foot of the brick, statics are asked.
+Sideways it gives way when friction below and above it is used up: with an impulse J beyond the friction F that holds
+it, and its mass M, it has moved by J^2 / (2 M F). A moment's excess is what every solver has, so both must last.
+"""
+
+from collections import defaultdict
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass, field
+from math import hypot
+
+from stability.engines.protocol import Engine
+from stability.geometry.boxes import box_corners
+from stability.geometry.plan import Point2
+from stability.geometry.vectors import add, add_scaled, cross, scale, subtract
+from stability.model import BodyId, ContactPoint, Vec3
+from stability.statics.assembly import Assembly
+from stability.statics.extra_load import withstands
+from stability.statics.facts import Placed, Wrench
+
+MOVED = 0.0064  # share of the smallest side, 0.05 mm for a plank: it has given way when it would have moved so far
+OUTSIDE = 0.04  # share of the smallest side by which a load must lie outside the core
+COUNTS = 0.05  # share of its weight from which on a load may tip a brick
+NO_FORCE: Vec3 = (0.0, 0.0, 0.0)
+
+
+@dataclass
+class Overloads:
+    """Sums up what moving bricks do to the frozen ones that they touch."""
+
+    engine: Engine
+    tips_after: float  # [s] of a load outside the core
+    _excess: dict[BodyId, float] = field(default_factory=dict, init=False)  # impulse beyond friction [N s]
+    _outside: dict[BodyId, "_Load"] = field(default_factory=dict, init=False)  # loads outside the core
+    _holding: dict[BodyId, float] = field(
+        default_factory=dict, init=False
+    )  # normal forces that hold it by friction [N]
+
+    def found(self, assembly: Assembly, moving: Iterable[BodyId], step: float) -> list[BodyId]:
+        """The frozen bricks of an assembly that give way, after one more step of the engine [s]."""
+        pressing = self._pressing(assembly, sorted(moving))
+        return [brick for brick in sorted(pressing) if self._gives_way(assembly, brick, pressing[brick], step)]
+
+    def _pressing(self, assembly: Assembly, moving: Sequence[BodyId]) -> dict[BodyId, list[ContactPoint]]:
+        """The contact points of frozen bricks with those that move. Of two that are frozen, engines tell old forces."""
+        found: dict[BodyId, list[ContactPoint]] = defaultdict(list)
+        frozen, presses = assembly.bricks.keys(), set(moving)
+        for brick in min(frozen, moving, key=len):
+            for point in self.engine.contacts(brick):
+                pressed, by = (point.a, point.b) if point.a in frozen else (point.b, point.a)
+                if pressed in frozen and by in presses:
+                    found[pressed].append(point)
+        return found
+
+    def forget(self) -> None:
+        """What is frozen has changed."""
+        self._excess.clear()
+        self._outside.clear()
+        self._holding.clear()
+
+    def _gives_way(self, assembly: Assembly, brick: BodyId, points: Collection[ContactPoint], step: float) -> bool:
+        forces = [(point, _force_on(brick, point)) for point in points]
+        return self._slides(assembly, brick, forces, step) or self._tips(assembly, brick, forces, step)
+
+    def _slides(
+        self, assembly: Assembly, brick: BodyId, forces: Collection[tuple[ContactPoint, Vec3]], step: float
+    ) -> bool:
+        placed = assembly.bricks[brick].brick
+        x, y, z = NO_FORCE
+        for _, force in forces:
+            x, y, z = add((x, y, z), force)
+        if brick not in self._holding:
+            self._holding[brick] = _held_by(assembly, brick)
+        friction = assembly.friction * (self._holding[brick] + max(0.0, -z))
+        excess = max(0.0, self._excess.get(brick, 0.0) + (hypot(x, y) - friction) * step)
+        self._excess[brick] = excess
+        return excess * excess > 2.0 * placed.mass * friction * MOVED * min(placed.size)
+
+    def _tips(
+        self, assembly: Assembly, brick: BodyId, forces: Collection[tuple[ContactPoint, Vec3]], step: float
+    ) -> bool:
+        """Whether a load outside the core has been there for a while, and is more than statics allow."""
+        placed = assembly.bricks[brick]
+        load = _wrench(placed.pose.position_W, forces)
+        down, counts = -load.force_W[2], COUNTS * placed.brick.mass * assembly.gravity
+        if (
+            _within_core(assembly, placed, forces, down)
+            if down >= counts
+            else _hardly_tips(assembly, placed, forces, counts)
+        ):
+            self._outside.pop(brick, None)
+            return False
+        seen = self._outside.setdefault(brick, _Load())
+        seen.add(load, step)
+        if seen.span <= self.tips_after:
+            return False
+        del self._outside[brick]
+        return not withstands(assembly, {brick: seen.mean()})
+
+
+@dataclass
+class _Load:
+    """A load over a while."""
+
+    span: float = 0.0  # [s]
+    force_W: Vec3 = NO_FORCE  # summed over time [N s]
+    torque_W: Vec3 = NO_FORCE  # [N m s]
+
+    def add(self, load: Wrench, step: float) -> None:
+        self.span += step
+        self.force_W = add_scaled(self.force_W, step, load.force_W)
+        self.torque_W = add_scaled(self.torque_W, step, load.torque_W)
+
+    def mean(self) -> Wrench:
+        return Wrench(scale(1.0 / self.span, self.force_W), scale(1.0 / self.span, self.torque_W))
+
+
+def _wrench(centre_W: Vec3, forces: Collection[tuple[ContactPoint, Vec3]]) -> Wrench:
+    force, torque = NO_FORCE, NO_FORCE
+    for point, part in forces:
+        force = add(force, part)
+        torque = add(torque, cross(subtract(point.position_W, centre_W), part))
+    return Wrench(force, torque)
+
+
+def _within_core(
+    assembly: Assembly, placed: Placed, forces: Collection[tuple[ContactPoint, Vec3]], down: float
+) -> bool:
+    """Whether the load goes through the core of the brick, where it gets to its foot."""
+    x, y = _tipping(assembly, placed, forces)
+    x += sum(-force[2] * point.position_W[0] for point, force in forces)
+    y += sum(-force[2] * point.position_W[1] for point, force in forces)
+    return assembly.core_depth(placed.brick.id, (x / down, y / down)) >= -OUTSIDE * min(placed.brick.size)
+
+
+def _hardly_tips(
+    assembly: Assembly, placed: Placed, forces: Collection[tuple[ContactPoint, Vec3]], counts: float
+) -> bool:
+    """Whether what pushes sideways, and not down, would tip the brick by no more than a force that does not count."""
+    return hypot(*_tipping(assembly, placed, forces)) <= counts * min(placed.brick.size)
+
+
+def _tipping(assembly: Assembly, placed: Placed, forces: Collection[tuple[ContactPoint, Vec3]]) -> Point2:
+    """What sideways forces do to a brick by their height above its foot, along x and y [N m].
+
+    Nothing where it is so low that it slides before it tips, as a plank does that lies flat.
+    """
+    corners = box_corners(placed.brick.size, placed.pose)
+    (low_x, high_x), (low_y, high_y), (foot, top) = ((min(axis), max(axis)) for axis in zip(*corners, strict=True))
+    if assembly.friction * (top - foot) <= 0.5 * min(high_x - low_x, high_y - low_y):
+        return (0.0, 0.0)
+    heights = [(force, point.position_W[2] - foot) for point, force in forces]
+    return (sum(force[0] * height for force, height in heights), sum(force[1] * height for force, height in heights))
+
+
+def _force_on(brick: BodyId, point: ContactPoint) -> Vec3:
+    """The force of a contact on one of its two bodies [N]."""
+    on_a = add_scaled(point.friction_W, point.normal_force, point.normal_BA_W)
+    return on_a if point.a == brick else (-on_a[0], -on_a[1], -on_a[2])
+
+
+def _held_by(assembly: Assembly, brick: BodyId) -> float:
+    """The normal forces below and above a brick, without what moves: 2 N + w, N what it carries, w its weight [N]."""
+    above = assembly.with_all_above([brick])
+    shares = assembly.all_shares(above)
+    loads = {name: assembly.bricks[name].brick.mass * assembly.gravity for name in above}
+    for name in sorted(above - {brick}, key=lambda name: (-assembly.bricks[name].pose.position_W[2], name)):
+        for lower, share in shares[name].items():
+            if lower in loads and share == share:  # noqa: PLR0124 -- not where nothing says which share
+                loads[lower] += share * loads[name]
+    return 2.0 * loads[brick] - assembly.bricks[brick].brick.mass * assembly.gravity

@@ -1,0 +1,84 @@
+"""What a hit disturbs: which bricks are to move one by one, and which ride along on them.
+
+The bricks that are struck move, with those that stand in line behind them, as good as side by side, and all that touch
+these. What these carry presses on them with its weight, so it cannot stay frozen; but as long as it does not change its
+shape it moves as one rigid body, true to its mass and inertia. All else stays frozen until it is reached itself.
+
+A rigid body bridges what gives way below a part of it, where bricks would sag. So in a wall nothing rides: a group must
+lie on what carries it with each of its lowest bricks alike, as a level of a tower does.
+"""
+
+from collections import defaultdict
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+
+from stability.exact.hits.rigid_groups import FEWEST
+from stability.geometry.separation import boxes_apart
+from stability.geometry.vectors import dot
+from stability.graph import components, reached
+from stability.model import BodyId, Vec3
+from stability.statics.assembly import Assembly
+from stability.statics.facts import Contact
+
+IN_LINE = 0.7  # cosine between a hit and the normal of a contact through which it goes on as it is
+# Share of the smallest side, a millimetre for a plank: a brick that is hit closes such a gap within the very step.
+BEHIND = 0.125
+SIDEWAYS = 0.5  # vertical part of a normal up to which bricks stand side by side
+LEVEL = 1.0 - 1e-6  # vertical part of a normal from which on what lies on a contact may ride
+
+
+@dataclass(frozen=True, slots=True)
+class Region:
+    """Bricks by name."""
+
+    one_by_one: tuple[BodyId, ...]
+    riding: tuple[tuple[BodyId, ...], ...]  # each group one rigid body
+
+
+def region(assembly: Assembly, struck: Mapping[BodyId, Vec3], ride: bool) -> Region:
+    """What moves when bricks of an assembly are struck, each along a direction [unit, W]; `ride` if any may do so."""
+    lined: set[BodyId] = set()
+    for brick, along_W in struck.items():
+        lined |= reached([brick], lambda name, along_W=along_W: _behind(assembly, name, along_W))  # type: ignore[misc]
+    core = lined | {other for brick in lined for other in touching(assembly, brick)}
+    above = assembly.with_all_above(core) - core
+    between = above & assembly.with_all_below(core)  # they carry part of the core, so they do not keep their place
+    riding = [
+        group
+        for group in components(above - between, lambda name: touching(assembly, name))
+        if ride and _may_ride(assembly, group)
+    ]
+    one_by_one = (core | above).difference(*riding)
+    return Region(tuple(sorted(one_by_one)), tuple(tuple(sorted(group)) for group in riding))
+
+
+def _behind(assembly: Assembly, brick: BodyId, along_W: Vec3) -> list[BodyId]:
+    """The bricks that stand beside a brick in line with a hit."""
+    own = assembly.bricks[brick]
+    within, found = BEHIND * min(own.brick.size), []
+    for name in assembly.around(brick, within):
+        other = assembly.bricks[name]
+        apart = boxes_apart(own.brick.size, own.pose, other.brick.size, other.pose)
+        sideways = abs(apart.normal_BA_W[2]) < SIDEWAYS and abs(dot(apart.normal_BA_W, along_W)) > IN_LINE
+        if sideways and apart.gap <= within:
+            found.append(name)
+    return found
+
+
+def touching(assembly: Assembly, brick: BodyId) -> dict[BodyId, Contact]:
+    """The other bricks that touch a brick."""
+    found = {c.lower if c.upper == brick else c.upper: c for c in assembly.contacts(brick)}
+    return {other: contact for other, contact in found.items() if other in assembly.bricks}
+
+
+def _may_ride(assembly: Assembly, group: Collection[BodyId]) -> bool:
+    """Whether a group is worth joining and lies flat on what carries it, each of its lowest bricks on all of that."""
+    supports: dict[BodyId, set[BodyId]] = defaultdict(set)
+    for brick in group:
+        for contact in assembly.contacts(brick):
+            other = contact.lower if contact.upper == brick else contact.upper
+            if other not in group:
+                supports[brick].add(other)
+                if any(abs(n[2]) < LEVEL for n in contact.normals_W):
+                    return False
+    return len(group) >= FEWEST and len({frozenset(others) for others in supports.values()}) <= 1

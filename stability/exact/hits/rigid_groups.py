@@ -1,0 +1,96 @@
+"""Bricks that ride along: joined into one rigid body as long as it hardly moves, and looked at through one of them."""
+
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from math import dist
+
+from stability.engines.protocol import Joining
+from stability.geometry.rotations import turn_between
+from stability.graph import components
+from stability.model import BodyId, BodyState, Pose
+
+MOVED = 0.25  # share of the smallest side, 2 mm for a plank: further than that, a group is taken apart
+FEWEST = 3  # bricks for which a rigid body is worth its making
+TURNED = 0.0175  # [rad], 1 deg
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Bricks that ride as one."""
+
+    starts: Mapping[BodyId, Pose]  # where they stood, from the lowest on
+    touching: Mapping[BodyId, Collection[BodyId]]  # who touched whom there
+    furthest: float  # that it may move [m]
+
+    @property
+    def first(self) -> BodyId:
+        """The brick through which it is looked at."""
+        return next(iter(self.starts))
+
+
+@dataclass
+class RigidGroups:
+    """The joined bricks of one engine, in groups, each followed by its first brick."""
+
+    joiner: Joining | None  # None if nothing ever rides
+    _groups: dict[BodyId, Group] = field(default_factory=dict, init=False)  # by the first of its members
+    _first: dict[BodyId, BodyId] = field(default_factory=dict, init=False)  # of the group of each rider
+
+    def __contains__(self, brick: object) -> bool:
+        return brick in self._first
+
+    @property
+    def bricks(self) -> frozenset[BodyId]:
+        """All that ride."""
+        return frozenset(self._first)
+
+    def join(self, starts: Mapping[BodyId, Pose], touching: Mapping[BodyId, Collection[BodyId]], side: float) -> None:
+        """Let bricks ride as one, from where they stand; `side` is their smallest [m]."""
+        lowest = sorted(starts, key=lambda brick: (starts[brick].position_W[2], brick))
+        self._form(Group({brick: starts[brick] for brick in lowest}, touching, MOVED * side))
+
+    def _form(self, group: Group) -> None:
+        if self.joiner is None:
+            raise TypeError("this engine joins no bricks")
+        self.joiner.join(tuple(group.starts))
+        self._groups[group.first] = group
+        self._first |= dict.fromkeys(group.starts, group.first)
+
+    def release(self, brick: BodyId) -> None:
+        """Let a brick, and those that touch it, move one by one; what else rode with it rides on, in parts."""
+        group = self._groups[self._first[brick]]
+        self.part(brick)
+        left = {name for name in group.starts if name != brick and name not in group.touching[brick]}
+        for part in components(left, lambda name: group.touching[name]):
+            if len(part) >= FEWEST:
+                self._form(replace(group, starts={name: pose for name, pose in group.starts.items() if name in part}))
+
+    def part(self, brick: BodyId) -> tuple[BodyId, ...]:
+        """Take apart the group of a brick; these are its bricks."""
+        if self.joiner is not None:
+            self.joiner.part(brick)
+        return self.parted(brick)
+
+    def parted(self, brick: BodyId) -> tuple[BodyId, ...]:
+        """The engine has taken apart the group of a brick; these are its bricks."""
+        group = self._groups.pop(self._first[brick])
+        for member in group.starts:
+            del self._first[member]
+        return tuple(group.starts)
+
+    def followed(self, awake: Iterable[BodyId]) -> list[BodyId]:
+        """The bricks to look at: those that move one by one, and the first of each group."""
+        return sorted(brick for brick in awake if self._first.get(brick, brick) == brick)
+
+    def members(self, first: BodyId) -> tuple[BodyId, ...]:
+        """The bricks that one that is followed stands for."""
+        return tuple(self._groups[first].starts) if first in self._groups else (first,)
+
+    def moved_too_far(self, states: Mapping[BodyId, BodyState]) -> list[BodyId]:
+        """The first bricks of the groups that have moved too far to be taken for rigid."""
+        return [
+            first
+            for first, group in self._groups.items()
+            if dist(states[first].pose.position_W, group.starts[first].position_W) > group.furthest
+            or turn_between(group.starts[first], states[first].pose) > TURNED
+        ]

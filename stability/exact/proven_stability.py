@@ -1,0 +1,290 @@
+"""The extension whose verdicts are proven: freezes what exact statics shows to stand, wakes what it shows to move.
+
+All frozen bricks are one assembly, and the verdict on it is STABLE. Bricks that come to rest are put to the proof
+together. What the verdict says moves, or cannot decide on, is left to the engine, and the rest is asked again, so that
+what still stands stays frozen with a proof of its own. Assumes gravity along -z and no other forces on bricks at rest.
+
+Statics knows boxes, fixed or not, and half-spaces. What touches anything else stays with the engine.
+"""
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from stability.engines.protocol import Engine, Joining
+from stability.exact.awake_bricks import AwakeBricks
+from stability.exact.candidates import clear_of_strangers, fixed_bodies
+from stability.exact.hits.disturbances import Disturbances, Disturbed, in_words
+from stability.exact.hits.region import region, touching
+from stability.exact.hits.rigid_groups import RigidGroups
+from stability.exact.outside_changes import Site, changed
+from stability.exact.release import Judgement, release_until_stable
+from stability.geometry.vectors import norm, scale
+from stability.model import EARTH, BodyId, BodyState, Plane, Pose, Vec3
+from stability.statics.assembly import Assembly
+from stability.statics.facts import Placed, Stability, Verdict
+from stability.watching.extension import Update
+from stability.watching.freezing import RestLimits
+from stability.watching.held_bodies import HeldBodies
+
+
+@dataclass
+class ProvenStability:
+    """Watches the bricks of one engine. Call `update` after each of its steps."""
+
+    engine: Engine
+    # The fixed bodies; None for the half-spaces and boxes among those of the engine.
+    planes: Sequence[Plane] | None = None
+    # Coulomb coefficient of brick on brick, and on the engine's half-spaces. If bodies differ, give the least: what
+    # stands with less friction stands with more.
+    friction: float = 0.5
+    gravity: float = EARTH  # [m/s2]
+    rest: RestLimits = field(default_factory=RestLimits)
+    # Look at every frozen brick each time, and judge again what somebody else has changed. Without it, cheaper.
+    guard: bool = True
+    # What lets bricks ride along as one rigid body; None if the engine cannot, and all bricks move one by one.
+    joiner: Joining | None = None
+    assembly: Assembly = field(init=False)
+    _awake: AwakeBricks = field(init=False)
+    _when_changed: Verdict | None = field(default=None, init=False)  # when bricks were last set down or taken out
+    _held: HeldBodies = field(init=False)
+    _rigid_groups: RigidGroups = field(init=False)
+    _disturbances: Disturbances = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._held = HeldBodies(self.engine)
+        self._rigid_groups = RigidGroups(self.joiner)
+        self._awake = AwakeBricks(self.engine, self.rest, self._rigid_groups)
+        self._disturbances = Disturbances(self.engine, self.rest, self.gravity)
+        self.assembly = Assembly(self.planes or (), self.friction, self.gravity)
+
+    def awake(self) -> list[BodyId]:
+        """The bricks that the engine moves, by name."""
+        self._notice_new()
+        return sorted(self._awake.names)
+
+    def riding(self) -> Collection[BodyId]:
+        """Those of the awake bricks that move as rigid bodies on others, not one by one."""
+        return self._rigid_groups.bricks
+
+    def is_frozen(self, brick: BodyId) -> bool:
+        """Whether a brick is held fixed, with a proof."""
+        return brick in self.assembly.bricks
+
+    def set_down(self, bricks: Iterable[BodyId]) -> None:
+        """Say that these bricks were set down at rest: they may be judged at once, before any step."""
+        self._awake.set_down(bricks)
+
+    def taken_out(self, bricks: Iterable[BodyId]) -> Update:
+        """Say that these bricks were taken out of the engine: what cannot stand without them is woken at once."""
+        gone = sorted(bricks)
+        frozen = [brick for brick in gone if self.is_frozen(brick)]
+        for brick in gone:
+            self._forget(brick)
+            self._awake.taken_out(brick)
+        self._awake.ask_again()
+        judgement = release_until_stable(self.assembly, self.assembly.remove(frozen))
+        if frozen or not self._awake.names:  # else nothing was asked that was not proven before
+            self._when_changed = judgement.first
+        woken = self._give_back(judgement.released)
+        return Update((), woken, judgement.lowest, judgement.first.reason if woken else "")
+
+    def update(self) -> Update:
+        """Judge what somebody else has changed, and what has come to rest."""
+        lost = self._answer_changes() if self.guard else Update()
+        self._notice_new()
+        states = self._awake.follow()
+        lost = lost.then(self._answer_disturbances(states))
+        coming = self._clear(self._awake.at_rest(states))
+        announced = self._awake.no_longer_new()
+        if not coming:
+            return lost
+        self.assembly.names_smallest = bool(announced)  # of a heap nobody asks what could fall alone
+        judgement = self._judged(coming)
+        self.assembly.names_smallest = True
+        if announced:
+            self._when_changed = judgement.first
+        found = self._carry_out(judgement, [placed.brick.id for placed in coming], announced)
+        return lost.then(found)
+
+    def _judged(self, coming: Sequence[Placed]) -> Judgement:
+        """Put bricks to the proof, those that were disturbed and hardly moved where they had been, if that holds."""
+        settled = self._awake.rest_poses.put_back(coming)
+        verdict = self.assembly.add_all(settled)
+        back = [placed for placed, was in zip(settled, coming, strict=True) if placed is not was]
+        if back and verdict.stability is not Stability.STABLE:
+            self.assembly.remove([placed.brick.id for placed in coming])
+            back, verdict = [], self.assembly.add_all(coming)
+        judgement = release_until_stable(self.assembly, verdict)
+        for placed in back:
+            self.engine.freeze(placed.brick.id)
+            self.engine.put_at(placed.brick.id, placed.pose)
+        return judgement
+
+    def struck(self, brick: BodyId, impulse_W: Vec3) -> Update:
+        """Say that a brick is about to be given an impulse [N s]: what that disturbs is woken before."""
+        if brick in self._rigid_groups:
+            self._rigid_groups.part(brick)  # a push moves one brick of a group, however gently
+        speed = norm(impulse_W) / self.engine.masses()[brick]
+        if speed < self._disturbances.least_speed() or not self.is_frozen(brick):
+            return Update()
+        along_W = scale(1.0 / norm(impulse_W), impulse_W)
+        return self._wake_struck(Disturbed({brick: along_W}, f"{brick} pushed to {speed:.3g} m/s"))
+
+    def wake(self, bricks: Iterable[BodyId]) -> tuple[BodyId, ...]:
+        """Give these bricks back to the engine, and all that cannot stand without them; returns those woken."""
+        bricks = [bricks] if isinstance(bricks, str) else list(bricks)
+        unknown = [brick for brick in bricks if brick not in self.engine.masses()]
+        if unknown:
+            raise LookupError(f"the engine has no brick '{unknown[0]}'")
+        asked = {brick: self.assembly.bricks[brick].pose for brick in sorted(bricks) if self.is_frozen(brick)}
+        if not asked:
+            return ()
+        self._awake.ask_again()
+        judgement = release_until_stable(self.assembly, self.assembly.remove(asked))
+        return self._give_back({**asked, **judgement.released})
+
+    def shares(self, bricks: Collection[BodyId] | None = None) -> Mapping[BodyId, Mapping[BodyId, float]]:
+        """Which part of its load goes to each body that it rests on, for every frozen brick, or those of some."""
+        asked = None if bricks is None else [brick for brick in bricks if self.is_frozen(brick)]
+        return self.assembly.all_shares(asked)
+
+    def least_margin(self) -> float | None:
+        """None: a margin of the whole is a program of its own, solved where somebody asks for it."""
+        return None
+
+    def verdict(self) -> Verdict | None:
+        """What was proven of the structure when bricks were last set down or taken out."""
+        return self._when_changed
+
+    # --- what is put to the proof -------------------------------------------------------------------------------------
+
+    def _notice_new(self) -> None:
+        bricks = self.engine.masses()
+        # Whoever shares the world with nobody may count: all else has been announced.
+        if self.guard or len(bricks) != len(self._awake.names) + len(self.assembly.bricks):
+            self._awake.names = bricks.keys() - self.assembly.bricks.keys()
+
+    def _clear(self, resting: Mapping[BodyId, Placed]) -> list[Placed]:
+        """Those of the resting bricks that touch nothing of which statics is silent."""
+        if not resting:
+            return []
+        if self.planes is not None and len(resting) == len(self._awake.names):
+            return list(resting.values())
+        tables = (table.brick.id for table in self.assembly.tables)
+        known = {*self.assembly.bricks, *tables, *(plane.id for plane in self.assembly.planes)}
+        clear = clear_of_strangers(self.engine, resting, known, self.engine.states(sorted(self._awake.names)))
+        if not clear:
+            self._awake.wait()
+        return clear
+
+    # --- what follows from a verdict ----------------------------------------------------------------------------------
+
+    def _carry_out(self, judgement: Judgement, coming: Sequence[BodyId], announced: set[BodyId]) -> Update:
+        frozen = tuple(brick for brick in coming if brick not in judgement.released)
+        for brick in frozen:
+            self._freeze(brick)
+        refused = {brick: judgement.released[brick] for brick in coming if brick in judgement.released}
+        if frozen or len(judgement.released) > len(refused):
+            self._awake.ask_again()
+        self._awake.refuse(refused)
+        fallen = {brick: pose for brick, pose in judgement.released.items() if brick not in refused}
+        woken = self._give_back(fallen) + tuple(brick for brick in refused if brick in announced)
+        proof = judgement.last.stage.value if frozen and judgement.last.stage is not None else ""
+        return Update(
+            frozen,
+            tuple(sorted(woken)),
+            judgement.lowest if woken else (),
+            judgement.first.reason if woken else "",
+            proof,
+        )
+
+    def _answer_disturbances(self, states: Mapping[BodyId, BodyState]) -> Update:
+        """Wake what is about to be hit, or is pressed away; take apart what rides and is hit, or has moved too far."""
+        if not states or not (self.assembly.bricks or self._rigid_groups.bricks):
+            return Update()
+        for first in self._rigid_groups.moved_too_far(states):
+            self._rigid_groups.part(first)
+        found = Update()
+        if hits := self._disturbances.hits(states, {*self.assembly.bricks, *self._rigid_groups.bricks}):
+            found = self._wake_struck(Disturbed({hit.brick: hit.normal_W for hit in hits}, in_words(hits)))
+        stepped = self._awake.names - self._awake.announced
+        pressing = stepped - self._rigid_groups.bricks
+        if pressed := self._disturbances.overloaded(self.assembly, pressing):
+            found = found.then(self._wake_struck(pressed))
+        return found
+
+    def _wake_struck(self, disturbed: Disturbed) -> Update:
+        """Wake what a disturbance reaches, as a region in which some ride along."""
+        for brick in disturbed.struck:
+            if brick in self._rigid_groups:
+                self._rigid_groups.release(brick)
+        struck = {brick: along_W for brick, along_W in disturbed.struck.items() if self.is_frozen(brick)}
+        if not struck:
+            return Update()
+        reached = region(self.assembly, struck, ride=self.joiner is not None)
+        riding = {brick for group in reached.riding for brick in group}
+        placed = {brick: self.assembly.bricks[brick] for brick in (*reached.one_by_one, *sorted(riding))}
+        touched = {brick: sorted(touching(self.assembly, brick)) for brick in riding}
+        judgement = release_until_stable(self.assembly, self.assembly.remove(placed))
+        poses = {**{brick: was.pose for brick, was in placed.items()}, **judgement.released}
+        self._awake.rest_poses.left(poses)
+        for group in reached.riding:
+            side = min(min(placed[brick].brick.size) for brick in group)
+            self._rigid_groups.join({brick: poses[brick] for brick in group}, touched, side)
+        self._awake.ask_again()
+        self._let_go(poses.keys() - riding)
+        self._let_ride(riding)
+        return Update((), tuple(sorted(poses)), reason=disturbed.reason, riding=tuple(sorted(riding)))
+
+    def _let_ride(self, bricks: Iterable[BodyId]) -> None:
+        for brick in bricks:
+            self._awake.woke(brick)
+            self._held.let_go(brick)
+
+    def _freeze(self, brick: BodyId) -> None:
+        self.engine.freeze(brick)
+        self._awake.froze(brick)
+        self._disturbances.froze([brick])
+        if self.guard:
+            self._held.hold(brick)
+
+    def _give_back(self, bricks: Mapping[BodyId, Pose]) -> tuple[BodyId, ...]:
+        """Wake frozen bricks that are no longer part of the assembly."""
+        self._let_go(bricks)
+        self._awake.refuse(bricks)
+        return tuple(sorted(bricks))
+
+    def _let_go(self, bricks: Iterable[BodyId]) -> None:
+        for brick in sorted(bricks):
+            self.engine.wake(brick)
+            self._awake.woke(brick)
+            self._held.let_go(brick)
+        self._disturbances.woke()
+
+    # --- what somebody else has changed -------------------------------------------------------------------------------
+
+    def _answer_changes(self) -> Update:
+        """Judge the frozen bricks again where they or their surroundings are not what they were."""
+        lost = self._held.lost(self.assembly.bricks)
+        for brick in lost:
+            self._forget(brick)
+        disturbed = self._held.disturbed(self.assembly.bricks.keys() - lost)
+        now = changed(self.assembly, lost, disturbed, self._site())
+        self.assembly = now.assembly
+        if now.verdict is None:
+            return Update()
+        self._awake.ask_again()
+        judgement = release_until_stable(self.assembly, now.verdict)
+        woken = self._give_back({**now.pushed, **judgement.released})
+        return Update((), woken, judgement.lowest, judgement.first.reason or "moved by somebody else" if woken else "")
+
+    def _forget(self, brick: BodyId) -> None:
+        """A brick is gone, or is no longer what it was; an engine parts what it was joined to."""
+        if brick in self._rigid_groups:
+            self._rigid_groups.parted(brick)
+        self._disturbances.forget(brick)
+        self._held.let_go(brick)
+        self._awake.forget(brick)
+
+    def _site(self) -> Site:
+        return Site(self.planes, ()) if self.planes is not None else Site(*fixed_bodies(self.engine, self.friction))

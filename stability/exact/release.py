@@ -1,0 +1,33 @@
+"""A verdict followed until what is left is proven: what moves, or is in doubt, is taken out, and the rest judged."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from stability.model import BodyId, Pose
+from stability.motion.onset import as_it_begins
+from stability.statics.assembly import Assembly
+from stability.statics.facts import Stability, Verdict
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """What came of following a verdict."""
+
+    first: Verdict
+    last: Verdict  # STABLE, of what stays
+    released: Mapping[BodyId, Pose]  # what does not, and where it is
+    lowest: tuple[BodyId, ...]  # of the bricks that the first verdict names the one furthest down, if there are any
+
+
+def release_until_stable(assembly: Assembly, verdict: Verdict) -> Judgement:
+    """Take out of an assembly what begins to move or is in doubt, until what is left is proven."""
+    first = verdict = as_it_begins(assembly, verdict)
+    released: dict[BodyId, Pose] = {}
+    lowest: tuple[BodyId, ...] = ()
+    while verdict.stability is not Stability.STABLE:
+        moving = verdict.moving or tuple(assembly.bricks)
+        poses = {brick: assembly.bricks[brick].pose for brick in moving}
+        lowest = lowest or (min(moving, key=lambda brick: (poses[brick].position_W[2], brick)),)
+        released |= poses
+        verdict = as_it_begins(assembly, assembly.remove(moving))
+    return Judgement(first, verdict, released, lowest)

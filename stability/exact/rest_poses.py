@@ -1,0 +1,50 @@
+"""Bricks that were woken and hardly moved go back to where they were: engines let every brick creep a little."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from math import dist
+
+from stability.geometry.rotations import turn_between
+from stability.model import BodyId, Pose
+from stability.statics.facts import Placed
+
+# Shares of the smallest side, for a plank 0.3 and 0.02 mm. If all that was woken has moved less than the first, the hit
+# moved nothing; if something did move, only what the engine's creep has moved goes back.
+HIT_NOTHING = 0.04
+CREPT = 0.0026
+
+
+@dataclass
+class RestPoses:
+    """Where bricks stood when they were woken."""
+
+    _poses: dict[BodyId, Pose] = field(default_factory=dict, init=False)
+
+    def left(self, poses: Mapping[BodyId, Pose]) -> None:
+        """These were woken; those that have not come to rest since they were woken before keep their old home."""
+        self._poses = {**poses, **self._poses}
+
+    def settled(self, bricks: Iterable[BodyId]) -> None:
+        """These are frozen again, or gone: where they are now is where they stand."""
+        for brick in bricks:
+            self._poses.pop(brick, None)
+
+    def __contains__(self, brick: object) -> bool:
+        return brick in self._poses
+
+    def put_back(self, coming: Sequence[Placed]) -> list[Placed]:
+        """The bricks that come to rest, those that hardly moved at home."""
+        moves = {placed.brick.id: self._moved(placed) for placed in coming if placed.brick.id in self._poses}
+        limit = HIT_NOTHING if all(move <= HIT_NOTHING for move in moves.values()) else CREPT
+        return [
+            replace(placed, pose=self._poses[placed.brick.id])
+            if moves.get(placed.brick.id, 2.0 * limit) <= limit
+            else placed
+            for placed in coming
+        ]
+
+    def _moved(self, placed: Placed) -> float:
+        """How far any point of a brick may have moved, as a share of its smallest side."""
+        home, size = self._poses[placed.brick.id], placed.brick.size
+        shift = dist(home.position_W, placed.pose.position_W) + 0.5 * max(size) * turn_between(home, placed.pose)
+        return shift / min(size)

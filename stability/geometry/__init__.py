@@ -1,0 +1,1 @@
+"""Vectors, rotations, convex polygons and the distances between boxes: geometry without physics."""

@@ -1,0 +1,52 @@
+"""Turns in space, as unit quaternions (x, y, z, w)."""
+
+from math import atan2, hypot
+
+from stability.model import Pose, Quaternion, Vec3
+
+
+def rotate(orientation: Quaternion, vector: Vec3) -> Vec3:
+    """`vector` after the turn `orientation`."""
+    x, y, z, w = orientation
+    a, b, c = vector
+    # v + 2 u x (u x v + w v), with u the vector part
+    p = y * c - z * b + w * a
+    q = z * a - x * c + w * b
+    r = x * b - y * a + w * c
+    return (a + 2.0 * (y * r - z * q), b + 2.0 * (z * p - x * r), c + 2.0 * (x * q - y * p))
+
+
+def multiply(second: Quaternion, first: Quaternion) -> Quaternion:
+    """The turn `first` followed by the turn `second`."""
+    x2, y2, z2, w2 = second
+    x1, y1, z1, w1 = first
+    return (
+        w2 * x1 + x2 * w1 + y2 * z1 - z2 * y1,
+        w2 * y1 - x2 * z1 + y2 * w1 + z2 * x1,
+        w2 * z1 + x2 * y1 - y2 * x1 + z2 * w1,
+        w2 * w1 - x2 * x1 - y2 * y1 - z2 * z1,
+    )
+
+
+def turn_between(one: Pose, other: Pose) -> float:
+    """The angle of the turn from one orientation to another [rad]."""
+    x, y, z, w = one.orientation
+    a, b, c, part = multiply(other.orientation, (-x, -y, -z, w))
+    # Not by the cosine, which cannot tell a turn of 1e-8 from none.
+    return 2.0 * atan2(hypot(a, b, c), abs(part))
+
+
+def lean_between(one: Pose, other: Pose) -> float:
+    """The angle by which what was upright in one pose leans in another [rad]: a turn about the vertical is none."""
+    x, y, z, w = one.orientation
+    a, b, c = rotate(other.orientation, rotate((-x, -y, -z, w), (0.0, 0.0, 1.0)))
+    return atan2(hypot(a, b), c)
+
+
+def body_axes(orientation: Quaternion) -> tuple[Vec3, Vec3, Vec3]:
+    """The three body axes in W."""
+    return (
+        rotate(orientation, (1.0, 0.0, 0.0)),
+        rotate(orientation, (0.0, 1.0, 0.0)),
+        rotate(orientation, (0.0, 0.0, 1.0)),
+    )

@@ -1,0 +1,141 @@
+"""Bricks that move as one rigid body: its mass, centre and inertia, and where each of them is as it moves.
+
+Frame G of a group: its origin is the centre of mass, its axes are the principal axes of inertia.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stability.geometry.rotations import body_axes, multiply, rotate
+from stability.geometry.vectors import add, cross, scale, subtract
+from stability.mechanics.impulse import moments
+from stability.model import BodyId, BodyState, Brick, Pose, Quaternion, Vec3
+
+Matrix = NDArray[np.float64]
+EQUALLY_NEAR = 1e-7  # [m] far above rounding, far below the gaps of contacts
+
+
+@dataclass(frozen=True, slots=True)
+class RigidGroup:
+    """Some bricks as one body."""
+
+    bricks: Mapping[BodyId, Brick]
+    places_G: Mapping[BodyId, Pose]  # of the bricks in the group
+    pose: Pose  # of the group, when it was made
+    mass: float  # [kg]
+    moments: Vec3  # principal moments of inertia [kg m2]
+
+
+def grouped(bricks: Iterable[tuple[Brick, Pose]]) -> RigidGroup:
+    """Bricks at their poses, taken together."""
+    placed = sorted(bricks, key=lambda one: one[0].id)
+    mass = sum(brick.mass for brick, _ in placed)
+    centre = (0.0, 0.0, 0.0)
+    for brick, pose in placed:
+        centre = add(centre, scale(brick.mass / mass, pose.position_W))
+    principal, axes = np.linalg.eigh(sum(_inertia(brick, pose, centre) for brick, pose in placed))
+    if np.linalg.det(axes) < 0.0:
+        axes[:, 2] *= -1.0
+    pose_WG = Pose(centre, orientation_of(axes))
+    a, b, c = (float(moment) for moment in principal)
+    return RigidGroup(
+        {brick.id: brick for brick, _ in placed},
+        {brick.id: seen_from(pose_WG, pose) for brick, pose in placed},
+        pose_WG,
+        mass,
+        (a, b, c),
+    )
+
+
+def common_motion(group: RigidGroup, states: Mapping[BodyId, BodyState]) -> tuple[Vec3, Vec3]:
+    """Velocity [m/s] and turning [rad/s], in W, of a group with the momentum and angular momentum of its bricks."""
+    velocity = twist = (0.0, 0.0, 0.0)
+    for name, brick in group.bricks.items():
+        state = states[name]
+        velocity = add(velocity, scale(brick.mass / group.mass, state.velocity_W))
+        arm = subtract(state.pose.position_W, group.pose.position_W)
+        twist = add(twist, scale(brick.mass, cross(arm, state.velocity_W)))
+        twist = add(twist, _turned_by(moments(brick.size, brick.mass), state.pose, state.angular_velocity_W))
+    a, b, c = group.moments
+    return velocity, _turned_by((1.0 / a, 1.0 / b, 1.0 / c), group.pose, twist)
+
+
+def _turned_by(diagonal: Vec3, pose: Pose, vector_W: Vec3) -> Vec3:
+    """A tensor that is diagonal in the axes of a body, times a vector, in W."""
+    x, y, z, w = pose.orientation
+    u, v, t = rotate((-x, -y, -z, w), vector_W)
+    return rotate(pose.orientation, (diagonal[0] * u, diagonal[1] * v, diagonal[2] * t))
+
+
+def _inertia(brick: Brick, pose: Pose, centre: Vec3) -> Matrix:
+    """The inertia of a brick about a point of W (3, 3) [kg m2], by the parallel axis theorem."""
+    axes = np.array(body_axes(pose.orientation)).T
+    arm = np.array(subtract(pose.position_W, centre))
+    own: Matrix = axes @ np.diag(moments(brick.size, brick.mass)) @ axes.T
+    about: Matrix = own + brick.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+    return about
+
+
+def seen_from(frame: Pose, pose: Pose) -> Pose:
+    """A pose of W as it is in the axes of another."""
+    x, y, z, w = frame.orientation
+    back = (-x, -y, -z, w)
+    return Pose(rotate(back, subtract(pose.position_W, frame.position_W)), multiply(back, pose.orientation))
+
+
+def within(frame: Pose, pose: Pose) -> Pose:
+    """The pose in W of what is at `pose` in the axes of a frame."""
+    return Pose(
+        add(frame.position_W, rotate(frame.orientation, pose.position_W)),
+        multiply(frame.orientation, pose.orientation),
+    )
+
+
+def member_state(group: BodyState, place_G: Pose) -> BodyState:
+    """Pose and motion of a brick of a group that moves: v + w x r."""
+    pose = within(group.pose, place_G)
+    arm = subtract(pose.position_W, group.pose.position_W)
+    return BodyState(pose, add(group.velocity_W, cross(group.angular_velocity_W, arm)), group.angular_velocity_W)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Surfaces:
+    """Where the bricks of a group end, in arrays: an engine names only the group that it touches, and that often."""
+
+    names: tuple[BodyId, ...]
+    centres_G: Matrix  # (n, 3) [m]
+    axes_G: Matrix  # (n, 3, 3), rows are the axes of a brick
+    halves: Matrix  # (n, 3) half lengths along these axes [m]
+
+    def brick_at(self, point_G: Vec3) -> BodyId:
+        """The brick whose surface is nearest to a point that is not deep inside."""
+        local = np.einsum("nij,nj->ni", self.axes_G, np.array(point_G) - self.centres_G)
+        outside = np.max(np.abs(local) - self.halves, axis=1)
+        # Of bricks that are equally near, rounding must not choose.
+        return self.names[int(np.argmax(outside <= outside.min() + EQUALLY_NEAR))]
+
+
+def surfaces(group: RigidGroup) -> Surfaces:
+    """The surfaces of the bricks of a group."""
+    places = group.places_G.values()
+    return Surfaces(
+        tuple(group.places_G),
+        np.array([place.position_W for place in places]),
+        np.array([body_axes(place.orientation) for place in places]),
+        np.array([group.bricks[name].size for name in group.places_G]) / 2.0,
+    )
+
+
+def orientation_of(axes: Matrix) -> Quaternion:
+    """The turn whose matrix (3, 3) this is: an eigenvector (Bar-Itzhack), which no angle makes singular."""
+    xx, yy, zz = np.diag(axes)
+    skew = (axes[2, 1] - axes[1, 2], axes[0, 2] - axes[2, 0], axes[1, 0] - axes[0, 1])
+    of = np.zeros((4, 4))
+    of[:3, :3] = axes + axes.T
+    of[0, 0], of[1, 1], of[2, 2], of[3, 3] = xx - yy - zz, yy - xx - zz, zz - xx - yy, xx + yy + zz
+    of[3, :3] = of[:3, 3] = skew
+    x, y, z, w = np.linalg.eigh(of)[1][:, 3]
+    return (float(x), float(y), float(z), float(w))

@@ -1,0 +1,1 @@
+"""How what falls begins to move, and moves as long as a proof covers it: without an engine."""

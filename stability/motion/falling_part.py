@@ -1,0 +1,234 @@
+"""How far does a falling part turn as one body, before its bricks slide on each other, lift off, or hit something?
+
+A part that begins to turn about an axis goes on as a pendulum: at each angle its speed and its acceleration are known.
+With the forces of inertia among the loads (d'Alembert) it falls as one, and what it turns on stands, if contact forces
+within the friction cones balance every brick: the same proof as for what stands. Contacts between what turns and what
+stands act where the axis goes through them, all others of these have opened.
+"""
+
+from collections.abc import Collection, Mapping, Set
+from dataclasses import dataclass
+from math import cos, dist, hypot, sin
+
+from stability.geometry.boxes import box_corners
+from stability.geometry.rotations import body_axes, multiply, rotate
+from stability.geometry.separation import boxes_apart
+from stability.geometry.vectors import add, add_scaled, cross, dot, norm, scale, subtract, unit
+from stability.mechanics.impulse import moments
+from stability.mechanics.pendulum import Pendulum
+from stability.model import BodyId, BodyState, Plane, Pose, Vec3
+from stability.statics.contacts.touch import contact_between, solid
+from stability.statics.facts import Contact, Motion, Placed, Problem, Tolerances, Wrench
+from stability.statics.solvers.equilibrium import balance
+
+DOWN: Vec3 = (0.0, 0.0, -1.0)
+PITCH = 1e-6  # of the speed: more of it along the axis, and it is a screw
+ON_AXIS = Tolerances().gap  # share of the smallest side: nearer points stay where they are
+ALONG = 1.0 - 1e-9  # cosine: edges run along the axis
+
+
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """A turn about a fixed axis."""
+
+    point_W: Vec3  # on the axis [m]
+    axis_W: Vec3  # unit, right-handed
+
+
+@dataclass(frozen=True, slots=True)
+class FallingPart:
+    """Bricks that turn as one, among others that stand, and the contacts of all of them."""
+
+    problem: Problem  # before the turn; bricks that feel nothing of it may be left out
+    moving: Set[BodyId]  # those of the problem that turn
+    turn: Turn
+    pendulum: Pendulum
+    gravity: float  # [m/s2]
+
+
+def falling_part(problem: Problem, motion: Motion, gravity: float) -> FallingPart | None:
+    """The part of a problem that begins to move; None if it is not one turn about one axis."""
+    turn = turn_of(problem, motion)
+    if turn is None:
+        return None
+    moving = [problem.bricks[name] for name in sorted(motion.velocity)]
+    return FallingPart(problem, motion.velocity.keys(), turn, _pendulum(moving, turn, gravity), gravity)
+
+
+def turn_of(problem: Problem, motion: Motion) -> Turn | None:
+    """The turn about one axis with which all that moves begins; None if it does not."""
+    if not motion.velocity or not problem.bricks.keys() >= motion.velocity.keys():
+        return None
+    first = min(motion.velocity)
+    velocity, spin = motion.velocity[first]
+    speed = norm(spin)
+    fastest = max(norm(v) for v, _ in motion.velocity.values())  # what a solver leaves is a share of that
+    if speed == 0.0 or abs(dot(velocity, spin)) > PITCH * speed * fastest:
+        return None
+    point = add(problem.bricks[first].pose.position_W, scale(1.0 / (speed * speed), cross(spin, velocity)))
+    for name, (v, w) in motion.velocity.items():
+        expected = cross(spin, subtract(problem.bricks[name].pose.position_W, point))
+        if norm(subtract(w, spin)) > PITCH * speed or norm(subtract(v, expected)) > PITCH * fastest:
+            return None
+    return Turn(point, unit(spin))
+
+
+def turned_part(part: FallingPart, angle: float) -> dict[BodyId, Placed]:
+    """Its bricks where they are at an angle [rad]."""
+    return {name: _turned(part.problem.bricks[name], part.turn, angle) for name in sorted(part.moving)}
+
+
+def part_in_motion(part: FallingPart, angle: float, speed: float) -> dict[BodyId, BodyState]:
+    """The same, with how they move at a speed of the angle [rad/s]."""
+    spin = scale(speed, part.turn.axis_W)
+    return {
+        name: BodyState(placed.pose, cross(spin, subtract(placed.pose.position_W, part.turn.point_W)), spin)
+        for name, placed in turned_part(part, angle).items()
+    }
+
+
+def holds_together(part: FallingPart, angle: float) -> bool:
+    """Whether it is proven to be one body at an angle [rad], and what it turns on to stand."""
+    return balance(_at_angle(part, angle)).forces is not None
+
+
+def is_clear(part: FallingPart, angle: float, others: Collection[Placed], planes: Collection[Plane]) -> bool:
+    """Whether at an angle [rad] none of its bricks lies deeper in something than what touches does."""
+    for placed in turned_part(part, angle).values():
+        size, pose = placed.brick.size, placed.pose
+        depth, around = ON_AXIS * min(size), 0.5 * hypot(*size)
+        if any(_height(pose.position_W, plane) < around and _lowest(size, pose, plane) < -depth for plane in planes):
+            return False
+        for other in others:
+            near = dist(pose.position_W, other.pose.position_W) < around + 0.5 * hypot(*other.brick.size)
+            if near and boxes_apart(size, pose, other.brick.size, other.pose).gap < -depth:
+                return False
+    return True
+
+
+def reach(part: FallingPart) -> float:
+    """How far from the axis its farthest corner is [m]."""
+    corners = (c for name in part.moving for c in _corners(part.problem.bricks[name]))
+    return max(norm(subtract(corner, _foot(part.turn, corner))) for corner in corners)
+
+
+def _corners(placed: Placed) -> tuple[Vec3, ...]:
+    return box_corners(placed.brick.size, placed.pose)
+
+
+def _height(point_W: Vec3, plane: Plane) -> float:
+    return dot(subtract(point_W, plane.point_W), plane.normal_W)
+
+
+def _lowest(size: Vec3, pose: Pose, plane: Plane) -> float:
+    return min(_height(corner, plane) for corner in box_corners(size, pose))
+
+
+def _turned(placed: Placed, turn: Turn, angle: float) -> Placed:
+    around = (*scale(sin(0.5 * angle), turn.axis_W), cos(0.5 * angle))
+    return Placed(
+        placed.brick, Pose(_point(placed.pose.position_W, turn, angle), multiply(around, placed.pose.orientation))
+    )
+
+
+def _point(point_W: Vec3, turn: Turn, angle: float) -> Vec3:
+    return add(turn.point_W, _direction(subtract(point_W, turn.point_W), turn, angle))
+
+
+def _direction(vector_W: Vec3, turn: Turn, angle: float) -> Vec3:
+    return rotate((*scale(sin(0.5 * angle), turn.axis_W), cos(0.5 * angle)), vector_W)
+
+
+def _foot(turn: Turn, point_W: Vec3) -> Vec3:
+    """The nearest point of the axis."""
+    return add_scaled(turn.point_W, dot(turn.axis_W, subtract(point_W, turn.point_W)), turn.axis_W)
+
+
+def _pendulum(bricks: Collection[Placed], turn: Turn, gravity: float) -> Pendulum:
+    torque = torque_across = 0.0
+    for placed in bricks:
+        arm = subtract(placed.pose.position_W, turn.point_W)
+        weight = scale(placed.brick.mass * gravity, DOWN)
+        torque += dot(turn.axis_W, cross(arm, weight))
+        torque_across += dot(turn.axis_W, cross(cross(turn.axis_W, arm), weight))
+    return Pendulum(sum(_about(turn, placed) for placed in bricks), torque, torque_across)
+
+
+def _about(turn: Turn, placed: Placed) -> float:
+    """The moment of inertia of a brick about the axis [kg m2]."""
+    arm = cross(turn.axis_W, subtract(placed.pose.position_W, turn.point_W))
+    return dot(_inertia_times(placed, turn.axis_W), turn.axis_W) + placed.brick.mass * dot(arm, arm)
+
+
+def _inertia_times(placed: Placed, vector_W: Vec3) -> Vec3:
+    """The inertia of a brick about its centre, times a vector."""
+    x, y, z, w = placed.pose.orientation
+    a, b, c = rotate((-x, -y, -z, w), vector_W)
+    one, two, three = moments(placed.brick.size, placed.brick.mass)
+    return rotate(placed.pose.orientation, (one * a, two * b, three * c))
+
+
+def _at_angle(part: FallingPart, angle: float) -> Problem:
+    """All of it in mid-fall, with the forces of inertia on what turns."""
+    moving = turned_part(part, angle)
+    omega, alpha = part.pendulum.speed_at(angle), part.pendulum.acceleration_at(angle)
+    loads: Mapping[BodyId, Wrench] = {
+        name: _load(moving[name], part.turn, part.gravity, omega, alpha) if name in moving else load
+        for name, load in part.problem.loads.items()
+    }
+    contacts = [found for contact in part.problem.contacts if (found := _contact(part, contact, angle)) is not None]
+    return Problem({**part.problem.bricks, **moving}, contacts, loads)
+
+
+def _load(placed: Placed, turn: Turn, gravity: float, omega: float, alpha: float) -> Wrench:
+    """The weight of a brick, less mass times acceleration; and less the change of its spin."""
+    arm, spin = subtract(placed.pose.position_W, turn.point_W), scale(omega, turn.axis_W)
+    acceleration = add(cross(scale(alpha, turn.axis_W), arm), cross(spin, cross(spin, arm)))
+    change = add(_inertia_times(placed, scale(alpha, turn.axis_W)), cross(spin, _inertia_times(placed, spin)))
+    return Wrench(
+        scale(placed.brick.mass, subtract(scale(gravity, DOWN), acceleration)),
+        scale(-1.0, change),
+    )
+
+
+def _contact(part: FallingPart, contact: Contact, angle: float) -> Contact | None:
+    """A contact in mid-fall: turned with the part; with what stands, where it lies on the axis, if anywhere."""
+    turn, pair = part.turn, {contact.lower, contact.upper}
+    turning = pair & part.moving
+    if not turning:
+        return contact
+    normals = tuple(_direction(normal, turn, angle) for normal in contact.normals_W)
+    if turning == pair:
+        points = tuple(_point(point, turn, angle) for point in contact.points_W)
+        return Contact(contact.lower, contact.upper, points, normals, contact.friction)
+    moving = part.problem.bricks[min(turning)]
+    found = contact if angle == 0.0 else _edge_contact(part, contact, moving, angle)
+    points = _on_axis(part.turn, moving, found.points_W) if found is not None else ()
+    return Contact(found.lower, found.upper, points, found.normals_W, found.friction) if found and points else None
+
+
+def _on_axis(turn: Turn, moving: Placed, points_W: Collection[Vec3]) -> tuple[Vec3, ...]:
+    """Those of the points that lie on the axis: exactly, for beside it by what a solver leaves no forces balance."""
+    near = ON_AXIS * min(moving.brick.size)
+    return tuple(foot for point in points_W if norm(subtract(foot := _foot(turn, point), point)) <= near)
+
+
+def _edge_contact(part: FallingPart, contact: Contact, moving: Placed, angle: float) -> Contact | None:
+    """How a brick that turns touches what stands: the normal is that of the face on which an edge of the other lies."""
+    other = part.problem.bricks.get(contact.lower if moving.brick.id == contact.upper else contact.upper)
+    if other is not None:
+        now = _turned(moving, part.turn, angle)
+        return contact_between(solid(now), solid(other), contact.friction, Tolerances())
+    if all(_on_own_edge(part.turn, moving, point) for point in _on_axis(part.turn, moving, contact.points_W)):
+        return contact  # as on the ground
+    normals = tuple(_direction(normal, part.turn, angle) for normal in contact.normals_W)
+    return Contact(contact.lower, contact.upper, contact.points_W, normals, contact.friction)
+
+
+def _on_own_edge(turn: Turn, moving: Placed, point_W: Vec3) -> bool:
+    """Whether at a point of the axis an edge of the brick lies along it, or a corner on it."""
+    arm, near = subtract(point_W, moving.pose.position_W), ON_AXIS * min(moving.brick.size)
+    return all(
+        abs(dot(axis_W, turn.axis_W)) > ALONG or abs(dot(axis_W, arm)) > 0.5 * side - near
+        for axis_W, side in zip(body_axes(moving.pose.orientation), moving.brick.size, strict=True)
+    )

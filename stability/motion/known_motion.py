@@ -1,0 +1,117 @@
+"""Parts that fall as one body, for as long as a proof says that they do; bricks that fall one by one begin gently.
+
+A solver begins a fall wrongly: contact forces start from nothing, so that all sinks at first, most at the bottom of
+what is tall, and a tower that hangs over by a millimetre topples in half the time. A part that is proven to turn as one
+needs no solver: it is a pendulum, and an engine gets its bricks when the proof ends, where and as fast as they are. Nor
+do planks that slip down a wall, or down each other (statics/sliding.py).
+"""
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from math import dist, hypot
+from typing import Protocol
+
+from stability.engines.protocol import World
+from stability.model import BodyId, BodyState, Box, Brick, Plane
+from stability.motion.slipping import slip_of
+from stability.motion.toppling import toppling_of
+from stability.statics.facts import Motion, Placed, Tolerances
+from stability.statics.structure import Structure
+
+MOST = 100  # bricks of a part: a proof takes some tens of milliseconds at each angle
+MOST_FEELING = 60  # bricks besides it that are proven to stand under what it does to them
+AT_REST = 1e-6  # [m/s], and [rad/s]: what moves already has begun otherwise
+
+
+class KnownMotion(Protocol):
+    """A motion that its equations tell without an engine, for as long as nothing else happens."""
+
+    def goes_on(self, duration: float) -> bool:
+        """Move for a short time [s]; False, and not at all, if it is not known how."""
+
+    def states(self) -> Mapping[BodyId, BodyState]:
+        """Where its bricks are, and how they move."""
+
+
+@dataclass
+class FallingParts:
+    """Looks after what falls in one world. Before each of its steps, ask `advance` whether one is needed."""
+
+    world: World
+    planes: Sequence[Plane]
+    friction: float  # Coulomb coefficient of brick on brick
+    gravity: float  # [m/s2]
+    _coming: Motion | None = field(default=None, init=False)
+    _gently: bool = field(default=False, init=False)
+    _known: KnownMotion | None = field(default=None, init=False)
+
+    def woken(self, awake: Collection[BodyId], motion: Motion | None) -> None:
+        """Say that bricks were given back to the engine, which are awake by now, and with which motion they begin."""
+        self.end()
+        self._gently = True
+        self._coming = motion if motion is not None and motion.velocity.keys() == set(awake) else None
+
+    def advance(self, steps: int) -> int:
+        """Let up to so many time steps of the world pass; returns how many did before an engine has to take one."""
+        coming, self._coming = self._coming, None
+        if coming is not None and 0 < len(coming.velocity) <= MOST:
+            self._known = self._begun(coming)
+        passed = self._followed(self._known, steps) if self._known is not None else 0
+        if not passed and self._gently:
+            self.world.ease_in()
+            self._gently = False
+        return passed
+
+    def _followed(self, known: KnownMotion, steps: int) -> int:
+        step, passed = self.world.settings.time_step, 0
+        while passed < steps and known.goes_on(step):
+            passed += 1
+        self.world.skip(passed * step)
+        for name, state in known.states().items():
+            self.world.set_state(name, state)
+        if passed < steps:
+            self.end()
+        return passed
+
+    def end(self) -> None:
+        """Let every brick move by itself, for something else is about to happen."""
+        if self._known is not None:
+            self._known, self._gently = None, True
+        self._coming = None  # what has not begun to move yet does not begin alone any more
+
+    def _begun(self, motion: Motion) -> KnownMotion | None:
+        states = self.world.states(sorted(motion.velocity))
+        if any(hypot(*s.velocity_W, *s.angular_velocity_W) > AT_REST for s in states.values()):
+            return None
+        bricks = list(self._placed(motion.velocity))
+        others, beyond = self._around(bricks)
+        structure = Structure(tuple(self.planes), (), self.friction, self.gravity, Tolerances())
+        for placed in (*bricks, *others, *beyond):
+            structure.put(placed)
+        # What lies beyond is taken as fixed, for what it rests on may be farther still.
+        feeling = structure.spread(motion.velocity.keys(), len(bricks) + MOST_FEELING)
+        names = sorted(feeling - {placed.brick.id for placed in beyond})
+        problem = structure.problem(names, structure.contacts_of(names))
+        as_one = toppling_of(problem, motion, self.gravity, others, self.planes)
+        return as_one or slip_of(problem, motion, self.gravity, others, self.planes)
+
+    def _placed(self, bricks: Collection[BodyId]) -> Iterator[Placed]:
+        masses, states = self.world.masses(), self.world.states(bricks)
+        for name in sorted(bricks):
+            shape = self.world.shape(name)
+            if isinstance(shape, Box):
+                yield Placed(Brick(name, shape.size, masses[name]), states[name].pose)
+
+    def _around(self, part: Sequence[Placed]) -> tuple[list[Placed], list[Placed]]:
+        """The other bricks that these may touch, or reach as they turn; and those that may touch one of these."""
+        middle = part[0].pose.position_W
+        within = 2.0 * max(dist(middle, one.pose.position_W) + hypot(*one.brick.size) for one in part)
+        near, beyond = [], []
+        for placed in self._placed(self.world.masses().keys() - {one.brick.id for one in part}):
+            apart, size = dist(middle, placed.pose.position_W), hypot(*placed.brick.size)
+            if apart <= within + size:
+                near.append(placed)
+            else:
+                beyond.append((apart - size, placed))
+        farthest = within + 2.0 * max((hypot(*one.brick.size) for one in near), default=0.0)
+        return near, [placed for nearest, placed in beyond if nearest <= farthest]

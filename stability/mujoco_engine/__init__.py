@@ -1,1 +1,0 @@
-"""MuJoCo behind the protocols of `stability.engine`; nothing outside of this package knows the engine."""

@@ -1,0 +1,1 @@
+"""The published method: contact areas, weight passed down, leaning, impacts, and when bricks are frozen and woken."""

@@ -1,0 +1,57 @@
+"""Which hits does the published method see? Those of bricks that never were part of the stack, each once.
+
+Source: the stack-stability thesis, section 3.6.1: "only the direct impacts will be accounted for, and no force from
+second impact objects". What has been part of the stack and falls on what still stands is such a second object.
+
+A hit must be seen before it happens: when an engine reports the contact, its solver has taken the speed away.
+"""
+
+from collections.abc import Container, Iterable
+from dataclasses import dataclass, field
+
+from stability.engines.protocol import Engine
+from stability.model import BodyId, Vec3
+from stability.watching.approach import Approaches
+from stability.watching.freezing import RestLimits
+
+
+@dataclass(frozen=True, slots=True)
+class DirectHit:
+    """A brick of the stack is about to be hit."""
+
+    by: BodyId
+    brick: BodyId
+    velocity_W: Vec3  # of the hitting brick, before the hit [m/s]
+
+
+@dataclass
+class DirectHits:
+    """Follows the bricks of one engine that may hit its stack."""
+
+    engine: Engine
+    rest: RestLimits
+    _approaches: Approaches = field(init=False)
+    _stacked: set[BodyId] = field(default_factory=set, init=False)  # all that are, or once were, part of the stack
+    _told: set[tuple[BodyId, BodyId]] = field(default_factory=set, init=False)  # who was about to hit whom, last time
+
+    def __post_init__(self) -> None:
+        self._approaches = Approaches(self.engine, horizon=self.rest.dwell, least=self.rest.speed)
+
+    def joined(self, brick: BodyId) -> None:
+        """A brick has become part of the stack."""
+        self._stacked.add(brick)
+        self._approaches.forget(brick)
+
+    def forget(self, brick: BodyId) -> None:
+        """A brick is gone; its name may come back with another one."""
+        self._stacked.discard(brick)
+        self._approaches.forget(brick)
+
+    def coming(self, awake: Iterable[BodyId], stack: Container[BodyId]) -> list[DirectHit]:
+        """The hits on bricks of the stack that the next step will bring, and that were not told of yet."""
+        states = self.engine.states([brick for brick in awake if brick not in self._stacked])
+        hits = self._approaches.hits(states, stack)
+        told, self._told = self._told, {(hit.by, hit.brick) for hit in hits}
+        return [
+            DirectHit(hit.by, hit.brick, states[hit.by].velocity_W) for hit in hits if (hit.by, hit.brick) not in told
+        ]

@@ -1,0 +1,77 @@
+"""On what may a brick lean? All that it touches, with exact contact points and normals.
+
+The engine says which bodies are near; geometry says where they touch and along which normal, since engines give edges
+that meet the normal of a face (docs/decisions/0009). Only boxes and half-spaces are known: if anything else is near,
+nothing is told, and the brick stays with the engine.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from stability.engines.protocol import Engine
+from stability.geometry.separation import in_world
+from stability.geometry.vectors import scale, unit
+from stability.model import BodyId, Box, Brick, HalfSpace, Plane, Pose
+from stability.published.leaning import LeaningArea
+from stability.statics.contacts.touch import Solid, contact_between, contact_with_plane, solid
+from stability.statics.facts import Contact, Placed, Tolerances
+
+NO_MASS = 0.0  # nobody weighs a contact
+# z of the normal from another body towards the brick: below it that body lies on the brick, as the base model has it.
+ON_TOP = -0.5
+
+
+@dataclass(frozen=True, slots=True)
+class Friction:
+    """Coulomb coefficients of a brick on other bodies."""
+
+    of_bricks: float  # and of all that has none of its own
+    of_bodies: Mapping[BodyId, float] = field(default_factory=dict)
+
+    def on(self, body: BodyId) -> float:
+        """The coefficient of a brick on this body."""
+        return self.of_bodies.get(body, self.of_bricks)
+
+
+def smallest_side(engine: Engine, brick: BodyId) -> float | None:
+    """The smallest side of a brick [m]; None if it is no box."""
+    shape = engine.shape(brick)
+    return min(shape.size) if isinstance(shape, Box) else None
+
+
+def touching_areas(engine: Engine, brick: BodyId, friction: Friction) -> Sequence[LeaningArea]:
+    """Where a brick touches what does not lie on it, bricks and fixed bodies; none if some shape near is not known."""
+    known = engine.masses().keys() | engine.fixed()
+    near = engine.near(brick)
+    if not known.issuperset(near):
+        return ()
+    states = engine.states([brick, *near])
+    own = _solid(brick, engine.shape(brick), states[brick].pose)
+    found = []
+    for body in near:
+        shape, pose = engine.shape(body), states[body].pose
+        if own is None or shape is None:
+            return ()
+        contact = _contact(own, body, shape, pose, friction.on(body))
+        if contact:
+            found.append(_area(contact, brick))
+    return [area for area in found if area.normal_W[2] > ON_TOP]
+
+
+def _solid(body: BodyId, shape: object, pose: Pose) -> Solid | None:
+    return solid(Placed(Brick(body, shape.size, NO_MASS), pose)) if isinstance(shape, Box) else None
+
+
+def _contact(own: Solid, body: BodyId, shape: Box | HalfSpace, pose: Pose, friction: float) -> Contact | None:
+    if isinstance(shape, Box):
+        return contact_between(own, solid(Placed(Brick(body, shape.size, NO_MASS), pose)), friction, Tolerances())
+    surface = in_world(shape, pose)
+    return contact_with_plane(own, Plane(body, surface.point_W, surface.normal_W, friction), Tolerances())
+
+
+def _area(contact: Contact, brick: BodyId) -> LeaningArea:
+    """A contact as the brick sees it. Of the normals of edges that meet it takes the middle one."""
+    x, y, z = (sum(parts) for parts in zip(*contact.normals_W, strict=True))
+    upper = contact.upper == brick
+    normal_W = scale(1.0 if upper else -1.0, unit((x, y, z)))
+    return LeaningArea(contact.lower if upper else contact.upper, contact.points_W, normal_W, contact.friction)

@@ -1,0 +1,86 @@
+"""On what does a brick rest, and at which points?
+
+The engine says which bodies are near. Where both are boxes, or the lower one is a half-space, geometry says whether
+they touch, from which side, and at which corners (docs/decisions/0003). Only of other shapes, and of boxes that touch
+along an edge, the engine's own contact points are used.
+
+The source also disregards contacts that come from impacts. Here that follows: a brick is tested only when it is slow,
+and only against bodies that do not move.
+"""
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from stability.engines.protocol import TOUCHING, Engine
+from stability.geometry.boxes import box_corners
+from stability.geometry.separation import boxes_apart, in_world
+from stability.model import BodyId, BodyState, Box, ContactPoint, HalfSpace, Plane, Pose, Shape, Vec3
+from stability.published.face_patch import face_patch
+
+
+@dataclass(frozen=True, slots=True)
+class ContactLimits:
+    """Which contacts carry weight."""
+
+    gap: float = TOUCHING  # [m] further apart, or deeper inside each other, bodies are not at rest on one another
+    # z of the normal towards the carried brick: steeper than 60 deg is a side touch, which the base model leaves out.
+    upward: float = 0.5
+
+
+def resting_points(
+    engine: Engine, brick: BodyId, state: BodyState, supports: Collection[BodyId], limits: ContactLimits
+) -> Mapping[BodyId, Sequence[Vec3]]:
+    """The points at which a brick rests on each of the `supports` that carry it [m, in W]."""
+    near = [body for body in engine.near(brick) if body in supports]
+    states, shape = engine.states(near), engine.shape(brick)
+    found: dict[BodyId, Sequence[Vec3]] = {}
+    unclear = []
+    for body in near:
+        points = corners_on(shape, state.pose, engine.shape(body), states[body].pose, limits)
+        if points is None:
+            unclear.append(body)
+        elif points:
+            found[body] = points
+    return found | _reported(brick, engine.contacts(brick), unclear, limits) if unclear else found
+
+
+def corners_on(upper: Shape, at: Pose, lower: Shape, below: Pose, limits: ContactLimits) -> Sequence[Vec3] | None:
+    """The corners of the contact of one body with another below it; empty if it does not rest there.
+
+    None if their shapes alone do not tell.
+    """
+    if not isinstance(upper, Box):
+        return None
+    match lower:
+        case Box():
+            apart = boxes_apart(upper.size, at, lower.size, below)
+            if abs(apart.gap) > limits.gap or apart.normal_BA_W[2] < limits.upward:
+                return ()
+            return face_patch(upper.size, at, lower.size, below) or None
+        case HalfSpace():
+            return _lowest_corners(upper, at, in_world(lower, below), limits)
+        case _:
+            return None
+
+
+def _lowest_corners(upper: Box, at: Pose, plane: Plane, limits: ContactLimits) -> Sequence[Vec3]:
+    nx, ny, nz = plane.normal_W
+    px, py, pz = plane.point_W
+    if nz < limits.upward:
+        return ()
+    heights = {(x, y, z): (x - px) * nx + (y - py) * ny + (z - pz) * nz for x, y, z in box_corners(upper.size, at)}
+    if min(heights.values()) < -limits.gap:
+        return ()
+    return [corner for corner, height in heights.items() if height <= limits.gap]
+
+
+def _reported(
+    brick: BodyId, contacts: Iterable[ContactPoint], bodies: Collection[BodyId], limits: ContactLimits
+) -> dict[BodyId, Sequence[Vec3]]:
+    """The engine's own contact points with these bodies, where they carry the brick."""
+    found: dict[BodyId, list[Vec3]] = {}
+    for point in contacts:
+        other, upward = (point.b, point.normal_BA_W[2]) if point.a == brick else (point.a, -point.normal_BA_W[2])
+        if other in bodies and abs(point.gap) <= limits.gap and upward >= limits.upward:
+            found.setdefault(other, []).append(point.position_W)
+    return dict(found)

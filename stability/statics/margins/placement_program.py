@@ -1,0 +1,268 @@
+"""The program behind the placement margin: how far may loads be displaced, with patches inset by a given error?
+
+Every number is scaled, forces by what a brick may carry and lengths by its half diagonal, so that size, density and
+gravity do not matter. The rule of recourse and the inequalities are those that `placement_margin` explains.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import hypot, inf
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stability.geometry.polygons import inset
+from stability.model import BodyId
+from stability.statics.facts import ZERO, Problem, Wrench
+from stability.statics.margins.placement_patches import PlanPatch
+from stability.statics.solvers.conic_program import ConicProgram, clarabel_solve
+from stability.statics.solvers.wrench_matrix import passed_down
+
+Array: TypeAlias = NDArray[np.float64]
+
+ACCURACY = 1e-11  # asked of the solver
+BALANCED = 1e-9  # share of what a brick carries that may be left over: rounding
+FURTHEST = 1e3  # half diagonals; loads that can be displaced so far can be displaced without end
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What loads survive where patches are inset by an error."""
+
+    displacement: float  # of all loads at once [m], as the solver has it; inf where nothing limits it
+    survives: bool  # by plain arithmetic: a displacement of loads by the error itself
+    limit: tuple[BodyId, BodyId] | None  # the contact that limits it, lower body first
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Recourse:
+    """Patches, and how their forces answer moments: everything that does not depend on the error while patches last."""
+
+    names: Sequence[BodyId]
+    patches: Sequence[PlanPatch]
+    force: Array  # (bricks,) unit of each brick's forces [N]
+    length: Array  # (bricks,) unit of its moments' arms [m]
+    unit: Array  # (patches, 2) units of each patch's force [N] and of its arms [m]
+    balance: Array  # (3 bricks, 3 patches) vertical force and first moments on a brick, of those of a patch
+    loads: Array  # (bricks, 3)
+    answer: Array  # (3 patches, 3 bricks): `balance @ answer = -1`
+    on_plane: Array  # (bricks, 3 patches) vertical force on a brick from the patches that go with it
+
+
+def recourse(problem: Problem, patches: Sequence[PlanPatch]) -> Recourse | None:
+    """The rule of least norm; None if the patches cannot answer every moment on every brick."""
+    names = sorted(problem.bricks)
+    number = {name: i for i, name in enumerate(names)}
+    carried = passed_down(problem)
+    heaviest = max(carried.values(), default=0.0) or 1.0
+    force = np.array([carried[name] or heaviest for name in names])
+    length = np.array([0.5 * hypot(*problem.bricks[name].brick.size) for name in names])
+    unit = np.array([_units(patch, number, force) for patch in patches]).reshape(-1, 2)
+    balance = np.zeros((3 * len(names), 3 * len(patches)))
+    on_plane = np.zeros((len(names), 3 * len(patches)))
+    for k, patch in enumerate(patches):
+        for body, sign in ((patch.upper, 1.0), (patch.lower, -1.0)):
+            if body in number:
+                i = number[body]
+                block = _block(problem, patch, body, unit[k], (force[i], length[i]))
+                balance[3 * i : 3 * i + 3, 3 * k : 3 * k + 3] = sign * block
+                on_plane[i, 3 * k] = sign * block[0, 0] if patch.moving else 0.0
+    answer = _answer(balance)
+    loads = _loads(problem, names, force, length)
+    return None if answer is None else Recourse(names, patches, force, length, unit, balance, loads, answer, on_plane)
+
+
+def _units(patch: PlanPatch, number: dict[BodyId, int], force: Array) -> tuple[float, float]:
+    held = patch.upper if patch.upper in number else patch.lower
+    return force[number[held]], patch.reach
+
+
+def _block(problem: Problem, patch: PlanPatch, body: BodyId, unit: Array, scale: tuple[float, float]) -> Array:
+    """Scaled vertical force and first moments about a brick's centre, of those of a patch about its own."""
+    x, y, _ = problem.bricks[body].pose.position_W
+    (px, py), arm = patch.centre, scale[1]
+    reach = unit[1] / arm
+    rows = [[1.0, 0.0, 0.0], [(px - x) / arm, reach, 0.0], [(py - y) / arm, 0.0, reach]]
+    block: Array = np.array(rows) * (unit[0] / scale[0])
+    return block
+
+
+def _loads(problem: Problem, names: Sequence[BodyId], force: Array, length: Array) -> Array:
+    """(bricks, 3) vertical loads and their first moments, scaled."""
+    wrenches = [problem.loads.get(name, Wrench(ZERO)) for name in names]
+    loads = np.array([(w.force_W[2], -w.torque_W[1], w.torque_W[0]) for w in wrenches], dtype=float).reshape(-1, 3)
+    loads /= np.stack([force, force * length, force * length], axis=1)
+    return loads
+
+
+def _answer(balance: Array) -> Array | None:
+    """Minus the pseudo-inverse; None if some row cannot be answered."""
+    try:
+        squared = balance @ balance.T
+        inverse = np.asarray(np.linalg.solve(squared, balance).T, dtype=np.float64)
+    except np.linalg.LinAlgError:
+        return None
+    answer = -inverse - inverse @ (np.eye(len(balance)) - balance @ inverse)  # once more, for rounding
+    return answer if np.abs(balance @ answer + np.eye(len(balance))).max(initial=0.0) < BALANCED else None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Edges:
+    """The border lines of all patches, inset: what must not be negative."""
+
+    patch: NDArray[np.int64]  # (edges,)
+    rows: Array  # (edges, 3 patches) what a patch's force has to spare at a line
+    of_loads: Array  # (edges,) what displaced loads take from it, by unit of displacement
+    of_planes: Array  # (edges, bricks) what displaced forces of planes take, by unit of displacement and force
+
+
+def _edges(rule: Recourse, error: float) -> _Edges:
+    patch = np.concatenate([np.full(len(p.depth), k) for k, p in enumerate(rule.patches)]).astype(np.int64)
+    rows = np.zeros((len(patch), 3 * len(rule.patches)))
+    edge = 0
+    for k, p in enumerate(rule.patches):
+        depth = (p.depth - (0.0 if p.moving else error)) / rule.unit[k, 1]
+        block = np.column_stack([depth, p.inward])
+        rows[edge : edge + len(depth), 3 * k : 3 * k + 3] = block
+        edge += len(depth)
+    taken = _lengths(rule, rows @ rule.answer)
+    planar = rule.on_plane.any(axis=1)
+    of_loads = taken[:, ~planar] @ np.abs(rule.loads[~planar, 0])
+    return _Edges(patch, rows, of_loads, np.where(planar, taken, 0.0))
+
+
+def _lengths(rule: Recourse, of_moments: Array) -> Array:
+    """(rows, bricks) by answers to moments: what a unit of force displaced by 1 m on a brick takes, at worst."""
+    pairs = of_moments.reshape(len(of_moments), -1, 3)[:, :, 1:]
+    return np.hypot(pairs[:, :, 0], pairs[:, :, 1]) / rule.length
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Frictional:
+    """Forces at the corners of inset patches, in their cones, whatever the displacements: z, x and y each."""
+
+    friction: Array  # (corners,)
+    upright: Array  # (3 bricks, 3 corners) vertical force and first moments on the bricks
+    sideways: Array  # (3 bricks, 3 corners) horizontal force and twist
+
+
+def _frictional(rule: Recourse, problem: Problem, error: float) -> _Frictional:
+    number = {name: i for i, name in enumerate(rule.names)}
+    corners = [
+        (k, (x, y, p.height))
+        for k, p in enumerate(rule.patches)
+        if p.level and p.friction > 0.0
+        for x, y in inset(p.corners, error)
+    ]
+    upright, sideways = np.zeros((2, 3 * len(rule.names), 3 * len(corners)))
+    for column, (k, point) in enumerate(corners):
+        patch = rule.patches[k]
+        for body, sign in ((patch.upper, 1.0), (patch.lower, -1.0)):
+            if body not in number:
+                continue
+            i = number[body]
+            x, y, z = (a - b for a, b in zip(point, problem.bricks[body].pose.position_W, strict=True))
+            arm = rule.length[i]
+            scale = sign * rule.unit[k, 0] / rule.force[i]
+            here = np.s_[3 * i : 3 * i + 3, 3 * column : 3 * column + 3]
+            upright[here] = scale * np.array([[1.0, 0.0, 0.0], [x / arm, -z / arm, 0.0], [y / arm, 0.0, -z / arm]])
+            sideways[here] = scale * np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, -y / arm, x / arm]])
+    return _Frictional(np.array([rule.patches[k].friction for k, _ in corners]), upright, sideways)
+
+
+def displaced(rule: Recourse, problem: Problem, error: float) -> Answer:
+    """The largest displacement of all loads at once that is survived where patches are inset by `error`.
+
+    The unknowns are the patch forces, the frictional forces, for each brick on a plane a bound on what it carries, and
+    the displacement. What a brick on a plane carries takes the place of its weight, but depends on the answer itself:
+    a bound that holds for what it implies holds (the answer is a fixed point within the bound).
+    """
+    from scipy.sparse import block_array, csc_matrix  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
+
+    edges, frictional = _edges(rule, error), _frictional(rule, problem, error)
+    planar = rule.on_plane.any(axis=1)
+    on_plane = rule.on_plane[planar]
+    carried = _lengths(rule, on_plane @ rule.answer)
+    by_loads = (carried[:, ~planar] @ np.abs(rule.loads[~planar, 0]))[:, None]
+    by_planes = error * carried[:, planar] - np.eye(len(on_plane))
+    unit = rule.length.max()
+    rows = [
+        [-rule.balance, -frictional.upright, None, None],
+        [None, -frictional.sideways, None, None],
+        [None, -_cone_rows(frictional.friction), None, None],
+        [-edges.rows, None, error * edges.of_planes[:, planar], unit * edges.of_loads[:, None]],
+        [on_plane, None, by_planes, unit * by_loads],
+        [-on_plane, None, by_planes, unit * by_loads],
+        [None, None, None, np.array([[1.0]])],
+    ]
+    loads = rule.loads[planar, 0]
+    offset = [rule.loads.ravel(), np.zeros(3 * len(rule.names) + 3 * len(frictional.friction) + len(edges.rows))]
+    offset += [-loads, loads, np.array([FURTHEST])]
+    columns = 3 * len(rule.patches) + 3 * len(frictional.friction) + len(loads) + 1
+    cost = np.zeros(columns)
+    cost[-1] = -1.0
+    program = ConicProgram(
+        cost,
+        csc_matrix(block_array([[None if part is None else csc_matrix(part) for part in row] for row in rows])),
+        np.concatenate(offset),
+        6 * len(rule.names),
+        [3] * len(frictional.friction),
+        len(edges.rows) + 2 * len(loads) + 1,
+    )
+    point = clarabel_solve(program, ACCURACY)
+    return _judged(rule, edges, frictional, error, point.x)
+
+
+def _cone_rows(friction: Array) -> Array:
+    """The matrix that takes forces to what the solver's round cones want: what friction allows, and what it gives."""
+    scale = np.ones(3 * len(friction))
+    scale[::3] = friction
+    return np.diag(scale)
+
+
+def _judged(rule: Recourse, edges: _Edges, frictional: _Frictional, error: float, x: Array) -> Answer:
+    """What a point is worth, by plain arithmetic: whether it survives `error` itself, and where it only just does."""
+    count = 3 * len(rule.patches)
+    forces = _inside(x[count : count + 3 * len(frictional.friction)], frictional.friction)
+    left = rule.balance @ x[:count] + frictional.upright @ forces + rule.loads.ravel()
+    patches = x[:count] + rule.answer @ left
+    spare = edges.rows @ patches
+    taken = error * (edges.of_loads + edges.of_planes @ _carried(rule, patches, error))
+    worst = int(np.argmin(_share(spare, taken))) if len(spare) else -1
+    balanced = np.abs(frictional.sideways @ forces).max(initial=0.0) <= BALANCED
+    survives = bool(balanced and (spare - taken >= -BALANCED).all())
+    limit = rule.patches[edges.patch[worst]] if worst >= 0 else None
+    displacement = float(x[-1])
+    return Answer(
+        inf if displacement > 0.5 * FURTHEST else displacement * float(rule.length.max()),
+        survives,
+        None if limit is None else (limit.lower, limit.upper),
+    )
+
+
+def _inside(forces: Array, friction: Array) -> Array:
+    """The forces, those outside their cones taken to the nearest below: what is then left over shows in the balance."""
+    triples = forces.reshape(-1, 3).copy()
+    triples[:, 0] = np.maximum(triples[:, 0], 0.0)
+    tangential = np.hypot(triples[:, 1], triples[:, 2])
+    most = friction * triples[:, 0]
+    triples[:, 1:] *= np.where(tangential > most, most / np.where(tangential > 0.0, tangential, 1.0), 1.0)[:, None]
+    return triples.ravel()
+
+
+def _share(spare: Array, taken: Array) -> Array:
+    return np.where(taken > 0.0, spare / np.where(taken > 0.0, taken, 1.0), inf)
+
+
+def _carried(rule: Recourse, patches: Array, error: float) -> Array:
+    """(bricks,) a bound on what each brick on a plane carries, wherever it is; infinite if there is none."""
+    planar: NDArray[np.bool_] = np.asarray(rule.on_plane.any(axis=1))
+    bound = np.zeros(len(rule.names))
+    if planar.any():
+        on_plane = rule.on_plane[planar]
+        taken = error * _lengths(rule, on_plane @ rule.answer)
+        still = np.abs(on_plane @ patches + rule.loads[planar, 0]) + taken[:, ~planar] @ np.abs(rule.loads[~planar, 0])
+        feedback = taken[:, planar]
+        bound[planar] = np.linalg.solve(np.eye(len(feedback)) - feedback, still)
+    return bound if (bound >= 0.0).all() else np.full(len(rule.names), inf)

@@ -1,0 +1,72 @@
+"""Conic programs, and the solver that is asked for their points. What it says of its points is only ever a note."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array: TypeAlias = NDArray[np.float64]
+
+MOST_STEPS = 200  # of the interior point method; 15 to 40 are usual
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ConicProgram:
+    """Least `cost @ x` such that `offset - matrix @ x` is nothing in the first `equal` rows, then in each cone.
+
+    A round cone of size k has k rows of which the first is at least the norm of the others.
+    """
+
+    cost: Array  # (columns,)
+    matrix: Any  # (rows, columns), sparse by column
+    offset: Array  # (rows,)
+    equal: int = 0  # rows
+    round: Sequence[int] = ()  # sizes of the round cones
+    positive: int = 0  # rows that must not be negative
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Point:
+    """Where a solver ended, and what it says of it."""
+
+    x: Array  # (columns,)
+    dual: Array  # (rows,) in the same cones where it is a solution: `matrix.T @ dual + cost = 0`
+    status: str
+
+
+Solver: TypeAlias = Callable[[ConicProgram, float], Point]  # takes the accuracy to ask for
+
+
+def clarabel_solve(program: ConicProgram, accuracy: float) -> Point:
+    """Clarabel's point, by an interior point method."""
+    import clarabel  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
+    from scipy.sparse import csc_matrix  # noqa: PLC0415 -- likewise
+
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.max_iter = MOST_STEPS
+    settings.max_threads = 1  # the same bytes on every machine
+    settings.presolve_enable = False  # it may leave out rows of which the dual is needed
+    settings.tol_feas = settings.tol_gap_abs = settings.tol_gap_rel = accuracy
+    settings.tol_infeas_abs = settings.tol_infeas_rel = accuracy
+    columns = len(program.cost)
+    cones = [clarabel.ZeroConeT(program.equal)] if program.equal else []
+    cones += [clarabel.SecondOrderConeT(size) for size in program.round]
+    cones += [clarabel.NonnegativeConeT(program.positive)] if program.positive else []
+    none = csc_matrix((columns, columns))
+    solver = clarabel.DefaultSolver(none, program.cost, program.matrix, program.offset, cones, settings)
+    solution = solver.solve()
+    return Point(np.array(solution.x), np.array(solution.z), str(solution.status))
+
+
+def solve(program: ConicProgram, accuracy: float, solver: Solver) -> Point | str:
+    """The solver's point, or why it gave none that can be looked at."""
+    try:
+        point = solver(program, accuracy)
+    except Exception as error:
+        return f"the solver failed: {error}"
+    if point.x.shape != program.cost.shape or point.dual.shape != program.offset.shape:
+        return f"{point.status}, and its point is of the wrong shape"
+    return point

@@ -1,0 +1,124 @@
+"""A fall in words: which bricks tip over what, slide on what, or fall with nothing to hold them."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from math import hypot
+
+from stability.geometry.vectors import subtract
+from stability.model import BodyId, Vec3
+from stability.statics.facts import ZERO, Contact, Motion, Problem
+
+STUCK = 1e-2  # of the speed of a group: a point that moves less against another body is what the group turns about
+TURNING = 1e-3  # of the speed of a group: what its spin may add to that without being called a turn
+MOST_NAMES = 6  # that are written out
+
+
+@dataclass(frozen=True, slots=True)
+class _Slip:
+    """How the upper body of a contact moves against the lower one at a point, at one of the normals there."""
+
+    opening: float  # [m/s]
+    sliding: float
+    friction: float
+
+    def size(self) -> float:
+        return hypot(self.opening, self.sliding)
+
+
+def described(problem: Problem, motion: Motion) -> str:
+    """What moves, and how: "L5.1, L5.2 tip over L4.1", "plank slides on ground", "top falls: nothing is under it"."""
+    groups = _groups(problem, motion)
+    return "; ".join(_of_group(problem, motion, group) for group in groups)
+
+
+def _groups(problem: Problem, motion: Motion) -> list[list[BodyId]]:
+    """Bricks that touch and move as one body, by the lowest of each."""
+    group_of = {name: [name] for name in sorted(motion.velocity)}
+    for contact in problem.contacts:
+        lower, upper = group_of.get(contact.lower), group_of.get(contact.upper)
+        if lower is None or upper is None or lower is upper:
+            continue
+        if _as_one(problem, motion, contact):
+            lower += upper
+            for name in upper:
+                group_of[name] = lower
+    distinct = {id(group): sorted(group) for group in group_of.values()}
+    return sorted(distinct.values(), key=lambda group: (_lowest(problem, group), group))
+
+
+def _as_one(problem: Problem, motion: Motion, contact: Contact) -> bool:
+    """Whether two bricks move as one body: alike where they touch, and with the same spin."""
+    pair = (contact.lower, contact.upper)
+    still = STUCK * max(_speed(problem, motion, name) for name in pair)
+    turn = hypot(*subtract(*(motion.velocity[name][1] for name in pair))) * max(_half(problem, name) for name in pair)
+    return turn <= still and all(slip.size() <= still for slip in _slips(problem, motion, contact))
+
+
+def _lowest(problem: Problem, group: Sequence[BodyId]) -> float:
+    return min(problem.bricks[name].pose.position_W[2] for name in group)
+
+
+def _of_group(problem: Problem, motion: Motion, group: Sequence[BodyId]) -> str:
+    speed = max(_speed(problem, motion, name) for name in group)
+    about, along, under = set(), set(), set()
+    for contact, other in _border(problem, group):
+        under |= {other} if other == contact.lower else set()
+        for slip in _slips(problem, motion, contact):
+            if slip.size() <= STUCK * speed:
+                about.add(other)
+            elif slip.opening - slip.friction * slip.sliding <= STUCK * speed and slip.sliding > slip.opening:
+                along.add(other)
+    several = len(group) > 1
+    # What stands still is what a group tips over; what moves along with it counts only where nothing stands still.
+    along -= about
+    if any(name not in motion.velocity for name in about | along):
+        about, along = (names - set(motion.velocity) for names in (about, along))
+    turns = any(hypot(*motion.velocity[name][1]) * _half(problem, name) > TURNING * speed for name in group)
+    if turns and about:
+        also = f" and {'slide' if several else 'slides'} on {_named(along)}" if along else ""
+        return f"{_named(group)} {'tip' if several else 'tips'} over {_named(about)}{also}"
+    if along or about:
+        return f"{_named(group)} {'slide' if several else 'slides'} on {_named(along | about)}"
+    why = "nothing holds {}" if under else "nothing is under {}"
+    return f"{_named(group)} {'fall' if several else 'falls'}: {why.format('them' if several else 'it')}"
+
+
+def _border(problem: Problem, group: Sequence[BodyId]) -> Iterator[tuple[Contact, BodyId]]:
+    """The contacts of a group with others, and the other body of each."""
+    members = set(group)
+    for contact in problem.contacts:
+        if (contact.lower in members) != (contact.upper in members):
+            yield contact, contact.lower if contact.upper in members else contact.upper
+
+
+def _slips(problem: Problem, motion: Motion, contact: Contact) -> Iterator[_Slip]:
+    for point in contact.points_W:
+        above, below = (_velocity_at(problem, motion, name, point) for name in (contact.upper, contact.lower))
+        slip = subtract(above, below)
+        for normal in contact.normals_W:
+            opening = sum(a * b for a, b in zip(slip, normal, strict=True))
+            sideways = subtract(slip, (opening * normal[0], opening * normal[1], opening * normal[2]))
+            yield _Slip(opening, hypot(*sideways), contact.friction)
+
+
+def _velocity_at(problem: Problem, motion: Motion, name: BodyId, point: Vec3) -> Vec3:
+    if name not in motion.velocity:
+        return ZERO
+    (vx, vy, vz), (wx, wy, wz) = motion.velocity[name]
+    x, y, z = subtract(point, problem.bricks[name].pose.position_W)
+    return (vx + wy * z - wz * y, vy + wz * x - wx * z, vz + wx * y - wy * x)
+
+
+def _speed(problem: Problem, motion: Motion, name: BodyId) -> float:
+    velocity, spin = motion.velocity[name]
+    return hypot(*velocity) + hypot(*spin) * _half(problem, name)
+
+
+def _half(problem: Problem, name: BodyId) -> float:
+    return 0.5 * hypot(*problem.bricks[name].brick.size)
+
+
+def _named(bodies: Sequence[BodyId] | set[BodyId]) -> str:
+    names = sorted(bodies)
+    more = len(names) - MOST_NAMES
+    return ", ".join(names) if more <= 1 else f"{', '.join(names[:MOST_NAMES])} and {more} more"

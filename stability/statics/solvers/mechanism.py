@@ -1,0 +1,185 @@
+"""Which part falls: from a motion that proves a fall, one that moves as few bricks as can be found.
+
+Parts that do not touch move without each other, so the smallest that gains is a proof by itself. Within it, the rest
+held fixed, the motion of least sum of speeds is asked for. Then as many of the lower bricks as possible are held fixed,
+and others one by one: a brick without which nothing falls is needed in every smaller set too. Last, of all motions of
+the bricks that are left, the one that they would start with is taken (Gauss: of least energy for what the loads gain).
+"""
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stability.model import BodyId
+from stability.statics.facts import Motion, Problem, Tolerances
+from stability.statics.proof import check_motion
+from stability.statics.solvers.conic_program import Array, ConicProgram, Solver, clarabel_solve, solve
+from stability.statics.solvers.equilibrium import balance, proven_motion
+from stability.statics.solvers.fall_words import described
+from stability.statics.solvers.wrench_matrix import WrenchMatrix, wrench_matrix
+
+__all__ = ["described", "smallest_mechanism"]
+
+LARGE = 60  # bricks up to which a part is searched brick by brick; larger ones are asked about less often
+QUIET = (1e-3, 1e-6, 1e-9)  # shares of the largest speed below which a brick is first taken to stay
+MOST_TRIES = 24  # of bricks held fixed one by one
+ACCURACIES = (1e-9, 1e-12)  # of the least speeds, asked for in turn until what is found is proven
+
+
+def smallest_mechanism(
+    problem: Problem,
+    motion: Motion,
+    tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
+    solver: Solver = clarabel_solve,
+) -> Motion:
+    """A motion of as few bricks as are found to fall without the rest; `motion` itself if it proves no fall."""
+    parts = [part for part in _parts(problem, motion) if check_motion(problem, part, tolerances).holds]
+    if not parts:
+        return motion
+    search = _Search(problem, tolerances, solver)
+    least = search.alone(min(parts, key=lambda part: (len(part.velocity), min(part.velocity))))
+    return search.started(search.held(search.sparse(least)))
+
+
+def _parts(problem: Problem, motion: Motion) -> Iterator[Motion]:
+    """The motions of parts that do not touch, in order of names."""
+    touching: dict[BodyId, set[BodyId]] = {name: set() for name in motion.velocity}
+    for contact in problem.contacts:
+        if contact.lower in touching and contact.upper in touching:
+            touching[contact.lower].add(contact.upper)
+            touching[contact.upper].add(contact.lower)
+    left = set(touching)
+    for name in sorted(touching):
+        if name in left:
+            part, waiting = {name}, [name]
+            while waiting:
+                new = touching[waiting.pop()] - part
+                part |= new
+                waiting += new
+            left -= part
+            yield Motion({brick: motion.velocity[brick] for brick in sorted(part)})
+
+
+@dataclass(frozen=True, slots=True)
+class _Search:
+    """Looks for motions of fewer bricks; each one that it takes is proven."""
+
+    problem: Problem
+    tolerances: Tolerances
+    solver: Solver
+
+    def alone(self, motion: Motion) -> Motion:
+        """The smallest part of a motion that is proven by itself."""
+        parts = [part for part in _parts(self.problem, motion) if self._proven(part)]
+        return min(parts, key=lambda part: (len(part.velocity), min(part.velocity)), default=motion)
+
+    def _proven(self, motion: Motion) -> bool:
+        return check_motion(self.problem, motion, self.tolerances).holds
+
+    def of(self, bricks: Collection[BodyId]) -> Problem:
+        """The problem of these bricks, the rest held fixed."""
+        return replace(
+            self.problem,
+            bricks={name: self.problem.bricks[name] for name in sorted(bricks)},
+            contacts=[c for c in self.problem.contacts if c.lower in bricks or c.upper in bricks],
+        )
+
+    def sparse(self, motion: Motion) -> Motion:
+        """A motion within the given one, of the least sum of speeds for what the loads gain."""
+        if not 1 < len(motion.velocity) <= LARGE:
+            return motion
+        found = self._least(motion, by_brick=True)
+        return self.alone(found) if found is not None else motion
+
+    def started(self, motion: Motion) -> Motion:
+        """The motion that the same bricks would start with."""
+        return self._least(motion, by_brick=False) or motion
+
+    def _least(self, motion: Motion, by_brick: bool) -> Motion | None:
+        """A proven motion of least speed: the sum of those of the bricks, or of all as one, weighed by mass."""
+        problem = self.of(motion.velocity)
+        system = wrench_matrix(problem, whole=True)
+        weights = _by_speed(system) if by_brick else _by_energy(system, problem)
+        columns = system.columns_of(motion)
+        gain = float(system.loads @ columns) / float(np.linalg.norm(weights * columns))
+        program = _least_speed(system, weights, 6 if by_brick else len(columns), gain)
+        for accuracy in ACCURACIES:
+            point = solve(program, accuracy, self.solver)
+            if isinstance(point, str):
+                continue
+            found = proven_motion(self.problem, system, point.x[: len(columns)], self.tolerances, QUIET)
+            if found is not None:
+                return found
+        return None
+
+    def held(self, motion: Motion) -> Motion:
+        """A motion within the given one after bricks were held fixed: the lower ones, then one by one."""
+        motion = self._lower_held(motion)
+        left = MOST_TRIES
+        for name in self._upwards(motion):
+            if left > 0 and name in motion.velocity:
+                motion = self._without(motion, [name]) or motion
+                left -= LARGE if len(motion.velocity) > LARGE else 1
+        return motion
+
+    def _lower_held(self, motion: Motion) -> Motion:
+        """A motion after as many of the lower bricks as possible were held fixed: the more, the harder to fall."""
+        order = self._upwards(motion)
+        held, too_many = 0, len(order)
+        while held + 1 < too_many:
+            middle = (held + too_many) // 2
+            fewer = self._without(motion, order[:middle])
+            if fewer is None:
+                too_many = middle
+            else:
+                motion, held = fewer, middle
+        return motion
+
+    def _without(self, motion: Motion, fixed: Sequence[BodyId]) -> Motion | None:
+        """A proven motion of the bricks that are not held fixed."""
+        rest = set(motion.velocity) - set(fixed)
+        if not rest:
+            return None
+        found = balance(self.of(rest), self.tolerances, self.solver).motion
+        return self.alone(found) if found is not None and self._proven(found) else None
+
+    def _upwards(self, motion: Motion) -> list[BodyId]:
+        heights = {name: self.problem.bricks[name].pose.position_W[2] for name in motion.velocity}
+        return sorted(heights, key=lambda name: (heights[name], name))
+
+
+def _by_speed(system: WrenchMatrix) -> Array:
+    """What turns columns, which are speeds times what each brick carries, into speeds; up to a factor."""
+    force = np.repeat(system.column_scale[0::6], 6)
+    weights: Array = force.min() / force
+    return weights
+
+
+def _by_energy(system: WrenchMatrix, problem: Problem) -> Array:
+    """What turns columns into speeds times roots of mass, spins as those of a ball; up to a factor."""
+    masses = np.array([problem.bricks[name].brick.mass for name in system.names])
+    spins = np.tile([1.0, 1.0, 1.0, *[3.0**-0.5] * 3], len(masses))
+    weights: Array = np.repeat(np.sqrt(masses / masses.max()), 6) * spins * _by_speed(system)
+    largest = float(weights.max())
+    return weights / largest
+
+
+def _least_speed(system: WrenchMatrix, weights: Array, width: int, gain: float) -> ConicProgram:
+    """The least sum of norms, each of `width` weighed columns, of motions by which the loads gain `gain`."""
+    from scipy.sparse import bmat, csc_matrix  # noqa: PLC0415 -- slow to import, seldom needed
+
+    columns, held = len(weights), 3 * len(system.round)
+    groups = columns // width
+    size = groups * (width + 1)
+    first = (width + 1) * np.arange(groups)
+    norms = csc_matrix((np.ones(groups), (first, np.arange(groups))), shape=(size, groups))
+    others = np.delete(np.arange(size), first)
+    parts = csc_matrix((weights, (others, np.arange(columns))), shape=(size, columns))
+    power = csc_matrix(system.loads[None, :] / gain)
+    matrix = bmat([[power, None], [-system.matrix[:held], None], [-parts, -norms], [-system.matrix[held:], None]])
+    offset = np.zeros(matrix.shape[0])
+    offset[0] = 1.0
+    cost = np.append(np.zeros(columns), np.ones(groups))
+    cones = [3] * len(system.round) + [width + 1] * groups
+    return ConicProgram(cost, matrix.tocsc(), offset, 1, cones, len(system.flat))

@@ -1,0 +1,115 @@
+"""Motions that open contacts strictly. If some motion opens all, no contact forces but none balance each other."""
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
+from math import hypot
+
+import numpy as np
+
+from stability.geometry.vectors import scale
+from stability.model import BodyId, Vec3
+from stability.statics.facts import ZERO, Motion, Problem
+from stability.statics.proof import least_opening
+from stability.statics.solvers.conic_program import Array, ConicProgram, Solver, clarabel_solve, solve
+from stability.statics.solvers.wrench_matrix import WrenchMatrix, wrench_matrix
+
+OPEN = 1e-6  # of the speed there: a contact that opens by less may be closed by what is not known of the geometry
+SPREAD = 0.5  # how much of the friction that a lift leaves free its sideways spread may use up
+# Times the number of bricks: how much faster than the least opening a brick may move. In a row of leaning planks each
+# moves faster than the one before, so height is no measure.
+ROOM = 10.0
+ACCURACY = 1e-9  # what the solver is asked for; what is found is checked
+
+
+@dataclass(frozen=True, slots=True)
+class Openings:
+    """A motion, and how far it opens each contact of a problem: from 0 for not at all to 1."""
+
+    motion: Motion
+    of_contacts: tuple[float, ...]
+
+
+def separating_motion(problem: Problem, solver: Solver = clarabel_solve) -> Motion | None:
+    """A motion that is proven to open every contact strictly; None if none is found."""
+    for motion in (_lift(problem, 0.0), _lift(problem, SPREAD)):
+        if least_opening(problem, motion) >= OPEN:
+            return motion
+    openings = widest_openings(problem, solver)
+    if openings is None or least_opening(problem, openings.motion) < OPEN:
+        return None
+    return openings.motion
+
+
+def lifting_motion(problem: Problem, moving: Collection[BodyId]) -> Mapping[BodyId, Vec3] | None:
+    """Velocities, none faster than 1, that strictly open every contact of some bricks while the rest stay; or None."""
+    bricks = {name: problem.bricks[name] for name in sorted(moving)}
+    contacts = [c for c in problem.contacts if c.lower in bricks or c.upper in bricks]
+    part = replace(problem, bricks=bricks, contacts=contacts)
+    for motion in (_lift(part, 0.0), _lift(part, SPREAD)):
+        if least_opening(part, motion) >= OPEN:
+            fastest = max(hypot(*velocity) for velocity, _ in motion.velocity.values())
+            return {name: scale(1.0 / fastest, velocity) for name, (velocity, _) in motion.velocity.items()}
+    return None
+
+
+def _lift(problem: Problem, spread: float) -> Motion:
+    """All bricks move up, the higher in the stack the faster, and sideways from the middle."""
+    ranks = stack_ranks(problem)
+    centres = [placed.pose.position_W for placed in problem.bricks.values()]
+    middle = (
+        tuple(0.5 * (min(c[i] for c in centres) + max(c[i] for c in centres)) for i in (0, 1)) if centres else (0, 0)
+    )
+    reach = max((hypot(c[0] - middle[0], c[1] - middle[1]) for c in centres), default=0.0)
+    most = max((contact.friction for contact in problem.contacts), default=0.0)
+    rate = spread / (max(most, 1.0) * reach) if reach > 0.0 else 0.0
+
+    def velocity(name: BodyId) -> Vec3:
+        x, y, _ = problem.bricks[name].pose.position_W
+        return (rate * (x - middle[0]), rate * (y - middle[1]), float(ranks[name]))
+
+    return Motion({name: (velocity(name), ZERO) for name in problem.bricks})
+
+
+def stack_ranks(problem: Problem) -> Mapping[BodyId, int]:
+    """One more than the highest rank of what a brick rests on, by the height of centres where bricks lean in a ring."""
+    heights = {name: placed.pose.position_W[2] for name, placed in problem.bricks.items()}
+    below: dict[BodyId, list[BodyId]] = {name: [] for name in heights}
+    for contact in problem.contacts:
+        if contact.upper in below and contact.lower in below:
+            below[contact.upper].append(contact.lower)
+    ranks: dict[BodyId, int] = {}
+    for name in sorted(heights, key=lambda brick: (heights[brick], brick)):
+        level = heights[name]
+        ranks[name] = 1 + max(
+            (ranks[lower] for lower in below[name] if heights[lower] < level and lower in ranks), default=0
+        )
+    return ranks
+
+
+def widest_openings(problem: Problem, solver: Solver = clarabel_solve) -> Openings | None:
+    """The motion that opens contacts most, each counted up to a limit: those that it leaves shut, no motion opens."""
+    system = wrench_matrix(problem, whole=True, carried=dict.fromkeys(problem.bricks, 1.0))
+    room = ROOM * (1 + len(problem.bricks))
+    point = solve(_program(system, len(problem.contacts), room), ACCURACY, solver)
+    if isinstance(point, str) or not np.isfinite(point.x).all():
+        return None
+    columns = len(system.loads)
+    opened = np.clip(point.x[columns:], 0.0, 1.0)
+    return Openings(system.motion(point.x[:columns]), tuple(opened.tolist()))
+
+
+def _program(system: WrenchMatrix, contacts: int, room: float) -> ConicProgram:
+    """The largest sum of openings, each from 0 to 1, at a speed of up to `room`."""
+    from scipy.sparse import bmat, csc_matrix, identity  # noqa: PLC0415 -- slow to import, and few need to ask
+
+    rows, columns = system.matrix.shape
+    of_contact = np.repeat(np.arange(contacts), [points * normals for points, normals in system.cones.shapes])
+    held, flat = 3 * len(system.round), len(system.flat)
+    normals = np.append(np.arange(0, held, 3), np.arange(held, rows))
+    which = of_contact[np.append(system.round, system.flat)]
+    opening = csc_matrix((np.ones(len(normals)), (normals, which)), shape=(rows, contacts))
+    speed, each = identity(columns), identity(contacts)
+    matrix = bmat([[-system.matrix, opening], [speed, None], [-speed, None], [None, each], [None, -each]], format="csc")
+    offset: Array = np.concatenate([np.zeros(rows), np.full(2 * columns, room), np.ones(contacts), np.zeros(contacts)])
+    cost = np.append(np.zeros(columns), np.full(contacts, -1.0))
+    return ConicProgram(cost, matrix, offset, 0, [3] * len(system.round), flat + 2 * columns + 2 * contacts)

@@ -1,0 +1,150 @@
+"""Which bricks at rest are about to be hit, told before the engine lets it happen.
+
+A frozen brick has no mass for the engine, and takes all momentum out of what hits it. So what may give way has to be
+woken before the hit, while the surfaces are still apart. Only the gap between boxes and the speed of its closing are
+looked at; bricks in contact press on each other, and do not hit.
+"""
+
+from collections.abc import Container, Mapping
+from dataclasses import dataclass, field
+from math import hypot, inf, sqrt
+
+from stability.engines.protocol import Engine
+from stability.geometry.rotations import multiply
+from stability.geometry.separation import Separation, boxes_apart
+from stability.geometry.vectors import add_scaled, scale
+from stability.model import BodyId, BodyState, Box, Pose, Vec3
+
+# Shares of the smallest side of the flying brick.
+IN_TOUCH = 0.03  # closer, two bricks press on each other: what engines leave between bricks at rest, and a little more
+CLOSE = 0.125  # a millimetre for a plank: so much closer than its speed brings it, a brick counts as about to hit
+AHEAD = 1.0  # how far around a brick is looked
+GLANCE = 0.05  # of the time ahead, over which the speed of closing is taken
+LONGEST_STEP = 1.0 / 240.0  # [s] of an engine whose first step is not over
+STEPS = 2.0  # how many steps ahead, as speed may grow
+MOST_GAPS = 8  # that a flight is followed through; two boxes seldom have more than three
+ROUNDING = 1e-9  # [m]
+
+
+@dataclass(frozen=True, slots=True)
+class Hit:
+    """A brick that is about to hit another one."""
+
+    by: BodyId
+    brick: BodyId  # the one that is hit
+    speed: float  # at which the gap closes [m/s]
+    normal_W: Vec3  # unit, from the hitting brick towards the hit one
+
+
+@dataclass(frozen=True, slots=True)
+class _Box:
+    id: BodyId
+    size: Vec3  # [m]
+    state: BodyState
+
+
+@dataclass(frozen=True, slots=True)
+class _Near:
+    box: _Box
+    apart: Separation  # from the flying brick
+
+
+@dataclass
+class Approaches:
+    """Follows the moving bricks of one engine. A brick that has nothing near is not looked at until it could have."""
+
+    engine: Engine
+    horizon: float  # [s] in which gravity alone brings nothing close
+    least: float = 0.02  # [m/s] slower, nothing is a hit
+    ahead: float = 0.0  # [s] how long before it happens a hit is told, if that is more than two steps
+    gravity: float = 0.0  # [m/s2]: what a step of free fall gives a brick that the engine keeps bouncing is no hit
+    _now: float | None = field(default=None, init=False)  # [s] of the last look
+    _known: set[BodyId] = field(default_factory=set, init=False)  # bricks that were looked at before
+    _look_at: dict[BodyId, float] = field(default_factory=dict, init=False)  # [s] when to look next
+
+    def hits(self, moving: Mapping[BodyId, BodyState], still: Container[BodyId]) -> list[Hit]:
+        """Who is about to hit one of the bricks `still`, at the latest in the next step of the engine."""
+        now = self.engine.time()
+        since = now - self._now if self._now is not None else LONGEST_STEP
+        step = since if 0.0 < since < LONGEST_STEP else LONGEST_STEP  # time may have been skipped
+        self._now = now
+        least = max(self.least, STEPS * self.gravity * step)
+        ahead = max(self.ahead, STEPS * step)
+        found = []
+        for brick, state in moving.items():
+            if now < self._look_at.get(brick, now):
+                continue
+            # What is in touch presses, and does not hit; unless it has only just come, and came fast.
+            apart = IN_TOUCH if brick in self._known else -inf
+            self._known.add(brick)
+            fastest = _fastest(state, size) if (size := self._size(brick)) else 0.0
+            if size and fastest > least:
+                around = max(AHEAD * min(size), _close(size, fastest, ahead))
+                near = [n for n in self._near(brick, state, still, around) if n.apart.gap > apart * min(size)]
+                free = min((other.apart.gap for other in near), default=AHEAD * min(size))
+                # Half the way, for whatever makes it faster meanwhile.
+                rest = 0.5 * max(0.0, free - _close(size, fastest, ahead)) / fastest
+                self._look_at[brick] = now + min(self.horizon, rest)
+                found += [hit for other in near if (hit := _hit(_Box(brick, size, state), other, ahead))]
+        return [hit for hit in found if hit.speed > least]
+
+    def forget(self, brick: BodyId) -> None:
+        """A brick was frozen, or is gone."""
+        self._look_at.pop(brick, None)
+        self._known.discard(brick)
+
+    def _size(self, brick: BodyId) -> Vec3 | None:
+        shape = self.engine.shape(brick)
+        return shape.size if isinstance(shape, Box) else None
+
+    def _near(self, brick: BodyId, state: BodyState, still: Container[BodyId], within: float) -> list["_Near"]:
+        """The bricks `still` that are near."""
+        own = self._size(brick)
+        others = [other for other in self.engine.near(brick, within) if other in still]
+        states, found = self.engine.states(others), []
+        for other in others:
+            size = self._size(other)
+            if own and size:
+                apart = boxes_apart(own, state.pose, size, states[other].pose)
+                found.append(_Near(_Box(other, size, states[other]), apart))
+        return found
+
+
+def _close(size: Vec3, speed: float, ahead: float) -> float:
+    """How near a brick of this speed must be to be about to hit [m]."""
+    return CLOSE * min(size) + ahead * speed
+
+
+def _hit(flying: _Box, other: _Near, within: float) -> Hit | None:
+    """Follow a flight from gap to gap: while one direction closes, another may keep the bricks apart, and for good."""
+    apart, ahead = other.apart, 0.0  # [s]
+    for _ in range(MOST_GAPS):
+        speed = (apart.gap - _apart(flying, other.box, ahead + GLANCE * within).gap) / (GLANCE * within)
+        close = CLOSE * min(flying.size)
+        if speed <= 0.0 or apart.gap >= close + (within - ahead) * speed:
+            return None
+        if apart.gap <= close + ROUNDING:
+            return Hit(flying.id, other.box.id, speed, scale(-1.0, apart.normal_BA_W))
+        ahead += (apart.gap - close) / speed
+        apart = _apart(flying, other.box, ahead)
+    return Hit(flying.id, other.box.id, speed, scale(-1.0, apart.normal_BA_W))
+
+
+def _apart(flying: _Box, other: _Box, ahead: float) -> Separation:
+    """The separation of two bricks when the one has flown and turned on for a while [s]."""
+    pose, turning = flying.state.pose, scale(0.5 * ahead, flying.state.angular_velocity_W)
+    turn = multiply((*turning, 1.0), pose.orientation)
+    size = sqrt(sum(part * part for part in turn))
+    x, y, z, w = (part / size for part in turn)
+    then = Pose(add_scaled(pose.position_W, ahead, flying.state.velocity_W), (x, y, z, w))
+    return boxes_apart(flying.size, then, other.size, other.state.pose)
+
+
+def _fastest(state: BodyState, size: Vec3) -> float:
+    """A bound on the speed of all points of a brick [m/s]."""
+    return hypot(*state.velocity_W) + _turning_speed(state, size)
+
+
+def _turning_speed(state: BodyState, size: Vec3) -> float:
+    """A bound on how fast points of a brick move about its centre [m/s]."""
+    return 0.5 * hypot(*size) * hypot(*state.angular_velocity_W)

@@ -1,0 +1,70 @@
+"""When a brick may be frozen and when it is woken: one enum, one pure transition.
+
+Frozen means held fixed in the engine because the model says that it stands; it still collides.
+"""
+
+from dataclasses import dataclass, replace
+from enum import Enum
+from math import hypot
+
+from stability.model import BodyState
+
+
+class Activity(Enum):
+    """What the extension does with a brick."""
+
+    FREE = "free"  # the engine moves it; it is tested whenever it is slow
+    UNSTABLE = "unstable"  # woken by a failed test: not tested again until it has been slow for a while
+    FROZEN = "frozen"  # part of the stack
+
+
+@dataclass(frozen=True, slots=True)
+class RestLimits:
+    """What counts as not moving.
+
+    The source sets a threshold on speed and turning without giving it. The two spans of time are ours. `dwell`: a brick
+    in flight is slow at its highest point, for 2 speed / g = 1 ms, and would be frozen in the air. `hold_off`: a brick
+    woken from a stack starts at rest, passes the test of a single brick at the next step, and would be frozen again
+    before it can move; a failing tower would hang in the air. A slow topple shows within a tenth of a second.
+    """
+
+    speed: float = 0.005  # [m/s] of the centre of mass; a solver's noise on a plank at rest is a tenth of it
+    angular_speed: float = 0.1  # [rad/s]; the end of a plank then moves at about `speed`
+    dwell: float = 0.002  # [s] a brick is slow before it is tested
+    hold_off: float = 0.1  # [s] the same for a woken brick, and as `still` as a tower is not that tips by a hair
+    still: float = 0.2  # share of the limits for a woken brick
+
+    def slow(self, state: BodyState, share: float = 1.0) -> bool:
+        """Whether the brick may be at rest; within a share of the limits."""
+        speed, rate = hypot(*state.velocity_W), hypot(*state.angular_velocity_W)
+        return speed < share * self.speed and rate < share * self.angular_speed
+
+    def scaled(self, lengths: float, times: float) -> "RestLimits":
+        """The same limits for a scene whose lengths and times are so many times larger."""
+        return replace(
+            self,
+            speed=self.speed * lengths / times,
+            angular_speed=self.angular_speed / times,
+            dwell=self.dwell * times,
+            hold_off=self.hold_off * times,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """What was seen of one brick in one pass."""
+
+    stands: bool = False  # it was tested and rests stably on the stack
+    fails: bool = False  # it, or something below it, failed the stack test
+    slow_for: float = 0.0  # how long it has been slow without a break [s]
+
+
+def next_activity(now: Activity, seen: Evidence, limits: RestLimits) -> Activity:
+    """The only steps: FREE -> FROZEN -> UNSTABLE -> FREE."""
+    if now is Activity.FREE and seen.stands:
+        return Activity.FROZEN
+    if now is Activity.FROZEN and seen.fails:
+        return Activity.UNSTABLE
+    if now is Activity.UNSTABLE and seen.slow_for >= limits.hold_off:
+        return Activity.FREE
+    return now

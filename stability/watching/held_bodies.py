@@ -1,0 +1,66 @@
+"""Frozen bricks and what they rest on, as they were left: tells what somebody else has moved, pushed or taken since."""
+
+from collections.abc import Collection, Container, Iterable
+from dataclasses import dataclass, field
+
+from stability.engines.protocol import Engine
+from stability.model import BodyId, BodyState
+
+# [m], and of a quaternion's parts: engines make orientations unit again at every step, and move their last digit so.
+ROUNDING = 1e-9
+
+
+@dataclass
+class HeldBodies:
+    """Looks after the bodies of one engine that nobody is expected to touch."""
+
+    engine: Engine
+    _held: dict[BodyId, BodyState] = field(default_factory=dict, init=False)
+    _seen: tuple[object, object] = field(default=(None, None), init=False)  # the engine's bodies, last time
+
+    def came_or_went(self) -> bool:
+        """Whether bodies have been added or removed since the last time that this was asked."""
+        bricks, fixed = self.engine.masses(), self.engine.fixed()
+        unchanged = self._seen[0] is bricks and self._seen[1] is fixed
+        self._seen = (bricks, fixed)
+        return not unchanged
+
+    def hold(self, brick: BodyId, supports: Iterable[BodyId] = ()) -> None:
+        """Remember a brick as it was just frozen, and those of its supports that are new."""
+        self._held |= self.engine.states([brick, *(on for on in supports if on not in self._held)])
+
+    def let_go(self, body: BodyId) -> None:
+        """Look after a body no longer."""
+        self._held.pop(body, None)
+
+    def released(self, frozen: Iterable[BodyId]) -> list[BodyId]:
+        """The frozen bricks that the engine no longer holds: another body under the name, or given a mass."""
+        return [brick for brick in frozen if not self.engine.holds(brick)]
+
+    def lost(self, frozen: Collection[BodyId]) -> list[BodyId]:
+        """The frozen bricks that the engine no longer has, or no longer holds."""
+        gone = list[BodyId]()
+        if self.came_or_went():
+            bricks = self.engine.masses()
+            gone = [brick for brick in frozen if brick not in bricks]
+        return gone + self.released(brick for brick in frozen if brick not in gone)
+
+    def disturbed(self, frozen: Container[BodyId]) -> dict[BodyId, BodyState]:
+        """What has been moved or pushed since it was last looked at, as it is now: bricks that are frozen, supports."""
+        if not self._held:
+            return {}
+        fixed = self.engine.fixed()
+        present = [body for body in self._held if body in frozen or body in fixed]
+        states = self.engine.states(present)
+        changed = {body: states[body] for body in present if _differs(states[body], self._held[body])}
+        self._held |= changed
+        return changed
+
+
+def _differs(now: BodyState, before: BodyState) -> bool:
+    """Whether a body has been moved or pushed."""
+    if (now.velocity_W, now.angular_velocity_W) != (before.velocity_W, before.angular_velocity_W):
+        return True
+    parts = (*now.pose.position_W, *now.pose.orientation)
+    others = (*before.pose.position_W, *before.pose.orientation)
+    return any(abs(part - other) > ROUNDING for part, other in zip(parts, others, strict=True))

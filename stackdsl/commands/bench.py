@@ -1,0 +1,155 @@
+"""`stackdsl bench`: reads arguments, plays, prints, and writes what came of it."""
+
+from collections.abc import Sequence
+from fractions import Fraction
+from pathlib import Path
+
+import click
+
+from stackdsl.bench.conduct import Bench, Job, Plan, bench, jobs_of
+from stackdsl.bench.entrants import ENTRANTS, NEEDED, installed
+from stackdsl.bench.journal import Journal
+from stackdsl.bench.page import bench_page
+from stackdsl.bench.plot import PlotMissingError, draw
+from stackdsl.bench.summary import bench_json
+from stackdsl.bench.table import bench_text
+from stackdsl.checking.gathering import gather
+from stackdsl.checking.selection import Selection, why_nothing
+from stackdsl.commands.options import playable
+from stackdsl.commands.terminal import paper, progress, tell, write
+from stackdsl.outcome import ExitCode, RunStatus
+from stackdsl.report.diagnostic_text import diagnostic_text
+
+FilePath = click.Path(path_type=Path)
+RESOLUTIONS = "2,1,1/2,1/4"
+FINEST, COARSEST = Fraction(1, 64), Fraction(64)
+TIME_LIMIT = 300.0  # [s] a run
+LONGEST_LIMIT = 1e6  # [s] eleven days
+
+
+def _factors(context: click.Context, parameter: click.Parameter, text: str) -> tuple[float, ...]:
+    """Times the time step of each system, such as `2,1,1/2`."""
+    try:
+        factors = [Fraction(part.strip()) for part in text.split(",")]
+    except (ValueError, ZeroDivisionError) as error:
+        raise click.BadParameter(f"'{text}' is no list of numbers; write it like {RESOLUTIONS}") from error
+    if not all(FINEST <= factor <= COARSEST for factor in factors):
+        raise click.BadParameter(f"steps are from {FINEST} to {COARSEST} times as long; write it like {RESOLUTIONS}")
+    return tuple(float(factor) for factor in dict.fromkeys(factors))
+
+
+@click.command("bench")
+@click.argument("paths", nargs=-1, type=FilePath)
+@click.option(
+    "--system",
+    "systems",
+    multiple=True,
+    type=click.Choice(list(ENTRANTS)),
+    callback=lambda *given: playable(given[-1], NEEDED),
+    help="Only these systems; default: all that are installed.",
+)
+@click.option("-k", "keyword", default="", help="Only cases whose name contains this.")
+@click.option("--tag", "tags", multiple=True, help="Only scenarios with this tag; with ! in front, without it.")
+@click.option(
+    "--resolutions",
+    default=RESOLUTIONS,
+    show_default=True,
+    callback=_factors,
+    help="Time steps, as so many times each system's own.",
+)
+@click.option("--output", type=FilePath, default=Path("bench"), show_default=True, help="Directory of what comes out.")
+@click.option("--resume", is_flag=True, help="Go on with what is missing in the output directory.")
+@click.option(
+    "--workers",
+    type=click.IntRange(1, 256),
+    default=1,
+    show_default=True,
+    help="Runs at a time; two disturb each other's times.",
+)
+@click.option(
+    "--time-limit",
+    type=click.FloatRange(0.001, LONGEST_LIMIT),
+    default=TIME_LIMIT,
+    show_default=True,
+    help="Seconds a run.",
+)
+@click.pass_context
+def bench_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
+    context: click.Context,
+    paths: Sequence[Path],
+    systems: tuple[str, ...],
+    keyword: str,
+    tags: tuple[str, ...],
+    resolutions: tuple[float, ...],
+    output: Path,
+    resume: bool,
+    workers: int,
+    time_limit: float,
+) -> None:
+    """Play everything under PATHS (default: scenarios) on every system at several time steps: speed against error."""
+    paths = paths or (Path("scenarios"),)
+    gathered = gather(paths)
+    for diagnostic in gathered.diagnostics:
+        tell(diagnostic_text(diagnostic))
+    selection = Selection(keyword=keyword, tags=tags)
+    cases = [case for case in gathered.cases if selection.takes(case)]
+    jobs = jobs_of(cases, systems or installed(), resolutions)
+    if not jobs:
+        mistaken = "nothing to play: what is selected has mistakes, or has another name"
+        tell(mistaken if gathered.diagnostics else why_nothing(selection, gathered.cases, paths))
+        context.exit(ExitCode.INVALID if gathered.diagnostics else ExitCode.USAGE)
+    plan = Plan(Journal(output), resume, workers, time_limit)
+    try:
+        if resume:
+            _tell_of_other_jobs(plan.journal, jobs)
+        with progress(len(jobs)) as on_record:
+            found = bench(jobs, plan, on_record)
+        _write_down(found, output)
+    except OSError as error:
+        raise click.ClickException(f"{output} cannot be written: {error.strerror}; use another --output") from error
+    write(bench_text(found, *paper()))
+    if gathered.diagnostics:
+        count = len(gathered.diagnostics)
+        tell(f"{count} mistake{'s' * (count > 1)} in scenarios, told above: these were not played")
+    context.exit(_exit_code(found, bool(gathered.diagnostics)))
+
+
+def _tell_of_other_jobs(journal: Journal, jobs: Sequence[Job]) -> None:
+    """A directory may hold runs that are not asked for: some are put aside, but if all are, it is the wrong one."""
+    held = {record.id: record.name for record in journal.held()}
+    others = [name for number, name in held.items() if number not in {job.id for job in jobs}]
+    if not others:
+        return
+    what = f"{journal.folder} holds {_some(others)}, and asked for are {_some([job.title for job in jobs])}"
+    if len(others) == len(held):
+        raise click.UsageError(
+            f"nothing to resume: {what}; ask for the same scenarios, systems and resolutions as before (what has "
+            f"changed since is another), use another --output, or leave out --resume to begin anew"
+        )
+    tell(f"{what}; the runs that are not asked for are kept in {journal.aside}")
+
+
+def _some(names: Sequence[str]) -> str:
+    """How many runs, and the first by name."""
+    count = f"{len(names)} run{'s' * (len(names) > 1)}"
+    return f"{count} ({names[0]}{', ...' * (len(names) > 1)})"
+
+
+def _write_down(found: Bench, output: Path) -> None:
+    (output / "bench.json").write_text(bench_json(found), encoding="utf-8")
+    try:
+        drawn = bool(draw(found.points, output))
+    except PlotMissingError as error:
+        drawn = False
+        tell(str(error))
+    (output / "speed-against-error.md").write_text(bench_page(found, drawn), encoding="utf-8")
+
+
+def _exit_code(found: Bench, mistakes: bool) -> ExitCode:
+    """A wrong verdict or a run out of time is what a bench is to find; a crash is not."""
+    if found.interrupted:
+        return ExitCode.INTERRUPTED
+    if mistakes:
+        return ExitCode.INVALID
+    crashed = any(score.record.status == RunStatus.CRASHED for score in found.scores)
+    return ExitCode.CRASHED if crashed else ExitCode.OK

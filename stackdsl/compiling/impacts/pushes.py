@@ -1,0 +1,66 @@
+"""Pushes of bricks that are there, at points that are on them."""
+
+from collections.abc import Mapping
+from math import floor, log10
+from typing import NamedTuple
+
+from stability.geometry.rotations import rotate
+from stability.geometry.vectors import dot, norm
+from stability.model import BodyId, Vec3
+from stackdsl.compiling.fitting import OVERLAP
+from stackdsl.compiling.impacts.scene import MissError, Scene, Standing, missing
+from stackdsl.compiling.scheduling import Moment
+from stackdsl.language.impacts import Push as WrittenPush
+from stackdsl.language.quantities import SPEED
+from stackdsl.timeline import Push
+
+
+class Comer(NamedTuple):
+    """A brick that an impact throws or drops."""
+
+    since: Moment
+    mass: float  # [kg]
+
+
+def pushed(push: WrittenPush, flying: Mapping[BodyId, Comer], scene: Scene) -> Push:
+    """The push, of a brick of the structure or of one that came `flying` before. Raises MissError."""
+    brick = next((brick for brick in scene.bricks if brick.name == push.brick), None)
+    if brick is None:
+        _await(push.brick, flying[push.brick].since, scene)
+    elif not brick.is_there(scene.moment):
+        raise missing(push.brick, scene, "brick")
+    elif not brick.let_go:
+        _touch(push.point, brick)
+    _limit(push, flying[push.brick].mass if brick is None else brick.mass)
+    return Push(scene.moment.time, push.brick, rotate(scene.tilt, push.impulse), rotate(scene.tilt, push.point))
+
+
+def _await(name: BodyId, comes: Moment, scene: Scene) -> None:
+    if comes > scene.moment:
+        message = f"brick '{name}' comes at {comes.time:g} s, not before {scene.moment.time:g} s"
+        raise MissError("brick", "SD204", message, "push it later")
+
+
+def _touch(point: Vec3, brick: Standing) -> None:
+    """Raise MissError if a point, from the centre of a brick, is not in it."""
+    sides = zip(brick.shape.axes_W, brick.shape.half_edges_W, strict=True)
+    beyond = max(abs(dot(point, axis)) - norm(half) for axis, half in sides)
+    if beyond > OVERLAP:
+        message = f"the point is {1000.0 * beyond:.4g} mm outside brick '{brick.name}'"
+        raise MissError("point", "SD207", message, "write it from the centre of the brick, in the axes of the scene")
+
+
+def _limit(push: WrittenPush, mass: float) -> None:
+    """Raise MissError if a push gives a brick no speed, or more than a thrown one may have."""
+    speed, most = norm(push.impulse) / mass, float(SPEED.most)
+    if 0.0 < speed <= most:
+        return
+    message = f"the push gives brick '{push.brick}' {speed:.4g} m/s, and it must be more than 0, at most {most:g} m/s"
+    hint = f"write more than 0, at most {_rounded_down(1000.0 * mass * most)} mN*s"
+    raise MissError("impulse", "SD104", message, hint)
+
+
+def _rounded_down(number: float) -> str:
+    """Three digits of it, so that what is told to be allowed is."""
+    unit = 10.0 ** (floor(log10(number)) - 2)
+    return f"{floor(number / unit) * unit:g}"

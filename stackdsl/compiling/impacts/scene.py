@@ -1,0 +1,107 @@
+"""What stands where when something hits it, as the author put it, in the frame of the scene."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from math import fsum
+
+from stability.geometry.separation import Block, block, block_above_plane
+from stability.model import BodyId, Brick, Plane, Pose, Quaternion, Vec3
+from stackdsl.compiling.fitting import OVERLAP
+from stackdsl.compiling.scheduling import Moment
+from stackdsl.compiling.written_bricks import WrittenBrick
+from stackdsl.language.impacts import Aim
+from stackdsl.language.mistakes import MistakeError
+
+
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """One brick of the structure, and while it is there."""
+
+    name: BodyId
+    level: int
+    shape: Block
+    mass: float  # [kg]
+    since: Moment
+    until: Moment | None  # when it is pulled out
+    let_go: bool  # in the air, so where it is later is not known before
+
+    def is_there(self, moment: Moment) -> bool:
+        """Whether it is placed by then, and not yet pulled out."""
+        return self.since < moment and (self.until is None or moment < self.until)
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """What a hit happens in."""
+
+    moment: Moment
+    bricks: Sequence[Standing]  # all that are ever built, in the frame of the scene
+    planes: Sequence[Plane]  # likewise
+    gravity: float  # [m/s2], along -z of W
+    tilt: Quaternion  # from the frame of the scene to W
+
+    @property
+    def resting(self) -> list[Standing]:
+        """The bricks whose place is known."""
+        return [brick for brick in self.bricks if brick.is_there(self.moment) and not brick.let_go]
+
+
+class MissError(MistakeError):
+    """A hit that cannot be as it is written, by one of its keys."""
+
+    def __init__(self, key: str, code: str, message: str, hint: str) -> None:
+        super().__init__(code, message, hint)
+        self.key = key
+
+
+def standing_bricks(
+    written: Sequence[WrittenBrick],
+    levels: Sequence[int],
+    names: Sequence[BodyId],
+    placed: Sequence[Moment],
+    gone: Mapping[int, Moment],
+) -> Iterator[Standing]:
+    """The bricks of the structure; `gone` says when those are pulled out that are, by number."""
+    for index, (brick, level, name) in enumerate(zip(written, levels, names, strict=True)):
+        yield Standing(
+            name, level, block(brick.size, brick.pose), brick.mass, placed[index], gone.get(index), brick.drop
+        )
+
+
+def aimed_at(aim: Aim, scene: Scene, key: str) -> list[Standing]:
+    """The bricks that are meant: one, or those of a level that stand by then. A name must be that of some brick."""
+    meant = [brick for brick in scene.resting if brick.name == aim.brick or brick.level == aim.level]
+    if meant:
+        return meant
+    if aim.level is None:
+        raise missing(aim.brick or "", scene, key)
+    highest = max((brick.level for brick in scene.resting), default=0)
+    hint = f"take a level up to {highest}, or begin later" if highest else "begin later"
+    raise MissError(key, "SD205", f"no brick of level {aim.level} stands at {scene.moment.time:g} s", hint)
+
+
+def missing(name: BodyId, scene: Scene, key: str) -> MissError:
+    """Why nobody knows where a brick is."""
+    time, brick = scene.moment.time, next((brick for brick in scene.bricks if brick.name == name), None)
+    if brick is None or (brick.let_go and brick.is_there(scene.moment)):
+        message = f"brick '{name}' comes flying or falling, so where it is at {time:g} s is not known before"
+        return MissError(key, "SD204", message, "take one that was set down")
+    if brick.since < scene.moment:
+        return MissError(key, "SD204", f"brick '{name}' is pulled out by {time:g} s", "take another, or begin earlier")
+    hint = f"begin later, such as `after: brick {name} + 1 s`"
+    return MissError(key, "SD204", f"brick '{name}' is placed at {brick.since.time:g} s, not before {time:g} s", hint)
+
+
+def middle_of(bricks: Sequence[Standing]) -> Vec3:
+    """The mean of their centres [m]."""
+    x, y, z = (fsum(along) / len(bricks) for along in zip(*(brick.shape.p_WC for brick in bricks), strict=True))
+    return (x, y, z)
+
+
+def keep_out_of_planes(brick: Brick, pose: Pose, scene: Scene, key: str) -> None:
+    """Raise MissError if a brick starts inside the ground or a wall."""
+    for plane in scene.planes:
+        gap = block_above_plane(block(brick.size, pose), plane).gap
+        if gap < -OVERLAP:
+            message = f"brick '{brick.id}' starts {-1000.0 * gap:.4g} mm inside {plane.id}"
+            raise MissError(key, "SD201", message, "let it start elsewhere, or turn it, or aim elsewhere")

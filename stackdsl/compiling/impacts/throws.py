@@ -1,0 +1,48 @@
+"""How a thrown brick flies: it leaves with the upward speed that brings it to the height of its aim as it arrives.
+
+So it hits what it is aimed at from however far away it comes. It does not turn on its way.
+"""
+
+from math import cos, sin
+
+from stability.geometry.rotations import rotate
+from stability.geometry.separation import block, meeting
+from stability.geometry.vectors import add_scaled, scale, subtract
+from stability.model import Brick, Pose, Vec3
+from stackdsl.compiling.fitting import OVERLAP
+from stackdsl.compiling.impacts.scene import MissError, Scene, aimed_at, keep_out_of_planes, middle_of
+from stackdsl.compiling.site import turned_pose
+from stackdsl.compiling.written_bricks import about_z
+from stackdsl.language.impacts import Throw
+from stackdsl.timeline import Placement
+
+
+def thrown(brick: Brick, throw: Throw, scene: Scene) -> Placement:
+    """The brick where it begins to fly. Raises MissError."""
+    towards = _direction_from(throw.from_.bearing)
+    start = _start(brick, throw, towards, scene)
+    # After a time t it is at start + v t + g t^2 / 2, which at the end shall be straight ahead by the distance.
+    duration, gravity_W = throw.from_.distance / throw.speed, (0.0, 0.0, -scene.gravity)
+    velocity_W = subtract(scale(throw.speed, rotate(scene.tilt, towards)), scale(0.5 * duration, gravity_W))
+    pose = turned_pose(start, scene.tilt)
+    return Placement(scene.moment.time, brick, 0, pose, thrown=True, velocity_W=velocity_W, flight=duration)
+
+
+def _direction_from(bearing: float) -> Vec3:
+    """Of the flight along the ground, rounded to where processors agree on it."""
+    return (0.0 - round(cos(bearing), 15), 0.0 - round(sin(bearing), 15), 0.0)
+
+
+def _start(brick: Brick, throw: Throw, towards: Vec3, scene: Scene) -> Pose:
+    """At the height of the aim, with its nose at the distance from what it meets first on the straight way there."""
+    aim = middle_of(aimed_at(throw.at, scene, "at"))
+    orientation = about_z(throw.from_.bearing + throw.turn)
+    flying = block(brick.size, Pose(aim, orientation))
+    ways = [meeting(flying, other.shape, towards, OVERLAP) for other in scene.resting]
+    nearest = min((way[0] for way in ways if way is not None), default=None)
+    if nearest is None:
+        hint = "aim at a brick, take another bearing, or `turn: 90 deg` to let it come broadside"
+        raise MissError("at", "SD207", f"nothing is in the way of brick '{brick.id}'", hint)
+    start = Pose(add_scaled(aim, nearest - throw.from_.distance, towards), orientation)
+    keep_out_of_planes(brick, start, scene, "from")
+    return start

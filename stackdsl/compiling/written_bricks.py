@@ -1,0 +1,100 @@
+"""Every brick as the author wrote it, layouts taken apart, in the frame of the scene."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from math import cos, sin
+
+from stability.geometry.rotations import multiply
+from stability.model import Pose, Quaternion, Vec3
+from stackdsl.language.bricks import BrickKind, SetBrick
+from stackdsl.language.layouts.registry import BrickSpec, place
+from stackdsl.language.schema import Scenario, Step
+from stackdsl.reading.source import Path
+
+
+@dataclass(frozen=True, slots=True)
+class WrittenBrick:
+    """One brick as the author wrote it, in the frame of the scene."""
+
+    path: Path  # of the brick, or of its layout, in the file
+    step: int
+    size: Vec3
+    mass: float
+    pose: Pose
+    level: int | None  # None if it is to be judged by what it stands on
+    name: str | None
+    drop: bool = False
+    together: bool = False  # whether it is set down at one moment with the brick before it
+    within: str | None = None  # the name of its step
+
+    @property
+    def of_layout(self) -> bool:
+        """Whether a layout made it, so that its level is none that the author wrote."""
+        return "bricks" not in self.path and not self.inserted
+
+    @property
+    def inserted(self) -> bool:
+        """Whether it is slid in by an impact, rather than built."""
+        return self.path[0] == "impacts"
+
+
+def bricks_of(scenario: Scenario) -> list[WrittenBrick]:
+    """All bricks in the author's order, step after step; impacts are steps after those of the build."""
+    built = [brick for number, step in enumerate(scenario.build) for brick in _bricks_of_step(number, step, scenario)]
+    inserted = [
+        _set_brick(("impacts", number, "insert"), len(scenario.build) + number, impact.insert, scenario.brick)
+        for number, impact in enumerate(scenario.impacts)
+        if impact.insert is not None
+    ]
+    return built + inserted
+
+
+def _bricks_of_step(number: int, step: Step, scenario: Scenario) -> Iterator[WrittenBrick]:
+    kind = step.brick or scenario.brick
+    if step.layout is not None:
+        name, params = step.layout
+        for spec in place(name, params, kind.size):
+            size, pose, own = spec.size or kind.size, pose_of(spec), _prefixed(step, spec.name)
+            path: Path = ("build", number, name)
+            mass = kind.mass_of(size)
+            yield WrittenBrick(
+                path, number, size, mass, pose, spec.level, own, together=spec.together, within=step.name
+            )
+    for index, brick in enumerate(step.bricks or ()):
+        set_down = _set_brick(("build", number, "bricks", index), number, brick, kind)
+        yield replace(set_down, name=_prefixed(step, brick.name), drop=brick.drop, within=step.name)
+
+
+def pose_of(spec: BrickSpec) -> Pose:
+    """The pose of a brick of a layout."""
+    if spec.lean == 0.0:
+        return Pose(spec.position, about_z(spec.yaw))
+    sine, cosine = half_turn(spec.lean)
+    return Pose(spec.position, multiply(about_z(spec.yaw), (0.0, sine, 0.0, cosine)))
+
+
+def _set_brick(path: Path, step: int, brick: SetBrick, kind: BrickKind) -> WrittenBrick:
+    made_of = brick.brick or kind
+    pose = Pose(brick.at, about_axes(brick.rotate))
+    return WrittenBrick(path, step, made_of.size, made_of.mass_of(made_of.size), pose, brick.level, brick.name)
+
+
+def _prefixed(step: Step, name: str | None) -> str | None:
+    return f"{step.name}.{name}" if step.name and name else name
+
+
+def about_z(angle: float) -> Quaternion:
+    """The turn by an angle about the vertical [rad]."""
+    sine, cosine = half_turn(angle)
+    return (0.0, 0.0, sine, cosine)
+
+
+def half_turn(angle: float) -> tuple[float, float]:
+    """Sine and cosine of half an angle, rounded to where processors agree on them."""
+    return round(sin(angle / 2.0), 15), round(cos(angle / 2.0), 15)
+
+
+def about_axes(angles: Vec3) -> Quaternion:
+    """The turn about x, then y, then z, the axes of the scene [rad]."""
+    (sin_x, cos_x), (sin_y, cos_y) = half_turn(angles[0]), half_turn(angles[1])
+    return multiply(about_z(angles[2]), multiply((0.0, sin_y, 0.0, cos_y), (sin_x, 0.0, 0.0, cos_x)))

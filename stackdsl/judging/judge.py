@@ -1,0 +1,93 @@
+"""Trace -> outcomes: each expectation held against what happened, with the margin to its threshold."""
+
+from collections.abc import Callable, Sequence
+from math import inf
+
+from stackdsl.judging import falling, moving, proven, standing
+from stackdsl.judging.finding import Finding
+from stackdsl.language.claims import Claim
+from stackdsl.language.schema import Scenario
+from stackdsl.language.variants import Variant, repeated
+from stackdsl.outcome import Outcome
+from stackdsl.reading.source import Path, Plain, Source
+from stackdsl.systems.peers import system_named
+from stackdsl.systems.systems import Method
+from stackdsl.trace import Trace
+
+
+def judge(trace: Trace, scenario: Scenario, variant: Variant, source: Source, system: str) -> tuple[Outcome, ...]:
+    """The outcome of every expectation that speaks of this system, in the order of the file.
+
+    What only statics can tell is not asked of a system that proves nothing: peers meet scenarios not meant for them.
+    """
+    proves = system_named(system).method is Method.PROVEN
+    asked = [
+        (("expect", number), claim)
+        for number, claim in enumerate(scenario.expect)
+        if (claim.system is None or system in claim.system) and (proves or not claim.needs_statics)
+    ]
+    return _outcomes(asked, trace, variant, source)
+
+
+def compare_with_truth(trace: Trace, scenario: Scenario, variant: Variant, source: Source) -> tuple[Outcome, ...]:
+    """The same for the answers known from outside; what only statics can tell is passed over where none was asked."""
+    asked = [
+        (("truth", number), claim)
+        for number, claim in enumerate(scenario.truth)
+        if trace.statics is not None or not claim.needs_statics
+    ]
+    return _outcomes(asked, trace, variant, source)
+
+
+def _outcomes(
+    asked: Sequence[tuple[Path, Claim]], trace: Trace, variant: Variant, source: Source
+) -> tuple[Outcome, ...]:
+    return tuple(_outcome(path, claim, trace, variant, source) for path, claim in asked)
+
+
+def _outcome(path: Path, claim: Claim, trace: Trace, variant: Variant, source: Source) -> Outcome:
+    kind = claim.kind
+    found = _numerical(trace) if trace.numerical and kind in OF_COLLAPSES else JUDGES[kind](getattr(claim, kind), trace)
+    place = (*path, kind)
+    expected = as_written(repeated(_at(source.values, place), _at(variant.values, place)))
+    return Outcome(kind, expected, found.measured, found.margin, found.unit, found.passed, source.key_span_of(place))
+
+
+def _numerical(trace: Trace) -> Finding:
+    """What a claim about a collapse comes to if there was none but the solver's."""
+    return Finding(f"a numerical collapse: {trace.numerical}", -inf, "", passed=False)
+
+
+def _at(values: Plain, path: Path) -> Plain:
+    for step in path:
+        values = values[step]  # type: ignore[index]  # the path of a claim that was validated
+    return values
+
+
+def as_written(value: Plain) -> str:
+    """A value of the file on one line, without the brackets."""
+    if isinstance(value, dict):
+        return ", ".join(f"{key} {as_written(part)}" for key, part in value.items())
+    if isinstance(value, list):
+        return " ".join(as_written(part) for part in value)
+    return str(value)
+
+
+OF_COLLAPSES = frozenset({"collapses", "falls", "leaves", "pivots", "lands"})
+
+JUDGES: dict[str, Callable[..., Finding]] = {
+    "stands": standing.stands,
+    "collapses": standing.collapses,
+    "leaves": standing.leaves,
+    "falls": standing.falls,
+    "height": standing.height,
+    "displaced": moving.displaced,
+    "drift": moving.drift,
+    "untouched": moving.untouched,
+    "energy": moving.energy,
+    "pivots": falling.pivots,
+    "lands": falling.lands,
+    "rests_on": proven.rests_on,
+    "verdict": proven.verdict,
+    "margin": proven.margin,
+}

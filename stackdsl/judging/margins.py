@@ -1,0 +1,40 @@
+"""What the proof that a structure stands would survive. Solved where somebody asks: each is a program of its own."""
+
+from collections.abc import Collection
+from dataclasses import replace
+
+from stability.statics.assembly import Assembly
+from stability.statics.facts import Placed, Problem, Stability
+from stability.statics.margins.summary import acceleration, least_friction, placement, tilt
+from stackdsl.trace import Margins, Trace
+
+ALL = ("acceleration", "tilt", "friction", "placement")
+
+
+def margins_of(trace: Trace, wanted: Collection[str]) -> Margins:
+    """Some margins of what stands frozen at the end of a run."""
+    standing = [Placed(t.brick, t.final) for t in trace.tracks.values() if t.frozen]
+    if trace.world is None or not standing:
+        return Margins()
+    assembly = Assembly(trace.world.planes, trace.world.friction, trace.world.gravity)
+    assembly.add_all(standing)
+    return margins_of_assembly(assembly, wanted)
+
+
+def margins_of_assembly(assembly: Assembly, wanted: Collection[str] = ALL) -> Margins:
+    """Some margins of an assembly; none of one that is not proven to stand."""
+    if not assembly.bricks or assembly.verdict().stability is not Stability.STABLE:
+        return Margins()
+    problem = assembly.problem()
+    found = _shaken(problem, assembly.gravity) if {"acceleration", "tilt"}.intersection(wanted) else Margins()
+    if "friction" in wanted:
+        found = replace(found, friction=least_friction(problem).coefficient)
+    if "placement" in wanted:
+        planes = [plane.id for plane in assembly.planes]
+        found = replace(found, placement=placement(problem, planes=planes).value)
+    return found
+
+
+def _shaken(problem: Problem, gravity: float) -> Margins:
+    worst = acceleration(problem, gravity=gravity)
+    return Margins() if worst is None else Margins(worst.value, worst.bearing, tilt(worst.value))

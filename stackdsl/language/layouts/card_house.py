@@ -1,0 +1,102 @@
+r"""The card house: planks lean on each other in pairs, and the next storey stands on flat planks on their peaks.
+
+With planks of length L and thickness t at an angle a, the upper edges of the inner faces of a V meet above its middle,
+at a height of L sin a, and their lower edges stand L cos a to either side of it. The outer faces reach up to
+L sin a + t cos a, at t sin a to either side, which is where flat planks lie.
+
+          ______________     ______________          two flat planks on the peaks of three Vs
+         /\             /\            /\
+        /  \           /  \          /  \
+"""
+
+from math import cos, degrees, sin, tan
+from typing import Final
+
+from pydantic import Field
+
+from stability.model import Vec3
+from stackdsl.language.author_models import default
+from stackdsl.language.author_types import PositiveLength, Slope
+from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Levels, Specs, layout
+from stackdsl.language.mistakes import MistakeError
+
+SHARE_OF_ROOM: Final = 0.25  # of what the spacing may be; nearer to neighbours than to the ends of the flat planks
+
+ROUNDING: Final = 1e-9  # of a length: at 60 deg there is no room, whatever the last digit says
+
+
+class CardHouseParams(LayoutParams):
+    """A pyramid of leaning pairs of planks."""
+
+    levels: Levels = Field(description="how many inverted Vs stand in the lowest storey; each one above has one less")
+    angle: Slope = default("70 deg", "of the leaning planks to the level")
+    spacing: PositiveLength | None = Field(
+        None, description="between the middles of neighbouring Vs; default: nearer together than apart"
+    )
+
+    @property
+    def bricks_at_most(self) -> int:
+        return self.levels * (self.levels + 1) + self.levels * (self.levels - 1) // 2
+
+
+@layout("card_house", CardHouseParams)
+def card_house(params: CardHouseParams, size: Vec3) -> Specs:
+    """Inverted Vs of two planks, flat planks on each two neighbouring peaks, further Vs on these, up to a single one.
+
+    Odd levels are of Vs, whose two planks are set down at one moment, and even ones of flat planks. Each goes from -x
+    to +x, and its middle is above the origin.
+    """
+    length, _, thickness = size
+    _reject_fallen(params.angle, size)
+    pitch = _pitch(params, size)
+    c, s = cos(params.angle), sin(params.angle)
+    out, up = (length * c + thickness * s) / 2, (length * s + thickness * c) / 2
+    specs: list[BrickSpec] = []
+    ground = 0.0
+    for storey in range(params.levels):
+        level, count = 2 * storey + 1, params.levels - storey
+        for x in _row(count, pitch):
+            specs.append(BrickSpec(level, (x - out, 0.0, ground + up), lean=-params.angle))
+            specs.append(BrickSpec(level, (x + out, 0.0, ground + up), lean=params.angle, together=True))
+        peak = ground + 2 * up
+        specs += [BrickSpec(level + 1, (x, 0.0, peak + thickness / 2)) for x in _row(count - 1, pitch)]
+        ground = peak + thickness
+    return tuple(specs)
+
+
+def _row(count: int, pitch: float) -> list[float]:
+    """The middles of so many that are a pitch apart, about 0 [m]."""
+    return [(number - (count - 1) / 2) * pitch for number in range(count)]
+
+
+def _reject_fallen(angle: float, size: Vec3) -> None:
+    """The centre of each plank must be on the inner side of its foot, or it falls outwards."""
+    length, _, thickness = size
+    if angle <= 0.0 or tan(angle) >= length / thickness:
+        message = f"at {_deg(angle)} the planks do not lean on each other"
+        raise MistakeError("SD104", message, "write an angle such as 70 deg")
+
+
+def _pitch(params: CardHouseParams, size: Vec3) -> float:
+    """From V to V: so that feet and flat planks are free of each other, and every flat plank lies on two peaks.
+
+    A V reaches L cos a + t sin a to either side, so Vs are free of each other at a pitch of twice that, and flat planks
+    at L. A flat plank reaches the near edges of two peaks up to a pitch of L + 2 t sin a. Where both can be, the Vs on
+    it, whose feet are 2 L cos a apart, stand on it with both feet.
+    """
+    (length, _, thickness), c, s = size, cos(params.angle), sin(params.angle)
+    least, most = max(length, 2 * (length * c + thickness * s)), length + 2 * thickness * s
+    if params.levels > 1 and least >= most * (1.0 - ROUNDING):
+        message = f"at {_deg(params.angle)} the feet are too far apart for flat planks on the peaks"
+        raise MistakeError("SD104", message, "write an angle of more than 60 deg")
+    if params.spacing is None:
+        return least + SHARE_OF_ROOM * (most - least)
+    if params.levels > 1 and not least <= params.spacing < most:
+        hint = f"write at least {1000 * least:.4g} mm, and less than {1000 * most:.4g} mm"
+        problem = "run into each other" if params.spacing < least else "are too far apart for flat planks on the peaks"
+        raise MistakeError("SD104", f"{1000 * params.spacing:.4g} mm apart, the Vs {problem}", hint)
+    return params.spacing
+
+
+def _deg(angle: float) -> str:
+    return f"{degrees(angle):.4g} deg"

@@ -1,0 +1,43 @@
+"""The structure of the published user test that leans until it falls (decision 0011)."""
+
+from typing import Final
+
+from pydantic import Field
+
+from stability.model import Vec3
+from stackdsl.language.author_types import PositiveLength
+from stackdsl.language.layouts.registry import LayoutParams, Levels, Specs, crossed_pairs, layout
+
+# Of the length of a plank. With these, statics let KAPLA planks fall at level 9, as the publication saw its slant tower
+# fall, and neither a millimetre of spacing nor a tenth of one of step changes that.
+STEP: Final = 0.11
+SPACING: Final = 2 / 3
+
+
+class LeaningStructureParams(LayoutParams):
+    """A four-stack that leans until it falls."""
+
+    levels: Levels = Field(description="how many levels of two planks")
+    step: PositiveLength | None = Field(
+        None, description="how far each level is shifted along x from the one below; default: 11 % of the length"
+    )
+    spacing: PositiveLength | None = Field(
+        None, description="between the centres of the two planks; default: two thirds of the length"
+    )
+
+    @property
+    def bricks_at_most(self) -> int:
+        return 2 * self.levels
+
+
+@layout("leaning_structure", LeaningStructureParams)
+def leaning_structure(params: LeaningStructureParams, size: Vec3) -> Specs:
+    """A four-stack whose levels are all shifted the same way, to be built on until it falls.
+
+    With a step d, and s from plank to plank of a level, the leading plank of level 2 and levels 3 to N turn about the
+    end of level 1 once their common centre is beyond it:
+    ((d + s / 2) / 2 + (N (N - 1) / 2 - 1) d) / (N - 3 / 2) > L / 2. With the first plank of level N alone it is
+    ((d + s / 2) / 2 + ((N - 1) (N - 2) / 2 - 1 + (N - 1) / 2) d) / (N - 2).
+    """
+    step = STEP * size[0] if params.step is None else params.step
+    return crossed_pairs(params.levels, step, SPACING * size[0] if params.spacing is None else params.spacing, size)

@@ -1,0 +1,174 @@
+"""A world without an engine until something moves."""
+
+import subprocess
+import sys
+from dataclasses import dataclass, field
+
+import pytest
+
+from stability.engines.lazy_world import RestingWorld
+from stability.engines.protocol import World
+from stability.engines.pybullet import PyBulletWorld
+from stability.engines.settings import EngineSettings
+from stability.model import GROUND, BodyState, Box, Brick, HalfSpace, Plane, Pose
+from tests.paths import ROOT
+
+SETTINGS = EngineSettings(time_step=1.0 / 960.0, iterations=50, contact_erp=0.4, breaking_threshold=0.1, scale=100.0)
+SIZE = (0.12, 0.024, 0.008)
+
+
+@dataclass
+class Opened:
+    """A resting world, and the engines that it opened."""
+
+    engines: list[World] = field(default_factory=list)
+
+    def world(self) -> RestingWorld:
+        world = RestingWorld(SETTINGS, self._open)
+        world.add_plane(Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5))
+        return world
+
+    def _open(self) -> World:
+        self.engines.append(PyBulletWorld.opened(SETTINGS, gravity=9.81, friction=0.5, heaviest=0.012))
+        return self.engines[-1]
+
+
+def test_nothing_is_opened_while_nothing_is_stepped() -> None:
+    opened = Opened()
+    world = opened.world()
+    world.add_brick(Brick("a", SIZE, 0.012), Pose((0.0, 0.0, 0.004)))
+    world.freeze("a")
+    world.skip(3.0)
+    world.limit_travel(5.0)
+    assert world.time() == 3.0
+    assert dict(world.masses()) == {"a": 0.012}
+    assert world.fixed() == {GROUND}
+    assert (world.shape("a"), world.shape(GROUND)) == (Box(SIZE), HalfSpace((0.0, 0.0, 1.0)))
+    assert world.states(["a"])["a"].pose == Pose((0.0, 0.0, 0.004))
+    assert world.holds("a")
+    assert not world.contacts("a")
+    world.close()
+    assert opened.engines == []
+
+
+def test_how_fast_bodies_will_be_is_passed_on_to_an_engine_that_is_opened_later(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    told: list[float] = []
+    monkeypatch.setattr(PyBulletWorld, "limit_travel", lambda _, fastest: told.append(fastest))
+    world = Opened().world()
+    world.limit_travel(20.0)
+    assert told == []
+    world.step()
+    assert told == [20.0]
+    world.close()
+
+
+def test_what_is_put_in_motion_before_there_is_an_engine_goes_on_so_in_it() -> None:
+    opened = Opened()
+    world = opened.world()
+    world.add_brick(Brick("a", SIZE, 0.012), Pose((0.0, 0.0, 1.0)))
+    state = BodyState(Pose((0.1, 0.2, 1.5)), (1.0, 0.0, 0.0), (0.0, 0.0, 2.0))
+    world.set_state("a", state)
+    assert (world.states(["a"])["a"], opened.engines) == (state, [])
+    world.step()
+    after = world.states(["a"])["a"]
+    assert after.pose.position_W[:2] == pytest.approx((0.1 + 1.0 / 960.0, 0.2), abs=1e-9)
+    assert after.angular_velocity_W == pytest.approx((0.0, 0.0, 2.0))
+    world.close()
+
+
+def test_another_object_tells_of_masses_when_a_brick_has_come() -> None:
+    world = Opened().world()
+    before = world.masses()
+    assert world.masses() is before
+    world.add_brick(Brick("a", SIZE, 0.012), Pose((0.0, 0.0, 0.004)))
+    assert world.masses() is not before
+
+
+def test_a_brick_that_was_taken_out_does_not_come_into_the_engine_that_is_opened() -> None:
+    opened = Opened()
+    world = opened.world()
+    for level, name in enumerate("abc"):
+        world.add_brick(Brick(name, SIZE, 0.012), Pose((0.0, 0.0, 0.004 + 0.008 * level)))
+        world.freeze(name)
+    before = world.masses()
+    world.remove_brick("c")
+    assert world.masses() is not before
+    world.step()
+    world.remove_brick("b")
+    assert set(world.masses()) == set(opened.engines[0].masses()) == {"a"}
+    world.close()
+
+
+def test_the_first_step_opens_an_engine_in_which_what_is_frozen_stays_and_the_rest_falls() -> None:
+    opened = Opened()
+    world = opened.world()
+    for name, height in (("held", 1.0), ("loose", 2.0), ("woken", 3.0)):
+        world.add_brick(Brick(name, SIZE, 0.012), Pose((0.0, 0.0, height)))
+    world.freeze("held")
+    world.freeze("woken")
+    world.wake("woken")
+    world.skip(1.0)
+    for _ in range(96):
+        world.step()
+    world.add_brick(Brick("late", SIZE, 0.012), Pose((0.0, 0.0, 4.0)))
+    world.freeze("late")
+    for _ in range(96):
+        world.step()
+    heights = {name: state.pose.position_W[2] for name, state in world.states(world.masses()).items()}
+    world.close()
+    assert len(opened.engines) == 1
+    assert world.time() == pytest.approx(1.2)
+    fall = 0.5 * 9.81 * 0.2**2
+    assert heights == pytest.approx({"held": 1.0, "loose": 2.0 - fall, "woken": 3.0 - fall, "late": 4.0}, abs=0.002)
+
+
+def test_a_brick_that_is_frozen_when_the_engine_opens_has_its_mass_when_it_is_woken() -> None:
+    world = Opened().world()
+    world.add_brick(Brick("a", SIZE, 0.012), Pose((0.0, 0.0, 1.0)))
+    world.freeze("a")
+    world.step()
+    world.wake("a")
+    for _ in range(96):
+        world.step()
+    assert world.states(["a"])["a"].velocity_W[2] == pytest.approx(-0.981, rel=1e-3)
+    assert world.contacts("a") == []
+    assert world.near("a") == []
+    world.close()
+
+
+def test_joined_bricks_fall_as_one_and_may_be_frozen_again_when_they_are_parted() -> None:
+    world = Opened().world()
+    for name, height in (("low", 1.0), ("top", 1.008)):
+        world.add_brick(Brick(name, SIZE, 0.012), Pose((0.0, 0.0, height)))
+        world.freeze(name)
+    world.join(["low", "top"])
+    assert not world.holds("low")
+    for _ in range(96):
+        world.step()
+    assert world.part("top") == ("low", "top")
+    heights = {name: state.pose.position_W[2] for name, state in world.states(["low", "top"]).items()}
+    world.freeze("low")
+    assert world.holds("low")
+    for _ in range(96):
+        world.step()
+    states = world.states(["low", "top"])
+    world.close()
+    fall = 0.5 * 9.81 * 0.1**2
+    assert heights == pytest.approx({"low": 1.0 - fall, "top": 1.008 - fall}, abs=0.001)
+    assert states["low"].pose.position_W[2] == pytest.approx(heights["low"], abs=1e-9)
+    assert states["top"].velocity_W[2] == pytest.approx(0.0, abs=0.1)  # it lies on the other
+
+
+def test_exact_imports_no_engine_while_all_is_proven() -> None:
+    code = """
+import sys
+from stackdsl.playing.runner import play
+from stackdsl.systems.systems import SYSTEMS
+from tests.scenes import timeline_of
+trace = play(timeline_of("- four_stack: {levels: 5}\\n  every: 1 s"), SYSTEMS["exact"])
+assert trace.cost.steps == 0
+sys.exit("pybullet" in sys.modules)
+"""
+    assert subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=False).returncode == 0

@@ -1,0 +1,163 @@
+"""The published base model against its own equations, worked out by hand."""
+
+from dataclasses import replace
+from math import hypot
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stability.published.contact_areas import ContactArea, contact_area, main_contact
+from stability.published.support import Load, StackedBrick, failing, lies_above, loads_above, shares, tipping_margin
+
+LENGTH, WIDTH, MASS = 0.1176, 0.0234, 0.012  # a KAPLA plank [m, kg]
+
+
+def strip(on: str, x: float, half: float = 0.01, z: float = 0.0) -> ContactArea:
+    """A contact across a plank's width, centred at x."""
+    return contact_area(on, [(x + dx, dy, z) for dx in (-half, half) for dy in (-WIDTH / 2.0, WIDTH / 2.0)])
+
+
+def plank(name: str, x: float, *areas: ContactArea) -> StackedBrick:
+    return StackedBrick(name, MASS, (x, 0.0, 0.0), areas, main_contact(areas))
+
+
+def stepped_column(count: int, step: float) -> dict[str, StackedBrick]:
+    """Flat planks, each shifted by `step` from the one below; each rests on the overlap."""
+    names = [f"{k:03}" for k in range(count)]
+    stack = {names[0]: plank(names[0], 0.0, strip("ground", 0.0, LENGTH / 2.0))}
+    for k in range(1, count):
+        overlap = strip(names[k - 1], (k - 0.5) * step, (LENGTH - step) / 2.0)
+        stack[names[k]] = plank(names[k], k * step, overlap)
+    return stack
+
+
+@pytest.mark.parametrize(("x", "stands"), [(0.0099, True), (0.01, True), (0.0101, False)])
+def test_a_brick_stands_while_its_centre_is_above_its_contact(x: float, stands: bool) -> None:
+    assert lies_above((x, 0.0), strip("below", 0.0).polygon) is stands
+
+
+def test_masses_add_and_centres_average_by_mass_up_a_single_branch() -> None:  # Eq. 1 and 2
+    loads = loads_above(stepped_column(3, 0.01))
+    assert loads["000"].mass == pytest.approx(3.0 * MASS)
+    assert loads["000"].com == pytest.approx((0.01, 0.0))
+    assert loads["001"].com == pytest.approx((0.015, 0.0))
+
+
+@pytest.mark.parametrize("step", [0.010, 0.012, 0.0135, 0.018])
+def test_a_stepped_column_stands_while_count_times_step_is_within_a_length(step: float) -> None:
+    limit = int(LENGTH / step)
+    standing, falling = stepped_column(limit, step), stepped_column(limit + 1, step)
+    assert failing(standing, loads_above(standing)) == ()
+    assert failing(falling, loads_above(falling)) == ("001",)
+
+
+def test_a_split_branch_carries_both_bricks_above_it() -> None:
+    stack = {
+        "base": plank("base", 0.0, strip("ground", 0.0, LENGTH / 2.0)),
+        "left": plank("left", -0.05, strip("base", -0.04)),
+        "right": plank("right", 0.03, strip("base", 0.03)),
+    }
+    load = loads_above(stack)["base"]
+    assert load.mass == pytest.approx(3.0 * MASS)
+    assert load.com == pytest.approx((-0.02 / 3.0, 0.0))
+
+
+def test_merge_case_1_gives_all_the_weight_to_the_support_that_could_bear_it_alone() -> None:
+    given_away = shares(Load(2.0, (0.005, 0.0)), (strip("a", 0.0), strip("b", 0.05)))
+    assert [(share.on, share.mass, share.at) for share in given_away] == [("a", 2.0, (0.005, 0.0))]
+
+
+def test_merge_case_2_shares_equally_over_more_than_two_supports() -> None:
+    areas = (strip("a", -0.05), strip("b", 0.02), strip("c", 0.05))
+    given_away = shares(Load(3.0, (-0.02, 0.0)), areas)
+    assert [(share.on, share.mass) for share in given_away] == [("a", 1.0), ("b", 1.0), ("c", 1.0)]
+
+
+def test_merge_case_3_takes_the_torque_about_the_other_supports_nearest_contact_point() -> None:  # Eq. 3 to 9
+    #   com at 0      pivot of a's share: the corner of b at (40 - 10, 11.7) mm, the nearest to com
+    #   a at -40, b at +40; each 20 mm long; so Eq. 7 gives |com - pivot| / |centre of a - pivot| in plan
+    expected = hypot(0.030, WIDTH / 2.0) / hypot(0.070, WIDTH / 2.0)
+    for share in shares(Load(1.0, (0.0, 0.0)), (strip("a", -0.04), strip("b", 0.04))):
+        assert share.mass == pytest.approx(expected)
+        assert abs(share.at[0]) == pytest.approx(0.04)
+
+
+def test_the_published_shares_do_not_add_up_to_the_whole_weight() -> None:
+    given_away = shares(Load(1.0, (0.0, 0.0)), (strip("a", -0.04), strip("b", 0.04)))
+    assert sum(share.mass for share in given_away) < 0.95
+
+
+@pytest.mark.parametrize("centre", [-0.02, -0.005, 0.0, 0.005, 0.02])
+def test_the_support_nearer_to_the_load_takes_the_larger_share(centre: float) -> None:
+    one, other = shares(Load(1.0, (centre, 0.0)), (strip("a", -0.04), strip("b", 0.04)))
+    assert (one.mass > other.mass) is (centre < 0.0)
+
+
+@pytest.mark.parametrize("levels", [2, 5, 25])
+def test_a_straight_four_stack_stands_with_the_equivalent_mass_at_the_contact_centre(levels: int) -> None:
+    stack = four_stack(levels)
+    loads = loads_above(stack)
+    assert failing(stack, loads) == ()
+    assert min(tipping_margin(stack[name], loads[name]) for name in stack) > 0.005
+
+
+def four_stack(levels: int) -> dict[str, StackedBrick]:
+    """Two flush planks a level, turned a quarter each level."""
+    out = (LENGTH - WIDTH) / 2.0
+    stack: dict[str, StackedBrick] = {}
+    for level in range(levels):
+        for side in (-1.0, 1.0):
+            name = f"{level:02}{'-+'[side > 0.0]}"
+            com = (0.0, side * out, 0.0) if level % 2 == 0 else (side * out, 0.0, 0.0)
+            if level == 0:
+                corners = [(dx * LENGTH / 2.0, com[1] + dy * WIDTH / 2.0, 0.0) for dx in (-1, 1) for dy in (-1, 1)]
+                areas: tuple[ContactArea, ...] = (contact_area("ground", corners),)
+            else:
+                areas = tuple(
+                    crossing(f"{level - 1:02}{'-+'[below > 0.0]}", level, side, below) for below in (-1.0, 1.0)
+                )
+            stack[name] = StackedBrick(name, MASS, com, areas, main_contact(areas))
+    return stack
+
+
+def crossing(on: str, level: int, side: float, below: float) -> ContactArea:
+    out = (LENGTH - WIDTH) / 2.0
+    x, y = (below * out, side * out) if level % 2 == 0 else (side * out, below * out)
+    return contact_area(on, [(x + dx * WIDTH / 2.0, y + dy * WIDTH / 2.0, 0.0) for dx in (-1, 1) for dy in (-1, 1)])
+
+
+@given(st.floats(-10.0, 10.0), st.floats(0.001, 1000.0))
+def test_moving_the_stack_and_scaling_its_mass_changes_no_verdict(shift: float, factor: float) -> None:
+    def moved(area: ContactArea) -> ContactArea:
+        return contact_area(area.on, [(x + shift, y, z) for x, y, z in area.points_W])
+
+    for count in (8, 9):
+        stack = stepped_column(count, 0.0135)
+        other = {
+            name: StackedBrick(
+                name, brick.mass * factor, (brick.com_W[0] + shift, 0.0, 0.0), areas, main_contact(areas)
+            )
+            for name, brick in stack.items()
+            for areas in [tuple(moved(area) for area in brick.areas)]
+        }
+        assert failing(other, loads_above(other)) == failing(stack, loads_above(stack))
+
+
+@given(st.permutations(range(9)), st.permutations(range(9)))
+def test_renaming_and_reordering_bricks_changes_no_verdict(names: list[int], order: list[int]) -> None:
+    stack = stepped_column(9, 0.0135)
+    new = {name: f"{names[index]:03}" for index, name in enumerate(stack)} | {"ground": "ground"}
+    bricks = [
+        replace(
+            brick,
+            id=new[name],
+            areas=tuple(replace(area, on=new[area.on]) for area in brick.areas),
+        )
+        for name, brick in stack.items()
+    ]
+    renamed = {bricks[index].id: bricks[index] for index in order}
+    loads = loads_above(renamed)
+    assert failing(renamed, loads) == (new["001"],)
+    for name, load in loads_above(stack).items():
+        assert loads[new[name]].com == pytest.approx(load.com)

@@ -1,0 +1,172 @@
+"""A thousand random piles: no verdict is contradicted by the independent check, and every proof holds."""
+
+from collections import Counter
+from dataclasses import dataclass, replace
+from functools import cache
+from math import cos, pi, sin
+
+import numpy as np
+import pytest
+
+from stability.geometry.rotations import multiply, rotate
+from stability.model import GROUND, Plane, Pose
+from stability.statics.assembly import Assembly
+from stability.statics.facts import Placed, Stability, Tolerances, Verdict
+from stability.statics.proof import check_forces, check_motion
+from tests.stability.statics.independent import Answer, flat_touches, independent_verdict, verdict_of
+from tests.stability.statics.published_model import published_model_says_stable
+from tests.stability.statics.random_piles import FRICTION, random_piles
+
+PILES, CHUNKS = 1000, 10
+OPPOSITE: dict[Stability, Answer] = {Stability.STABLE: "unstable", Stability.UNSTABLE: "stable"}
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """A pile, all its planks set down together, and what is said of it."""
+
+    pile: tuple[Placed, ...]
+    assembly: Assembly
+    verdict: Verdict
+    checked: Answer | None  # by the independent check
+
+
+@cache
+def piles() -> list[tuple[Placed, ...]]:
+    return random_piles(PILES)
+
+
+@cache
+def judged(chunk: int) -> list[Judged]:
+    """A tenth of them; kept for all tests, since the independent check takes longest."""
+    found = []
+    for pile in piles()[chunk::CHUNKS]:
+        assembly = Assembly(friction=FRICTION)
+        verdict = assembly.add_all(pile)
+        found.append(Judged(pile, assembly, verdict, independent_verdict(pile, FRICTION)))
+    return found
+
+
+@pytest.mark.parametrize("chunk", range(CHUNKS))
+def test_no_verdict_is_contradicted_by_the_independent_check(chunk: int) -> None:
+    contradicted = [each for each in judged(chunk) if each.checked == OPPOSITE.get(each.verdict.stability)]
+    assert contradicted == []
+
+
+@pytest.mark.parametrize("chunk", range(CHUNKS))
+def test_forces_of_every_stable_pile_balance_by_plain_arithmetic(chunk: int) -> None:
+    for each in judged(chunk):
+        if each.verdict.stability is Stability.STABLE:
+            forces = each.assembly.forces()
+            assert forces is not None
+            assert check_forces(each.assembly.problem(), forces, Tolerances()).holds
+
+
+@pytest.mark.parametrize("chunk", range(CHUNKS))
+def test_the_motion_of_every_unstable_pile_is_one_that_nothing_stops(chunk: int) -> None:
+    for each in judged(chunk):
+        if each.verdict.stability is Stability.UNSTABLE:
+            motion = each.verdict.motion
+            assert motion is not None
+            assert check_motion(each.assembly.problem(), motion, Tolerances()).holds
+            assert set(each.verdict.moving) == set(motion.velocity)
+
+
+@pytest.mark.parametrize("chunk", range(CHUNKS))
+def test_set_down_one_by_one_a_pile_that_stands_all_along_ends_with_the_same_verdict(chunk: int) -> None:
+    for each in judged(chunk):
+        assembly = Assembly(friction=FRICTION)
+        verdicts = [assembly.add(placed.brick, placed.pose) for placed in each.pile]
+        if all(verdict.stability is Stability.STABLE for verdict in verdicts[:-1]):
+            assert verdicts[-1].stability is each.verdict.stability
+
+
+@pytest.mark.parametrize("chunk", range(CHUNKS))
+def test_what_is_left_when_the_moving_set_is_taken_away_comes_to_stand(chunk: int) -> None:
+    for each in judged(chunk)[:40]:
+        assembly, verdict = Assembly(friction=FRICTION), each.verdict
+        assembly.add_all(each.pile)
+        while verdict.stability is not Stability.STABLE:
+            assert verdict.moving
+            verdict = assembly.remove(verdict.moving)
+        left = tuple(placed for placed in each.pile if placed.brick.id in assembly.bricks)
+        assert independent_verdict(left, FRICTION) != "unstable"
+
+
+@pytest.mark.parametrize("chunk", range(CHUNKS))
+def test_after_planks_are_taken_away_the_verdict_is_that_of_the_rest_judged_afresh(chunk: int) -> None:
+    for number, each in enumerate(judged(chunk)[:50]):
+        generator = np.random.default_rng([11, chunk, number])
+        assembly = Assembly(friction=FRICTION)
+        assembly.add_all(each.pile)
+        taken = [placed.brick.id for placed in each.pile if generator.random() < 0.3]
+        left = [placed for placed in each.pile if placed.brick.id not in taken]
+        afresh = Assembly(friction=FRICTION).add_all(left)
+        assert assembly.remove(taken).stability is afresh.stability
+
+
+@pytest.mark.parametrize("chunk", range(CHUNKS))
+def test_after_a_plank_is_moved_the_verdict_is_that_of_the_new_pile_judged_afresh(chunk: int) -> None:
+    for each in judged(chunk)[:50]:
+        assembly = Assembly(friction=FRICTION)
+        assembly.add_all(each.pile)
+        first, last = each.pile[0], each.pile[-1]
+        x, y, z = last.pose.position_W
+        moved = replace(last, pose=replace(last.pose, position_W=(x + 0.02, y - 0.01, z)))
+        afresh = Assembly(friction=FRICTION).add_all([*each.pile[:-1], moved])
+        assert assembly.move(last.brick.id, moved.pose).stability is afresh.stability
+        assert assembly.move(last.brick.id, last.pose).stability is each.verdict.stability
+        assert assembly.move(first.brick.id, first.pose).stability is each.verdict.stability
+
+
+@pytest.mark.parametrize("chunk", range(CHUNKS))
+def test_no_verdict_on_a_pile_on_a_slope_is_contradicted(chunk: int) -> None:
+    # Slopes of up to 35 deg and frictions on either side of that: there most piles that stand need friction to do so.
+    for number, pile in enumerate(piles()[chunk : 200 + chunk : CHUNKS]):
+        generator = np.random.default_rng([5, chunk, number])
+        friction, angle, bearing = (float(generator.uniform(0.0, most)) for most in (1.0, 0.6, 2.0 * pi))
+        turn = (-sin(bearing) * sin(0.5 * angle), cos(bearing) * sin(0.5 * angle), 0.0, cos(0.5 * angle))
+        touches = [
+            replace(
+                touch,
+                points=tuple(rotate(turn, point) for point in touch.points),
+                normal=rotate(turn, touch.normal),
+                along=rotate(turn, touch.along),
+            )
+            for touch in flat_touches(pile, friction)
+        ]
+        bricks = [
+            Placed(each.brick, Pose(rotate(turn, each.pose.position_W), multiply(turn, each.pose.orientation)))
+            for each in pile
+        ]
+        ground = Plane(GROUND, (0.0, 0.0, 0.0), rotate(turn, (0.0, 0.0, 1.0)), friction)
+        verdict = Assembly(planes=(ground,), friction=friction).add_all(bricks)
+        checked = verdict_of({each.brick.id: each for each in bricks}, touches)
+        assert checked != OPPOSITE.get(verdict.stability), (chunk, number)
+        assert verdict.stability is not Stability.UNDECIDED
+
+
+def test_few_are_undecided_and_both_verdicts_are_common() -> None:
+    counted = Counter(each.verdict.stability for chunk in range(CHUNKS) for each in judged(chunk))
+    assert counted[Stability.UNDECIDED] < 0.01 * PILES
+    assert counted[Stability.STABLE] > 0.3 * PILES
+    assert counted[Stability.UNSTABLE] > 0.3 * PILES
+
+
+def test_the_independent_check_can_fail_to_agree() -> None:
+    # The check must be one that a wrong verdict would not survive: it is certain of nearly every pile.
+    certain = [each.checked for chunk in range(CHUNKS) for each in judged(chunk)]
+    assert certain.count(None) < 0.01 * PILES
+    assert {"stable", "unstable"} <= set(certain)
+
+
+def test_the_published_model_is_wrong_about_as_often_as_the_documentation_says() -> None:
+    table = Counter(
+        (published_model_says_stable(each.pile), each.verdict.stability)
+        for chunk in range(CHUNKS)
+        for each in judged(chunk)
+    )
+    stable = table[True, Stability.STABLE] + table[False, Stability.STABLE]
+    unstable = table[True, Stability.UNSTABLE] + table[False, Stability.UNSTABLE]
+    assert 0.05 < table[False, Stability.STABLE] / stable < 0.40
+    assert table[True, Stability.UNSTABLE] / unstable < 0.30

@@ -1,0 +1,302 @@
+"""The pool names exactly the task that crashed or overran its time, and finishes all others."""
+
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+from stackdsl.checking.processes import INTERRUPTS, PoolResult, Task, TaskResult, TaskStatus, run_supervised
+from tests.paths import ROOT
+
+AMPLE = 60.0  # [s]
+
+
+def square(number: int) -> int:
+    return number * number
+
+
+def segfault() -> None:
+    os.kill(os.getpid(), signal.SIGSEGV)
+
+
+def leave(code: int) -> None:
+    os._exit(code)
+
+
+def leave_python() -> None:
+    sys.exit(4)
+
+
+def hang() -> None:
+    time.sleep(600.0)
+
+
+def ignore_all_and_hang() -> None:
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    hang()
+
+
+def cut_all_pipes_and_hang() -> None:
+    os.closerange(3, 256)
+    hang()
+
+
+def stumble() -> None:
+    raise ValueError("no such brick")
+
+
+def process_id() -> int:
+    return os.getpid()
+
+
+def make_noise() -> int:
+    os.write(1, b"native chatter\n")
+    print("chatter of Python")  # noqa: T201 -- the subject of the test
+    return 1
+
+
+def return_something_unpicklable() -> object:
+    return lambda: None
+
+
+class Unreadable:
+    def __reduce__(self) -> tuple[object, ...]:
+        return (stumble, ())
+
+
+def return_something_unreadable() -> object:
+    return Unreadable()
+
+
+def large() -> bytes:
+    return bytes(5_000_000)
+
+
+def interrupt_the_parent(parent: int, note: Path) -> None:
+    note.write_text(str(os.getpid()), encoding="utf-8")
+    os.kill(parent, signal.SIGINT)
+    hang()
+
+
+def note_and_hang(note: Path) -> None:
+    note.write_text(str(os.getpid()), encoding="utf-8")
+    hang()
+
+
+def call(function: object, *arguments: object, limit: float = AMPLE) -> Task:
+    assert callable(function)
+    return Task(function, arguments, limit)
+
+
+def run(*tasks: Task, workers: int = 2) -> tuple[TaskResult, ...]:
+    done = run_supervised(tasks, workers)
+    assert not done.interrupted
+    return done.results
+
+
+@pytest.mark.parametrize("workers", [1, 3, 99])
+def test_results_come_in_the_order_of_the_tasks(workers: int) -> None:
+    results = run(*(call(square, number) for number in range(6)), workers=workers)
+    assert [result.value for result in results] == [number * number for number in range(6)]
+    assert {result.status for result in results} == {TaskStatus.DONE}
+
+
+def test_no_tasks_need_no_workers() -> None:
+    assert run_supervised([], workers=2) == PoolResult((), interrupted=False)
+
+
+def test_even_one_worker_is_a_process_of_its_own_and_serves_many_tasks() -> None:
+    ids = {result.value for result in run(*(call(process_id) for _ in range(4)), workers=1)}
+    assert len(ids) == 1
+    assert os.getpid() not in ids
+
+
+CRASHES = [
+    (call(segfault), "the worker was killed by SIGSEGV"),
+    (call(leave, 3), "the worker exited with code 3"),
+    (call(leave, 0), "the worker exited with code 0"),
+    (call(leave_python), "SystemExit: 4"),
+    (call(stumble), "ValueError: no such brick"),
+    (call(return_something_unreadable), "ValueError: no such brick"),
+]
+
+
+@pytest.mark.parametrize(("task", "message"), CRASHES, ids=[message for _, message in CRASHES])
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_crash_is_told_of_exactly_its_task(task: Task, message: str, workers: int) -> None:
+    before, crashed, *after = run(call(square, 2), task, call(square, 3), call(square, 4), workers=workers)
+    assert (crashed.status, crashed.message) == (TaskStatus.CRASHED, message)
+    assert [result.value for result in (before, *after)] == [4, 9, 16]
+
+
+@pytest.mark.parametrize("task", [call(lambda: None), call(return_something_unpicklable)], ids=["task", "result"])
+def test_what_cannot_be_pickled_is_a_crash_of_its_task(task: Task) -> None:
+    crashed, done = run(task, call(square, 2))
+    assert crashed.status is TaskStatus.CRASHED
+    assert "lambda" in crashed.message
+    assert done.value == 4
+
+
+def test_an_exception_brings_its_traceback() -> None:
+    (crashed,) = run(call(stumble))
+    assert 'raise ValueError("no such brick")' in crashed.details
+
+
+@pytest.mark.parametrize("stubborn", [hang, ignore_all_and_hang])
+def test_a_task_beyond_its_limit_is_ended_and_costs_no_other(stubborn: object) -> None:
+    began = time.monotonic()
+    late, *others = run(call(stubborn, limit=0.3), *(call(square, number) for number in range(5)), workers=2)
+    assert (late.status, late.message) == (TaskStatus.TIMED_OUT, "took longer than 0.3 s")
+    assert [result.value for result in others] == [0, 1, 4, 9, 16]
+    assert time.monotonic() - began < 30.0
+
+
+def test_the_limit_does_not_count_the_start_of_the_worker() -> None:
+    # A fresh process takes far longer than a millisecond to start; an empty task does not.
+    (done,) = run(call(square, 2, limit=0.05))
+    assert done.status is TaskStatus.DONE
+
+
+def test_a_worker_that_cuts_its_connection_is_ended_at_once() -> None:
+    cut, done = run(call(cut_all_pipes_and_hang), call(square, 2))
+    assert (cut.status, cut.message) == (TaskStatus.CRASHED, "the worker was killed by SIGKILL")
+    assert done.value == 4
+
+
+def test_large_results_arrive_whole() -> None:
+    assert [result.value for result in run(*(call(large) for _ in range(3)))] == [bytes(5_000_000)] * 3
+
+
+def test_each_end_is_told_once_with_its_index() -> None:
+    told: dict[int, TaskStatus] = {}
+
+    def on_done(index: int, result: TaskResult) -> None:
+        assert index not in told
+        told[index] = result.status
+
+    run_supervised([call(square, 1), call(leave, 1), call(hang, limit=0.2)], 2, on_done)
+    assert told == {0: TaskStatus.DONE, 1: TaskStatus.CRASHED, 2: TaskStatus.TIMED_OUT}
+
+
+def test_chatter_of_a_worker_stays_off_the_parents_stdout(capfd: pytest.CaptureFixture[str]) -> None:
+    (done,) = run(call(make_noise))
+    captured = capfd.readouterr()
+    assert done.value == 1
+    assert captured.out == ""
+    assert captured.err == "chatter of Python\n"
+
+
+def test_an_interrupt_ends_all_workers_at_once_and_keeps_what_was_done(tmp_path: Path) -> None:
+    note = tmp_path / "id of the worker"
+    tasks = [call(square, 3), call(interrupt_the_parent, os.getpid(), note), call(square, 4), call(hang)]
+    began = time.monotonic()
+    done = run_supervised(tasks, workers=1)
+    assert done.interrupted
+    assert [result.status for result in done.results] == [TaskStatus.DONE, *[TaskStatus.NOT_RUN] * 3]
+    assert done.results[0].value == 9
+    assert time.monotonic() - began < 30.0
+    assert is_gone(int(note.read_text(encoding="utf-8")))
+
+
+def test_workers_leave_the_meaning_of_an_interrupt_to_the_parent() -> None:
+    (done,) = run(call(signal.raise_signal, signal.SIGINT))
+    assert done.status is TaskStatus.DONE
+
+
+def test_an_interrupt_reaches_no_worker_however_early(capfd: pytest.CaptureFixture[str]) -> None:
+    # As Ctrl-C does, which reaches the whole process group: while the worker starts, again and again.
+    stop = threading.Event()
+
+    def interrupt_the_workers() -> None:
+        while not stop.wait(0.01):
+            for child in multiprocessing.active_children():
+                if child.pid is not None:
+                    with suppress(ProcessLookupError):  # it may have ended by itself
+                        os.kill(child.pid, signal.SIGINT)
+
+    thread = threading.Thread(target=interrupt_the_workers)
+    thread.start()
+    try:
+        results = run(*(call(square, 2) for _ in range(4)))
+    finally:
+        stop.set()
+        thread.join()
+    assert [result.value for result in results] == [4, 4, 4, 4]
+    assert capfd.readouterr().err == ""
+
+
+@pytest.mark.parametrize("number", INTERRUPTS)
+def test_an_interrupt_while_a_worker_is_started_is_not_lost(
+    number: signal.Signals, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    start = multiprocessing.process.BaseProcess.start
+    started: list[multiprocessing.process.BaseProcess] = []
+
+    def start_interrupted(process: multiprocessing.process.BaseProcess) -> None:
+        signal.raise_signal(number)
+        start(process)
+        started.append(process)
+
+    monkeypatch.setattr(multiprocessing.process.BaseProcess, "start", start_interrupted)
+    before = signal.signal(number, signal.default_int_handler)
+    try:
+        assert run_supervised([call(square, 2)], workers=1).interrupted
+    finally:
+        signal.signal(number, before)
+    assert len(started) == 1
+    assert number not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
+
+
+def test_nothing_that_was_held_back_stays_so_in_a_worker() -> None:
+    (done,) = run(call(signal.pthread_sigmask, signal.SIG_BLOCK, ()))
+    assert done.value == set()
+
+
+def test_a_busy_worker_does_not_outlive_a_parent_that_is_killed(tmp_path: Path) -> None:
+    note = tmp_path / "id of the worker"
+    program = f"from {__name__} import *; run_supervised([call(note_and_hang, Path(sys.argv[1]))], 1)"
+    parent = subprocess.Popen([sys.executable, "-c", program, str(note)], cwd=ROOT, stderr=subprocess.PIPE)
+    while not note.exists() or not note.read_text(encoding="utf-8"):
+        assert parent.poll() is None
+        time.sleep(0.01)
+    parent.kill()
+    try:
+        # The worker has the same stream of errors, which ends with the last of its owners.
+        parent.communicate(timeout=20.0)
+    except subprocess.TimeoutExpired:
+        os.kill(int(note.read_text(encoding="utf-8")), signal.SIGKILL)
+        raise
+
+
+def test_no_worker_survives_the_call() -> None:
+    for result in run(*(call(process_id) for _ in range(3)), workers=3):
+        assert isinstance(result.value, int)
+        assert is_gone(result.value)
+
+
+def test_a_listener_that_fails_ends_the_call_and_all_workers() -> None:
+    heard: list[object] = []
+
+    def fail(index: int, result: TaskResult) -> None:
+        heard.append(result.value)
+        raise LookupError("nobody listens")
+
+    with pytest.raises(LookupError, match="nobody listens"):
+        run_supervised([call(process_id), call(hang)], 2, fail)
+    assert isinstance(heard[0], int)
+    assert multiprocessing.active_children() == []
+
+
+def is_gone(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return True
+    return False

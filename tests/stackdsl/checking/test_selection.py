@@ -1,0 +1,74 @@
+"""Which cases are selected; and where there are none, why, and what to do about it."""
+
+from pathlib import Path
+
+import pytest
+
+from stackdsl.checking.gathering import gather
+from stackdsl.checking.selection import Selection, why_nothing
+from tests.command_line import GOOD, Stackdsl, stackdsl_in_folder, write
+from tests.scenes import compiled
+
+__all__ = ["stackdsl_in_folder"]  # the fixture `stackdsl`
+
+CASES = compiled(f"{GOOD}tags: [small]\n---\n{GOOD.replace('good', 'better')}")[0]
+
+
+@pytest.mark.parametrize(
+    ("selection", "told"),
+    [
+        (Selection(keyword="goood"), "no case has 'goood' in its name (did you mean 'good'?)"),
+        (Selection(tags=("smal",)), "no scenario has the tag 'smal' (did you mean 'small'?)"),
+        (Selection(("tuned",)), "none is played on tuned, which a scenario says by `systems:`"),
+        (Selection(keyword="better", tags=("small",)), "no case meets all that is asked for together"),
+        (Selection(tags=("!small",), keyword="[tuned]"), "no case has '[tuned]' in its name"),
+    ],
+)
+def test_what_no_case_has_is_named(selection: Selection, told: str) -> None:
+    assert selection.of(CASES) == []
+    text = why_nothing(selection, CASES, [])
+    assert told in text
+    assert "--list" in text
+
+
+@pytest.mark.parametrize("form", ["text", "json"])
+def test_a_directory_without_scenarios_is_told_and_is_wrong_usage(
+    stackdsl: Stackdsl, tmp_path: Path, form: str
+) -> None:
+    (tmp_path / "empty").mkdir()
+    result = stackdsl("check", "empty", "--format", form)
+    assert result.code == 4
+    assert "there is no scenario in empty" in result.err
+    assert "stackdsl new" in result.err
+    assert form == "text" or '"exit_code": 4' in result.out
+
+
+@pytest.mark.parametrize("command", ["check", "run", "explain"])
+def test_every_command_says_why_it_selects_nothing(stackdsl: Stackdsl, tmp_path: Path, command: str) -> None:
+    write(tmp_path, GOOD)
+    result = stackdsl(command, "scene.yaml", "-k", "goood")
+    assert result.code == 4
+    assert "did you mean 'good'?" in result.err
+
+
+def test_a_name_that_two_files_use_is_told_with_both_places(tmp_path: Path) -> None:
+    for name in ("a.yaml", "b.yaml"):
+        write(tmp_path, GOOD, name)
+    gathered = gather([tmp_path])
+    assert gathered.cases == ()
+    (only,) = gathered.diagnostics
+    assert (only.code, only.span.file) == ("SD203", (tmp_path / "b.yaml").as_posix())
+    assert f"neither is played; the other one is at {(tmp_path / 'a.yaml').as_posix()}:1:11" in only.message
+    assert "-k" in only.hint
+
+
+def test_a_bench_of_which_all_has_mistakes_does_not_say_that_nothing_is_selected(
+    stackdsl: Stackdsl, tmp_path: Path
+) -> None:
+    for name in ("s/a.yaml", "s/b.yaml"):
+        write(tmp_path, GOOD, name)
+    result = stackdsl("bench", "s", "-k", "good")
+    assert result.code == 2
+    assert "SD203" in result.err
+    assert "nothing to play" in result.err
+    assert "nothing selected" not in result.err

@@ -1,0 +1,107 @@
+"""Every mistake is told with what to do about it, in words that say what to write."""
+
+from pathlib import Path as FilePath
+
+import pytest
+
+from stackdsl.checking.check import REMEDIES, Terms, checked, judged
+from stackdsl.checking.gathering import gather
+from stackdsl.checking.processes import TaskResult, TaskStatus
+from stackdsl.diagnostics import Diagnostic
+from stackdsl.outcome import RunStatus
+from stackdsl.playing.runner import play
+from stackdsl.report.run_text import run_text
+from stackdsl.systems.systems import SYSTEMS
+from tests.scenes import compiled
+
+COLUMN = "scenario: column\nbuild:\n  - column: {levels: 3}\n"
+MATRIX = f"matrix: {{{', '.join(f'a{i}: [1, 2]' for i in range(9))}}}\n"
+
+
+def only(text: str) -> Diagnostic:
+    (mistake,) = compiled(text)[1]
+    return mistake
+
+
+@pytest.mark.parametrize(
+    ("text", "message", "hint"),
+    [
+        (COLUMN.replace("3", "0"), "0 is less than 1", "write 1 to 10000: how many planks"),
+        (COLUMN.replace("3", "3 mm"), "not '3 mm'", "write 1 to 10000: how many planks"),
+        (COLUMN + "friction: -1\n", "-1 is less than 0", "write 0 to 10: Coulomb coefficient"),
+        (COLUMN + "friction: 50 percent\n", "not '50 percent'", "write 0 to 10: Coulomb coefficient"),
+        (COLUMN + "systems: exact\n", "expected a list", "write [exact]: what the scenario"),
+        (COLUMN + "systems: []\n", "0 items", "write at least 1 items: what the scenario"),
+        (COLUMN + "expect: {stands: all}\n", "not a mapping", "begin each item with `- `: what must"),
+        (COLUMN + "description: 5\n", "expected text", "quote it: what it shows"),
+        (COLUMN + "brick: {size: [1 mm, 2 mm], density: 5 kg/m3}\n", "too few", "write all of them: length, width"),
+        (COLUMN + MATRIX, "more than 256", "several scenarios"),
+        (COLUMN.replace("column: {levels: 3}", "bricks: [{name: ground, at: [0 m, 0 m, 3.9 mm]}]"),
+         "not a name that a brick can have, but that of the ground", "another name"),
+        (COLUMN.replace("column: {levels: 3}", "bricks: [{name: wall1, at: [0 m, 0 m, 3.9 mm]}]"),
+         "not a name that a brick can have, but that of a wall", "another name"),
+        (COLUMN + "expect: [{collapses: {at: level 9 ± 1}}]\n", "8 levels are claimed, and 3 are built", "at most 3"),
+        (COLUMN.replace("3}", "3, origin: 5 mm}"), "expected a list, not '5 mm'", "write a list of"),
+        (COLUMN.replace("3", "$n"), "not '$n'", "write ${n} if it is an expression"),
+        (COLUMN.replace("3", "'{n}'"), "not '{n}'", "write ${n} if it is an expression"),
+        (COLUMN.replace("3}", "3, step: 1 m}"), "nothing is under brick 'L2.1'", "give the layout measures"),
+        (COLUMN + "  - column: {levels: 3}\n", "'L1.2' is 7.8 mm inside", "such as by `origin`"),
+        ("a: &a {b: 1}\n<<: *a\n", "a merge key", "repeat the keys here"),
+    ],
+)  # fmt: skip
+def test_a_mistake_is_told_with_what_to_write(text: str, message: str, hint: str) -> None:
+    mistake = only(text)
+    assert message in mistake.message
+    assert hint in mistake.hint
+
+
+def test_a_collapse_at_a_level_that_may_be_built_is_no_mistake() -> None:
+    assert compiled(COLUMN + "expect: [{collapses: {at: level 4 ± 1}}]\n")[1] == []
+
+
+@pytest.mark.parametrize(("name", "hint"), [("missing.yaml", "check its name"), ("folder.yaml", "can be read")])
+def test_a_file_that_cannot_be_read_is_told_with_a_remedy(tmp_path: FilePath, name: str, hint: str) -> None:
+    (tmp_path / "folder.yaml").mkdir()
+    (mistake,) = gather([tmp_path / name]).diagnostics
+    assert mistake.code == "SD001"
+    assert hint in mistake.hint
+
+
+@pytest.mark.parametrize(
+    ("status", "ended", "remedy"),
+    [
+        (TaskStatus.TIMED_OUT, RunStatus.TIMED_OUT, "why; allow more by --time-limit"),
+        (
+            TaskStatus.CRASHED,
+            RunStatus.CRASHED,
+            "why; to see where, play it alone: STACKDSL_DEBUG=1",
+        ),
+    ],
+)
+def test_a_run_without_an_end_is_told_with_a_remedy(status: TaskStatus, ended: RunStatus, remedy: str) -> None:
+    case = compiled(COLUMN)[0][0]
+    result = checked(case, TaskResult(status, message="why"), Terms(FilePath("golden")))
+    assert result.status is ended
+    assert remedy in result.message
+    assert set(REMEDIES) == set(TaskStatus)
+
+
+def test_a_run_after_which_something_still_flies_does_not_say_that_it_stands() -> None:
+    #   A fall of 100 m takes 4.5 s, and two are watched.
+    high = "build:\n  - bricks: [{at: [0 m, 0 m, 100 m], drop: true}]\n"
+    case = compiled(f"scenario: high\n{high}")[0][0]
+    trace = play(case.timeline, SYSTEMS["exact"])
+    assert run_text(trace, judged(case, trace)).startswith("unsettled; ")
+
+
+def test_a_golden_file_that_cannot_be_written_is_told_with_a_remedy(
+    tmp_path: FilePath, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("CI", raising=False)  # where none is written at all
+    (tmp_path / "golden").write_text("a file, and no directory", encoding="utf-8")
+    case = compiled(COLUMN)[0][0]
+    played = TaskResult(TaskStatus.DONE, play(case.timeline, SYSTEMS["exact"]))
+    golden = checked(case, played, Terms(tmp_path / "golden", update=True)).golden
+    assert golden is not None
+    assert "cannot be written" in golden.note
+    assert "--golden" in golden.note

@@ -1,0 +1,275 @@
+"""The models of a scenario: what they read, what they fill in, and what editors are told."""
+
+from typing import Any
+
+import jsonschema
+import pytest
+import yaml
+from pydantic import TypeAdapter, ValidationError
+
+from stackdsl.language.author_types import SYSTEMS
+from stackdsl.language.bricks import BrickKind
+from stackdsl.language.catalogue import CATALOGUE
+from stackdsl.language.layouts.registry import LAYOUTS, ColumnParams
+from stackdsl.language.schema import UNTIL_COLLAPSE, BuildStep, Scenario
+from stackdsl.language.tolerances import Tolerance
+from stackdsl.language.validation import json_schema, keys_at, schema_text
+from stackdsl.language.variants import expand
+from stackdsl.reading.source import parse
+from tests.paths import ROOT
+
+SCHEMA_FILE = ROOT / "stackdsl" / "scenario.schema.json"
+
+EVERYTHING = """
+scenario: everything
+description: Uses every key of the language.
+tags: [example]
+brick: {size: [120 mm, 24 mm, 8 mm], density: 500 kg/m3}
+friction: 0.4
+world:
+  gravity: 1 g0
+  ground: {friction: 0.6}
+  walls: [{bearing: 90 deg, distance: 0.5 m, friction: 0}]
+  tilt: {angle: 2 deg, towards: 90 deg}
+let:
+  half: ${step / 2}
+matrix:
+  step: [10 mm, 12 mm]
+  n: [1, 2]
+build:
+  - four_stack: {levels: 4, step: "${half}", spacing: 90 mm, origin: [0 mm, 0 mm, 0 mm], heading: 45 deg}
+    name: tower
+    every: 1 s
+  - column: {levels: "${2 * n}", step: "${step}", origin: [1 m, 0 m, 0 m]}
+    brick: kapla-ideal
+    at: 2 s
+  - wall: {levels: 3, bricks: 4, gap: 0.5 mm, origin: [0 m, 1 m, 0 m]}
+    after: level 3 + 1 s
+  - harmonic: {bricks: 5, share: 0.9, origin: [2 m, 0 m, 0 m]}
+    after: built
+  - tower: {levels: 3, bricks: 16, overlap: 40 %, origin: [5 m, 0 m, 0 m]}
+  - card_house: {levels: 2, angle: 70 deg, spacing: 120 mm, origin: [6 m, 0 m, 0 m]}
+    name: cards
+  - bricks:
+      - {name: roof, at: [0 mm, 0 mm, 100 mm], rotate: [0 deg, 0 deg, 90 deg], drop: true, level: 5}
+      - {at: [3 m, 0 m, 4 mm], brick: {size: [60 mm, 24 mm, 8 mm], mass: 6 g}}
+    after: brick L2.1 + 500 ms
+  - leaning_structure: {step: 12 mm, spacing: 80 mm, origin: [7 m, 0 m, 0 m]}
+    every: 1 s
+    until: collapse
+impacts:
+  - remove: {brick: L2.1}
+    at: 4 s
+  - remove: {bricks: [L1.1, L1.2]}
+    after: built + 2 s
+  - insert: {at: [4 m, 0 m, 4 mm], rotate: [0 deg, 0 deg, 90 deg], brick: kapla-ideal, name: wedge, level: 1}
+    after: impact 2 + 1 s
+  - throw:
+      {name: shot, brick: kapla, at: level 4, turn: 90 deg, speed: 2 m/s, from: {bearing: 30 deg, distance: "${step}"}}
+  - throw: {at: L4.1, from: {bearing: 90 deg}, speed: "${100 * step / 1 s}"}
+  - push: {brick: L4.2, impulse: [1 mN*s, 0.01 N*s, "${1 kg * 1 m / 1 s}"], point: [0 mm, 0 mm, 3.9 mm]}
+  - drop: {name: hammer, brick: kapla, onto: level 4, height: 100 mm, rotate: [0 deg, 90 deg, 0 deg]}
+  - drop: {onto: L4.1, height: 0.1 m}
+systems: [thesis, tuned, stock]
+expect:
+  - stands: all
+    system: thesis
+  - stands: {levels: 4, bricks: [roof, L1.1], for: 3 s}
+  - collapses: any
+    system: stock
+  - collapses: {at: level 9 ± 1, brick: L9.1, time: 9 s .. 11 s}
+    system: [tuned, stock]
+  - displaced: {bricks: <= 2, by: "> 5 mm"}
+  - drift: < 2 mm
+  - drift: {is: 1 ± 0.5 mm, bricks: [roof]}
+  - rests_on: {brick: roof, support: L4.1, share: 50 % ± 2 %}
+  - rests_on: {brick: L1.1, support: ground}
+  - height: ">= 100 mm"
+  - height: {is: 104 mm ± 1 mm, of: roof}
+truth:
+  - stands: {levels: 3}
+    source: closed form
+    because: nothing leans
+"""
+
+
+def variants(text: str) -> list[dict[str, Any]]:
+    loaded = parse(text, "a.yaml")
+    assert loaded.diagnostics == ()
+    found, diagnostics = expand(loaded.sources[0])
+    assert diagnostics == ()
+    return [variant.values for variant in found]
+
+
+def scenario(text: str) -> Scenario:
+    return Scenario.model_validate(variants(text)[0])
+
+
+def brick(written: object) -> BrickKind:
+    return TypeAdapter(BrickKind).validate_python(written)
+
+
+def between(low: float, high: float, text: str) -> Tolerance:
+    return Tolerance(low, high, low_open=False, high_open=False, text=text)
+
+
+def test_the_least_scenario_has_defaults_for_all_the_rest() -> None:
+    least = scenario("{scenario: least, build: [{column: {levels: 3}}]}")
+    assert least.brick.size == CATALOGUE["kapla"].size
+    assert (least.friction, least.world.gravity, least.world.ground.friction) == (0.5, 9.81, None)
+    assert (least.world.walls, least.world.tilt.angle, least.world.tilt.towards) == ((), 0.0, 0.0)
+    assert (least.systems, least.expect, least.truth) == (("exact",), (), ())
+
+
+def test_a_scenario_may_use_everything() -> None:
+    first, *_, last = (Scenario.model_validate(values) for values in variants(EVERYTHING))
+    tower, column, _, _, _, _, single, leaning = first.build
+    assert tower.layout == ("four_stack", tower.four_stack)  # type: ignore[attr-defined]
+    origin = ["1 m", "0 m", "0 m"]
+    assert column.layout == ("column", ColumnParams.model_validate({"levels": 2, "step": "1 cm", "origin": origin}))
+    assert single.layout is None
+    assert single.bricks is not None
+    assert (single.bricks[0].name, single.bricks[0].drop, single.bricks[0].level) == ("roof", True, 5)
+    assert leaning.layout is not None
+    assert (leaning.until, leaning.layout[1].levels) == ("collapse", UNTIL_COLLAPSE)  # type: ignore[attr-defined]
+    assert [expectation.kind for expectation in first.expect] == [
+        *["stands"] * 2, *["collapses"] * 2, "displaced", *["drift"] * 2, *["rests_on"] * 2, *["height"] * 2,
+    ]  # fmt: skip
+    higher = ColumnParams.model_validate({"levels": 4, "step": "12 mm", "origin": origin})
+    assert last.build[1].layout == ("column", higher)
+
+
+def test_a_scalar_means_the_same_as_its_mapping() -> None:
+    short, long = (
+        scenario(f"{{scenario: a, build: [{{column: {{levels: 3}}}}], world: {{tilt: {tilt}}}, expect: {expect}}}")
+        for tilt, expect in [
+            ("5 deg", "[{drift: < 2 mm}, {height: '> 1 mm'}, {stands: all, system: thesis}]"),
+            ("{angle: 5 deg}", "[{drift: {is: < 2 mm}}, {height: {is: '> 1 mm'}}, {stands: all, system: [thesis]}]"),
+        ]
+    )
+    assert short == long
+
+
+def test_stands_all_and_collapses_any_leave_every_key_open() -> None:
+    stands, collapses = scenario(
+        "{scenario: a, build: [{column: {levels: 3}}], expect: [{stands: all}, {collapses: any}]}"
+    ).expect
+    assert stands.stands is not None
+    assert (stands.stands.levels, stands.stands.bricks, stands.stands.for_) == (None, None, None)
+    assert collapses.collapses is not None
+    assert (collapses.collapses.at, collapses.collapses.brick, collapses.collapses.time) == (None, None, None)
+
+
+def test_expectations_are_read_with_their_units() -> None:
+    expect = Scenario.model_validate(variants(EVERYTHING)[0]).expect
+    assert expect[1].stands is not None
+    assert expect[1].stands.for_ == 3.0
+    assert expect[3].collapses is not None
+    assert expect[3].collapses.at == between(8, 10, "level 9 ± 1")
+    assert expect[3].collapses.time == between(9.0, 11.0, "9 s .. 11 s")
+    assert expect[6].drift is not None
+    assert expect[6].drift.within == between(0.0005, 0.0015, "1 ± 0.5 mm")
+    assert expect[7].rests_on is not None
+    assert expect[7].rests_on.share == between(0.48, 0.52, "50 % ± 2 %")
+
+
+# --- bricks -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_brick_has_the_mass_of_its_density_or_the_density_of_its_mass() -> None:
+    size = ["100 mm", "20 mm", "10 mm"]
+    by_density, by_mass = brick({"size": size, "density": "500 kg/m3"}), brick({"size": size, "mass": "10 g"})
+    for kind in (by_density, by_mass):
+        assert kind.mass_of(kind.size) == pytest.approx(0.010, rel=1e-12)
+        assert kind.mass_of((0.05, 0.02, 0.01)) == pytest.approx(0.005, rel=1e-12)  # a half plank weighs half
+
+
+@pytest.mark.parametrize("name", CATALOGUE)
+def test_catalogue_bricks_are_known_by_name(name: str) -> None:
+    assert (brick(name).size, brick(name).density) == (CATALOGUE[name].size, CATALOGUE[name].density)
+
+
+# --- editors ----------------------------------------------------------------------------------------------------------
+
+
+def accepted_by_editors(text: str) -> bool:
+    validator = jsonschema.Draft202012Validator(json_schema())
+    return validator.is_valid(yaml.safe_load(text))
+
+
+def test_the_schema_file_is_current() -> None:
+    assert SCHEMA_FILE.read_text(encoding="utf-8") == schema_text(), (
+        "python -c 'from stackdsl.language.validation import schema_text; print(schema_text(), end=\"\")' "
+        "> stackdsl/scenario.schema.json"
+    )
+
+
+def test_the_schema_is_a_valid_one() -> None:
+    jsonschema.Draft202012Validator.check_schema(json_schema())
+
+
+def test_a_layout_of_the_registry_is_a_key_of_a_step() -> None:
+    assert set(LAYOUTS) | {"bricks", "name", "brick", "every", "until", "at", "after"} == set(BuildStep.model_fields)
+    assert set(keys_at(("build", 0))) == set(BuildStep.model_fields)
+    assert set(keys_at(("build", 0, "wall"))) == {"levels", "bricks", "gap", "origin", "heading"}
+
+
+def test_editors_show_a_description_of_every_key() -> None:
+    def undescribed(schema: dict[str, Any], name: str) -> list[str]:
+        inside = [key for part in schema.get("anyOf", ()) for key in undescribed(part, name)]
+        named = schema.get("properties", {}).items()
+        missing = [f"{name}.{key}" for key, value in named if "description" not in value and "$ref" not in value]
+        return inside + missing
+
+    schema = json_schema()
+    definitions: dict[str, Any] = schema["$defs"]
+    assert undescribed(schema, "Scenario") == []
+    assert [key for name, part in definitions.items() for key in undescribed(part, name)] == []
+
+
+@pytest.mark.parametrize("system", SYSTEMS)
+@pytest.mark.parametrize("where", ["systems: [SYSTEM]", "expect: [{stands: all, system: SYSTEM}]"])
+def test_editors_know_the_systems(system: str, where: str) -> None:
+    text = f"{{scenario: a, build: [{{column: {{levels: 3}}}}], {where}}}"
+    assert accepted_by_editors(text.replace("SYSTEM", system))
+    assert not accepted_by_editors(text.replace("SYSTEM", "stok"))
+
+
+def test_editors_accept_a_scenario_that_uses_everything() -> None:
+    assert accepted_by_editors(EVERYTHING)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("scenario: everything", "scenario: Every thing"),
+        ("scenario: everything", "{}"),
+        ("tags: [example]", "tag: [example]"),
+        ("friction: 0.4", "friction: -1"),
+        ("friction: 0.4", "friction: '0.4'"),
+        ("gravity: 1 g0", "gravity: 9.81"),
+        ("distance: 0.5 m", "distance: 0.5 s"),
+        ("density: 500 kg/m3", "density: 500 kg"),
+        ("density: 500 kg/m3", "density: 500 kg/m3, mass: 1 g"),
+        ("brick: kapla-ideal", "brick: kapla-idea"),
+        ("name: tower", "column: {levels: 3}"),
+        ("levels: 4, step", "levels: four, step"),
+        ("levels: 4, step", "levels: 0, step"),
+        ("after: built", "after: finished"),
+        ("rotate: [0 deg, 0 deg, 90 deg]", "rotate: [0 deg, 90 deg]"),
+        ("drop: true", "drop: 1"),
+        ("stands: all", "stands: al"),
+        ("collapses: any", "collapses: false"),
+        ("at: level 9 ± 1", "at: 9 ± 1"),
+        ("bricks: <= 2", "bricks: less than 2"),
+        ("drift: < 2 mm", "drift: 2 mm"),
+        ("source: closed form", "sauce: closed form"),
+    ],
+)
+def test_editors_mark_what_is_wrong(old: str, new: str) -> None:
+    assert EVERYTHING.count(old) >= 1
+    wrong = "build: []" if new == "{}" else EVERYTHING.replace(old, new, 1)
+    assert not accepted_by_editors(wrong)
+    (values,) = [yaml.safe_load(wrong)]
+    with pytest.raises(ValidationError):
+        Scenario.model_validate(values)

@@ -1,0 +1,102 @@
+"""What `explain` says of proofs."""
+
+import subprocess
+import sys
+
+from stackdsl.report.explanation import explanation_text
+from tests.paths import ROOT
+from tests.scenes import compiled, scene
+
+
+def explained(build: str, rest: str = "", margins: bool | None = None) -> list[str]:
+    cases, mistakes = compiled(scene(build, rest))
+    assert mistakes == []
+    return explanation_text(cases, margins).splitlines()
+
+
+def test_each_placement_has_the_stage_that_proved_it_and_its_cost() -> None:
+    lines = explained("- four_stack: {levels: 2}\n  every: 1 s", margins=False)
+    placed = [line for line in lines if " at (" in line]
+    assert len(placed) == 4
+    assert all(" load core, " in line and line.endswith(" us") for line in placed)
+    assert any("every placement proven to stand" in line for line in lines)
+
+
+def test_a_group_tells_its_cost_once() -> None:
+    placed = [line for line in explained("- four_stack: {levels: 2}", margins=False) if " at (" in line]
+    assert [line.endswith(" us for 4 bricks") for line in placed] == [False] * 3 + [True]
+
+
+def test_what_falls_is_named_with_the_reason() -> None:
+    lines = explained("- column: {levels: 3, step: 45 mm}")  # two planks' centre is 67 mm out, beyond 58.8 mm
+    assert [line.split("  ")[-1].split(",")[0] for line in lines if " at (" in line][1:] == ["falls: tipping"] * 2
+    assert any("UNSTABLE" in line and "over L1.1" in line for line in lines)
+    assert not any("survive" in line for line in lines)
+
+
+def test_margins_follow_the_placements() -> None:
+    #   a plank flat on the ground: slides at mu g, at any tilt beyond the angle of friction, and needs no friction
+    lines = explained("- column: {levels: 1}", "friction: 0.1")
+    survived = next(line for line in lines if "survive" in line)
+    assert "0.1 g sideways" in survived
+    assert "a tilt of 5.711 deg" in survived
+    assert "friction down to 0" in survived
+
+
+def test_margins_of_many_bricks_are_left_out_until_asked_for() -> None:
+    lines = explained("- column: {levels: 301}")
+    assert any("ask for them with --margins" in line for line in lines)
+    assert not any("survive" in line for line in explained("- column: {levels: 2}", margins=False))
+
+
+def test_from_a_dropped_brick_on_nothing_is_judged() -> None:
+    lines = explained("- column: {levels: 1}\n- bricks: [{at: [0 mm, 0 mm, 1 m], drop: true}]")
+    assert any("1 of 2 bricks proven to stand" in line for line in lines)
+
+
+def test_a_removal_has_a_line_of_its_own_and_makes_room() -> None:
+    impacts = "impacts: [{remove: {bricks: [L2.1, L3.1]}}, {insert: {name: new, at: [0 mm, 0 mm, 11.7 mm]}}]"
+    lines = explained("- column: {levels: 3}", impacts, margins=False)
+    assert any(line.split() == ["0.000", "s", "L2.1,", "L3.1", "pulled", "out"] for line in lines)
+    assert any("  new " in line and "on L1.1  load core" in line for line in lines)
+    assert any("every placement proven to stand" in line for line in lines)
+
+
+def test_the_ground_and_the_walls_are_named_that_a_brick_stands_on_and_touches() -> None:
+    #   A plank flat on the ground with its end at the second of two walls, and one upon it, short of the wall.
+    walls = "world: {walls: [{bearing: 90 deg, distance: 1 m}, {bearing: 0 deg, distance: 58.8 mm}]}"
+    build = "- bricks: [{at: [0 mm, 0 mm, 3.9 mm]}, {at: [-20 mm, 0 mm, 11.7 mm]}]"
+    placed = [line for line in explained(build, walls, margins=False) if " at (" in line]
+    assert ["  on ground, against wall2  " in placed[0], "  on L1.1  " in placed[1]] == [True, True]
+
+
+def test_of_a_plank_wedged_between_two_walls_both_are_named() -> None:
+    walls = "world: {walls: [{bearing: 0 deg, distance: 58.8 mm}, {bearing: 180 deg, distance: 58.8 mm}]}"
+    lines = explained("- bricks: [{at: [0 mm, 0 mm, 50 mm]}]", walls, margins=False)
+    assert any("  between wall1, wall2  " in line for line in lines)
+
+
+def test_a_push_and_a_throw_have_lines_of_their_own() -> None:
+    push = "{push: {brick: L2.1, impulse: [3 mN*s, 0 N*s, 0 N*s]}}"
+    throw = "{throw: {at: L1.1, from: {bearing: 0 deg}, speed: 2 m/s}}"
+    lines = explained("- column: {levels: 2}", f"impacts: [{push}, {throw}]", margins=False)
+    assert any(line.split() == ["0.000", "s", "L2.1", "pushed", "by", "(3", "0", "0)", "mN*s"] for line in lines)
+    assert any("thrown-2" in line and line.endswith("thrown at 2 m/s") for line in lines)
+    assert any("2 bricks on 2 levels" in line for line in lines)
+
+
+def test_what_falls_without_a_brick_that_is_pulled_out_is_told() -> None:
+    lines = explained("- column: {levels: 3}", "impacts: [{remove: {brick: L2.1}}]")
+    assert any("UNSTABLE" in line and "L3.1" in line for line in lines)
+
+
+def test_other_systems_ask_no_statics() -> None:
+    assert not any("statics:" in line for line in explained("- column: {levels: 1}", "systems: [tuned]"))
+
+
+def test_explaining_needs_no_engine() -> None:
+    code = (
+        "import sys; from tests.stackdsl.report.test_explanation import explained; explained('- column: {levels: 2}');"
+        "sys.exit('pybullet' in sys.modules)"
+    )
+    assert subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=False).returncode == 0

@@ -1,0 +1,370 @@
+"""What a report says, to people and to programs, and with which exit code."""
+
+import json
+import subprocess
+import sys
+from dataclasses import replace
+from math import inf, nan, radians
+
+import pytest
+
+from stackdsl.diagnostics import Diagnostic, Span
+from stackdsl.outcome import (
+    ExitCode,
+    GoldenDifference,
+    GoldenResult,
+    GoldenStatus,
+    Outcome,
+    Report,
+    RunStatus,
+    VariantResult,
+    exit_code,
+)
+from stackdsl.report.edge_text import wrong_edges_text
+from stackdsl.report.json import report_json
+from stackdsl.report.outcome_text import outcome_text
+from stackdsl.report.text import report_text
+from stackdsl.trace import Collapse, Cost, WrongEdges
+from tests.paths import ROOT
+
+SPAN = Span("scenarios/slant.yaml", 14, 5, 14)
+HELD = Outcome("stands", "3 levels", "3 levels", margin=0.0, unit="levels", passed=True, span=SPAN)
+MISSED = Outcome("collapses", "level 9 ± 1", "level 11", margin=-1.0, unit="levels", passed=False, span=SPAN)
+MISTAKE = Diagnostic(
+    "SD204", replace(SPAN, excerpt="    brick: tpo"), "unknown brick 'tpo'", hint="did you mean 'top'?"
+)
+GOLDEN = GoldenResult(GoldenStatus.SAME, "golden/slant[thesis].json")
+MOVED = GoldenDifference("L9.1", "x", "48.00 mm", "47.10 mm", "± 0.5 mm")
+PASSED = VariantResult(
+    scenario="slant",
+    variant="step=11mm,thesis",
+    system="thesis",
+    file="scenarios/slant.yaml",
+    status=RunStatus.DONE,
+    verdict="collapses",
+    collapse=Collapse(time=8.25, level=9, brick="L9.1", gave_way="L1.1"),
+    drift=0.123456,
+    cost=Cost(wall_time=2.0, simulated_time=10.0, steps=9600, judgements=120, proofs={"load core": 8}),
+    outcomes=(HELD, HELD),
+    golden=GOLDEN,
+)
+TUNED = replace(
+    PASSED,
+    variant="step=11mm,tuned",
+    system="tuned",
+    cost=Cost(wall_time=3.0, simulated_time=5.0, steps=1, judgements=0),
+)
+FAILED = replace(PASSED, outcomes=(HELD, MISSED))
+CRASHED = replace(
+    PASSED, status=RunStatus.CRASHED, verdict="", collapse=None, cost=None, outcomes=(), golden=None,
+    message="the worker was killed by SIGSEGV",
+)  # fmt: skip
+LATE = replace(CRASHED, status=RunStatus.TIMED_OUT, message="took longer than 60 s")
+NOT_RUN = replace(CRASHED, status=RunStatus.NOT_RUN, message="")
+
+
+def with_golden(status: GoldenStatus, note: str = "", *differences: GoldenDifference) -> VariantResult:
+    return replace(PASSED, golden=replace(GOLDEN, status=status, note=note, differences=differences))
+
+
+def report(
+    *results: VariantResult,
+    diagnostics: tuple[Diagnostic, ...] = (),
+    obsolete: tuple[str, ...] = (),
+    removed: tuple[str, ...] = (),
+    interrupted: bool = False,
+) -> Report:
+    return Report(results, diagnostics, obsolete, removed, interrupted, wall_time=12.34)
+
+
+EXIT_CODES = {
+    "all as expected": (report(PASSED, TUNED), 0),
+    "nothing was selected": (report(), 4),
+    "golden written": (report(with_golden(GoldenStatus.WRITTEN)), 0),
+    "no golden asked for": (report(replace(PASSED, golden=None)), 0),
+    "an answer from outside is missed": (report(replace(PASSED, truths=(MISSED,))), 0),
+    "an expectation failed": (report(PASSED, FAILED), 1),
+    "a scenario is invalid": (report(PASSED, diagnostics=(MISTAKE,)), 2),
+    "golden missing": (report(with_golden(GoldenStatus.MISSING)), 3),
+    "golden different": (report(with_golden(GoldenStatus.DIFFERENT)), 3),
+    "golden unreadable": (report(with_golden(GoldenStatus.UNREADABLE)), 3),
+    "golden obsolete": (report(PASSED, obsolete=("golden/gone[x].json",)), 3),
+    "golden removed": (report(PASSED, removed=("golden/gone[x].json",)), 0),
+    "blocked": (report(replace(CRASHED, status=RunStatus.BLOCKED, mistake=MISTAKE)), 2),
+    "crashed": (report(CRASHED), 5),
+    "timed out": (report(LATE), 5),
+    "interrupted": (report(NOT_RUN, interrupted=True), 130),
+    "failed before different": (report(FAILED, with_golden(GoldenStatus.DIFFERENT)), 1),
+    "crashed before failed": (report(FAILED, CRASHED), 5),
+    "invalid before crashed": (report(CRASHED, diagnostics=(MISTAKE,)), 2),
+    "interrupted before invalid": (report(diagnostics=(MISTAKE,), interrupted=True), 130),
+}
+
+
+@pytest.mark.parametrize(("seen", "code"), EXIT_CODES.values(), ids=EXIT_CODES)
+def test_the_exit_code_names_the_gravest_reason(seen: Report, code: int) -> None:
+    assert exit_code(seen) == code
+    assert exit_code(seen) in list(ExitCode)
+
+
+SUMS = {
+    "2 variants pass": (report(PASSED, TUNED), "1 scenario, 2 variants: 2 passed in 12.3 s"),
+    "two scenarios": (report(PASSED, replace(PASSED, scenario="arch")), "2 scenarios, 2 variants: 2 passed in 12.3 s"),
+    "one of each": (
+        report(PASSED, FAILED, CRASHED, LATE, with_golden(GoldenStatus.DIFFERENT), with_golden(GoldenStatus.MISSING)),
+        "1 scenario, 6 variants: 1 passed, 1 crashed, 1 failed, 1 golden different, 1 golden missing, 1 timed out in",
+    ),
+    "files": (
+        report(PASSED, obsolete=("a", "b"), removed=("c",)),
+        "1 variant: 1 passed, 2 obsolete golden files, 1 removed golden file in 12.3 s",
+    ),
+    "mistakes": (report(diagnostics=(MISTAKE, MISTAKE)), "0 scenarios, 0 variants: 2 mistakes in 12.3 s"),
+    "interrupted": (report(PASSED, NOT_RUN, interrupted=True), "1 passed, 1 not run, interrupted in 12.3 s"),
+    "nothing": (report(), "0 scenarios, 0 variants: nothing run in 12.3 s"),
+}
+
+
+@pytest.mark.parametrize(("seen", "line"), SUMS.values(), ids=SUMS)
+def test_the_last_line_sums_up(seen: Report, line: str) -> None:
+    assert line in report_text(seen).splitlines()[-1]
+
+
+def row(seen: Report, index: int = 0) -> dict[str, str]:
+    """The cells of one variant in the summary, by column; cells are two blanks apart or more."""
+    lines = report_text(seen, width=200).splitlines()
+    head = next(i for i, line in enumerate(lines) if line.startswith("scenario"))
+    split = [[cell.strip() for cell in lines[i].split("  ") if cell.strip()] for i in (head, head + 1 + index)]
+    return dict(zip(*split, strict=True))
+
+
+def test_a_variant_is_one_row() -> None:
+    assert row(report(replace(PASSED, truths=(HELD,)), TUNED)) == {
+        "scenario": "slant",
+        "variant": "step=11mm,thesis",
+        "verdict": "collapses",
+        "level": "9",
+        "drift mm": "123",
+        "met": "2/2",
+        "truth": "agrees",
+        "golden": "same",
+        "wall s": "2.00",
+        "sim. s": "10.0",
+        "steps": "9600",
+        "vs tuned": "3x",
+    }
+
+
+def test_speed_up_is_per_simulated_second_and_within_one_case() -> None:
+    # 2 s for 10 s against 3 s for 5 s.
+    seen = report(PASSED, TUNED, replace(PASSED, variant="step=12mm,thesis"), CRASHED)
+    assert [seen.speed_up(result) for result in seen.results] == [pytest.approx(3.0), 1.0, None, None]
+
+
+def test_a_run_that_took_no_steps_and_no_time_has_no_speed_up() -> None:
+    still = replace(PASSED, cost=Cost(wall_time=0.0, simulated_time=0.0, steps=0, judgements=1))
+    assert report(still, TUNED).speed_up(still) is None
+
+
+@pytest.mark.parametrize(
+    ("drift", "shown"),
+    [(0.0, "0"), (1.23456, "1230"), (0.0123456, "12.3"), (1.23456e-6, "0.00123"), (1.2e-7, "0.00012"), (nan, "nan")],
+)
+def test_drift_has_three_significant_digits(drift: float, shown: str) -> None:
+    assert row(report(replace(PASSED, drift=drift)))["drift mm"] == shown
+
+
+@pytest.mark.parametrize(("result", "verdict"), [(CRASHED, "crashed"), (LATE, "timed out"), (NOT_RUN, "not run")])
+def test_a_variant_that_did_not_finish_says_so_in_place_of_a_verdict(result: VariantResult, verdict: str) -> None:
+    cells = row(report(PASSED, result), index=1)
+    assert cells["verdict"] == verdict
+    assert {cells[name] for name in ("level", "drift mm", "met", "golden", "wall s", "steps")} == {"-"}
+
+
+def test_columns_that_no_row_fills_are_left_out() -> None:
+    plain = replace(PASSED, collapse=None, golden=None)
+    assert not {"level", "truth", "golden", "vs tuned"} & row(report(plain)).keys()
+
+
+LINES = {
+    "mistake": (
+        report(diagnostics=(MISTAKE,)),
+        "scenarios/slant.yaml:14:5: SD204 unknown brick 'tpo'",
+    ),
+    "failed expectation": (
+        report(FAILED),
+        "  scenarios/slant.yaml:14:5: slant[step=11mm,thesis]: collapses: "
+        "expected level 9 ± 1, measured level 11 (margin -1 levels)",
+    ),
+    "differing truth": (
+        report(replace(PASSED, truths=(HELD, MISSED))),
+        "  scenarios/slant.yaml:14:5: slant[step=11mm,thesis]: collapses: "
+        "expected level 9 ± 1, measured level 11 (margin -1 levels)",
+    ),
+    "crash": (
+        report(CRASHED),
+        "  scenarios/slant.yaml: slant[step=11mm,thesis]: crashed: the worker was killed by SIGSEGV",
+    ),
+    "time-out": (report(LATE), "  scenarios/slant.yaml: slant[step=11mm,thesis]: timed out: took longer than 60 s"),
+    "missing": (report(with_golden(GoldenStatus.MISSING)), "  golden/slant[thesis].json: missing"),
+    "unreadable": (
+        report(with_golden(GoldenStatus.UNREADABLE, "it is not UTF-8")),
+        "  golden/slant[thesis].json: unreadable: it is not UTF-8",
+    ),
+    "written": (report(with_golden(GoldenStatus.WRITTEN)), "  golden/slant[thesis].json: written"),
+    "to accept": (
+        replace(report(with_golden(GoldenStatus.DIFFERENT)), accept="stackdsl check scenarios --golden g --update"),
+        "  accept with: stackdsl check scenarios --golden g --update",
+    ),
+    "to accept and to remove": (
+        replace(report(obsolete=("golden/gone[x].json",)), accept="stackdsl check --update"),
+        "  accept, and remove what is obsolete, with: stackdsl check --update",
+    ),
+    "obsolete": (
+        report(obsolete=("golden/gone[x].json",)),
+        "  golden/gone[x].json: obsolete, no variant has this name",
+    ),
+    "removed": (report(removed=("golden/gone[x].json",)), "  golden/gone[x].json: removed"),
+    "stamps": (
+        report(*[with_golden(GoldenStatus.SAME, "made with python 3.10 (now 3.11)")] * 2),
+        "  2 files made with python 3.10 (now 3.11)",
+    ),
+}
+
+
+@pytest.mark.parametrize(("seen", "line"), LINES.values(), ids=LINES)
+@pytest.mark.parametrize("width", [10, 120])
+def test_a_finding_is_one_whole_line_at_any_width(seen: Report, line: str, width: int) -> None:
+    assert line in report_text(seen, width=width).splitlines()
+
+
+def test_of_ten_thousand_golden_differences_a_hundred_are_shown() -> None:
+    differences = [GoldenDifference(f"L{number}.1", "state", "frozen", "fallen", "exact") for number in range(10_000)]
+    text = report_text(Report((with_golden(GoldenStatus.DIFFERENT, "", *differences),)))
+    assert "L99.1" in text
+    assert "L100.1" not in text
+    assert "and 9900 more differences; --format json lists all" in text
+
+
+def test_golden_differences_are_a_table_under_the_name_of_the_file() -> None:
+    lines = report_text(report(with_golden(GoldenStatus.DIFFERENT, "", MOVED))).splitlines()
+    title = lines.index("Different from golden/slant[thesis].json")
+    assert lines[title + 1 : title + 3] == [
+        "brick  quantity  expected  got       tolerance",
+        "L9.1   x         48.00 mm  47.10 mm  ± 0.5 mm",
+    ]
+
+
+def test_a_narrow_table_breaks_between_words_and_never_within() -> None:
+    lines = report_text(report(PASSED, TUNED), width=10).splitlines()
+    assert {"slant", "step=11mm,thesis", "collapses", "9600"} <= set(" ".join(lines).split())
+
+
+def test_what_passed_is_not_told_again_below_the_table() -> None:
+    # Header, row, blank line, sums.
+    assert len(report_text(report(PASSED)).splitlines()) == 4
+
+
+def test_wrong_edge_normals_are_told_with_the_worst_of_them() -> None:
+    wrong = WrongEdges(contacts=3, upper="L3.1", lower="L2.2", angle=radians(28.0), time=12.34, first=0.5)
+    seen = report(replace(PASSED, wrong_edges=wrong), PASSED)
+    told = (
+        "wrong edge normals in 3 contacts (worst: L3.1 on L2.2, 28 deg off at 12.3 s); "
+        "unless proven, whether these bricks stand or fall is not to be trusted"
+    )
+    assert report_text(seen).count(told) == 1
+    assert [result["wrong_edges"] for result in json.loads(report_json(seen))["results"]] == [
+        {"contacts": 3, "upper": "L3.1", "lower": "L2.2", "angle_rad": wrong.angle, "time_s": 12.34, "first_s": 0.5},
+        None,
+    ]
+
+
+def test_wrong_edge_normals_after_a_collapse_put_only_its_debris_in_doubt() -> None:
+    wrong = WrongEdges(contacts=1, upper="L3.1", lower="L2.2", angle=radians(28.0), time=3.0, first=2.0)
+    assert wrong_edges_text(wrong, Collapse(1.0, 3, "L3.1")) == (
+        "wrong edge normals in 1 contact (L3.1 on L2.2, 28 deg off at 3.0 s); "
+        "where this debris comes to lie is not to be trusted"
+    )
+    assert "whether these bricks stand or fall" in wrong_edges_text(wrong, Collapse(2.5, 3, "L3.1"))
+
+
+def test_names_of_others_do_not_steer_the_terminal() -> None:
+    hostile = replace(PASSED, scenario="\x1b[31mslant[bold]:boom:", status=RunStatus.CRASHED, message="a\x07b")
+    text = report_text(report(hostile))
+    assert "\ufffd[31mslant[bold]:boom:" in text
+    assert "\x1b" not in text
+    assert "\x07" not in text
+
+
+def test_colour_is_only_there_when_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    assert "\x1b[" not in report_text(report(PASSED), colour=False)
+    monkeypatch.setenv("NO_COLOR", "1")
+    assert "\x1b[32msame" in report_text(report(PASSED), colour=True)
+
+
+FULL = report(
+    replace(PASSED, truths=(MISSED,)),
+    TUNED,
+    FAILED,
+    CRASHED,
+    with_golden(GoldenStatus.DIFFERENT, "made with python 3.10 (now 3.11)", MOVED),
+    diagnostics=(MISTAKE,),
+    obsolete=("golden/gone[x].json",),
+    removed=("golden/old[x].json",),
+    interrupted=True,
+)
+TO_ACCEPT = replace(report(with_golden(GoldenStatus.DIFFERENT)), accept="stackdsl check --update")
+
+
+def test_a_report_with_nothing_to_accept_names_no_command() -> None:
+    assert " with: " not in report_text(FULL)
+    assert [json.loads(report_json(seen))["accept"] for seen in (FULL, TO_ACCEPT)] == [None, TO_ACCEPT.accept]
+
+
+def test_a_margin_without_a_limit_is_left_out() -> None:
+    assert outcome_text(MISSED).endswith("measured level 11 (margin -1 levels)")
+    assert outcome_text(replace(MISSED, margin=inf, unit="")).endswith("measured level 11")
+
+
+def test_the_json_report_holds_all_that_the_report_holds() -> None:
+    whole = json.loads(report_json(FULL))
+    assert (whole["format"], whole["exit_code"], whole["interrupted"], whole["wall_time_s"]) == (1, 130, True, 12.34)
+    assert whole["conclusions"] == {"passed": 2, "failed": 1, "crashed": 1, "golden different": 1}
+    assert (whole["obsolete"], whole["removed"]) == (["golden/gone[x].json"], ["golden/old[x].json"])
+    assert whole["diagnostics"][0]["span"] == {
+        "file": "scenarios/slant.yaml",
+        "line": 14,
+        "column": 5,
+        "end_column": 14,
+    }
+    first = whole["results"][0]
+    assert (first["scenario"], first["system"], first["status"]) == ("slant", "thesis", "done")
+    assert first["speed_up"] == pytest.approx(3.0)
+    assert first["collapse"] == {"time_s": 8.25, "level": 9, "brick": "L9.1", "gave_way": "L1.1"}
+    assert first["cost"] == {
+        "wall_time_s": 2.0,
+        "simulated_time_s": 10.0,
+        "steps": 9600,
+        "judgements": 120,
+        "proofs": {"load core": 8},
+        "one_by_one": 0,
+    }
+    assert (first["truths"][0]["passed"], first["truths"][0]["margin_unit"]) == (False, "levels")
+    assert whole["results"][3]["message"] == "the worker was killed by SIGSEGV"
+    assert whole["results"][4]["golden"]["differences"][0]["tolerance"] == "± 0.5 mm"
+
+
+def test_the_json_report_has_sorted_keys_and_no_number_that_json_lacks() -> None:
+    odd = replace(PASSED, drift=nan, outcomes=(replace(HELD, margin=inf),))
+    text = report_json(report(odd))
+    whole = json.loads(text, parse_constant=pytest.fail)
+    assert (whole["results"][0]["drift_m"], whole["results"][0]["expectations"][0]["margin"]) == (None, None)
+    assert text == json.dumps(whole, indent=2, sort_keys=True) + "\n"
+
+
+@pytest.mark.parametrize("seed", ["0", "1"])
+def test_another_process_renders_the_same_bytes(seed: str) -> None:
+    program = "from tests.stackdsl.report.test_report import *; print(report_text(FULL), report_json(FULL))"
+    environment = {"PYTHONHASHSEED": seed, "PYTHONPATH": str(ROOT), "PYTHONUTF8": "1"}
+    done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, check=True)
+    assert done.stdout.decode("utf-8") == f"{report_text(FULL)} {report_json(FULL)}\n"

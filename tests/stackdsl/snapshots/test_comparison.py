@@ -1,0 +1,188 @@
+"""A snapshot against its golden text: what counts as different, and how it is told."""
+
+import json
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any
+
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from stackdsl.outcome import GoldenDifference
+from stackdsl.snapshots.canonical import canonical_text, document
+from stackdsl.snapshots.comparison import MalformedSnapshotError, compare, compare_documents
+from stackdsl.snapshots.record import Snapshot
+from stackdsl.trace import BrickState
+from tests.stackdsl.snapshots.changes import BRICK, FALLS, PLACED, STANDS, Change, Document, changed, drop, put
+from tests.stackdsl.snapshots.towers import FALL, taken, tower, track
+
+
+@pytest.mark.parametrize("snapshot", [STANDS, FALLS])
+def test_a_snapshot_agrees_with_its_own_text(snapshot: Snapshot) -> None:
+    assert compare(json.loads(canonical_text(snapshot)), snapshot) == ()
+
+
+WITHIN = [
+    (STANDS, put(*BRICK, "at_mm", value=[0.5, -0.5, 12.5])),
+    (STANDS, put(*BRICK, "rests_on", "L1.1", value=0.98)),
+    (STANDS, put(*PLACED, "at_mm", value=[0.5, -0.5, 11.5])),
+    (STANDS, put("events", 1, "time_s", value=1.005)),
+    (STANDS, put("events", 1, "margin_mm", value=12.2)),
+    (STANDS, put("height_mm", value=24.5)),
+    (FALLS, put("collapse", "time_s", value=2.55)),
+    (STANDS, put(*BRICK, "state", value="unclear")),
+    (STANDS, put("height_mm", value="unclear")),
+    (STANDS, put("levels_standing", value="unclear")),
+]
+BEYOND = [
+    (STANDS, put(*BRICK, "at_mm", 0, value=0.51), ("L2.1", "x", "0.51 mm", "0.00 mm", "± 0.5 mm")),
+    (STANDS, put(*BRICK, "at_mm", 2, value=11.49), ("L2.1", "z", "11.49 mm", "12.00 mm", "± 0.5 mm")),
+    (STANDS, put(*BRICK, "rests_on", "L1.1", value=0.97), ("L2.1", "share on L1.1", "0.970", "1.000", "± 0.02")),
+    (STANDS, put(*BRICK, "state", value="fallen"), ("L2.1", "state", "fallen", "frozen", "exact")),
+    (STANDS, put(*BRICK, "level", value=7), ("L2.1", "level", "7", "2", "exact")),
+    (STANDS, drop(*BRICK), ("L2.1", "brick", "none", "present", "exact")),
+    (STANDS, put("bricks", "top", value={}), ("top", "brick", "present", "none", "exact")),
+    (STANDS, put(*BRICK, "rests_on", "X", value=0.0), ("L2.1", "rests on", "X (share 0.000)", "none", "exact")),
+    (STANDS, put(*BRICK, "rests_on", value={}), ("L2.1", "rests on", "none", "L1.1 (share 1.000)", "exact")),
+    (STANDS, put(*PLACED, "at_mm", 1, value=1.0), ("L2.1", "y when placed", "1.00 mm", "0.00 mm", "± 0.5 mm")),
+    (
+        STANDS,
+        put(*PLACED, "rests_on", "L1.1", value=0.5),
+        ("L2.1", "share on L1.1 when placed", "0.500", "1.000", "± 0.02"),
+    ),
+    (STANDS, drop(*PLACED, "rests_on"), ("L2.1", "rests on when placed", "none", "L1.1 (share 1.000)", "exact")),
+    (STANDS, put("events", 1, "time_s", value=1.006), ("L2.1", "placed at", "1.006 s", "1.000 s", "± 0.005 s")),
+    (
+        STANDS,
+        put("events", 1, "margin_mm", value=12.21),
+        ("event 2 (1.000 s)", "margin", "12.21 mm", "12.00 mm", "± 0.2 mm"),
+    ),
+    (STANDS, drop("events", 1), ("L2.1", "placed at", "none", "1.000 s", "exact")),
+    (FALLS, put("verdict", value="stands"), ("structure", "verdict", "stands", "collapses", "exact")),
+    (FALLS, put("collapse", "level", value=4), ("structure", "collapse level", "4", "3", "exact")),
+    (FALLS, put("collapse", "time_s", value=2.551), ("structure", "collapse time", "2.551 s", "2.500 s", "± 0.05 s")),
+    (FALLS, put("collapse", "gave_way", value="L2.1"), ("structure", "gave way", "L2.1", "L1.1", "exact")),
+    (STANDS, put("height_mm", value=24.51), ("structure", "height", "24.51 mm", "24.00 mm", "± 0.5 mm")),
+    (STANDS, drop("height_mm"), ("structure", "height", "none", "24.00 mm", "± 0.5 mm")),
+    (STANDS, put("levels_standing", value=2), ("structure", "levels standing", "2", "3", "exact")),
+    (STANDS, put("variant", value="stock"), ("snapshot", "variant", "stock", "thesis", "exact")),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("snapshot", "change"), WITHIN)
+def test_within_its_tolerance_an_observation_is_the_same(snapshot: Snapshot, change: Change) -> None:
+    assert changed(change, snapshot) != document(snapshot)
+    assert compare(changed(change, snapshot), snapshot) == ()
+
+
+@pytest.mark.parametrize(("snapshot", "change", "told"), BEYOND, ids=[told[1] for _, _, told in BEYOND])
+def test_beyond_its_tolerance_an_observation_is_named_with_its_unit(
+    snapshot: Snapshot, change: Change, told: tuple[str, str, str, str, str]
+) -> None:
+    assert compare(changed(change, snapshot), snapshot) == (GoldenDifference(*told),)
+
+
+def test_an_event_more_does_not_shift_those_after_it() -> None:
+    early = {"time_s": 0.5, "placed": {"extra": {"at_mm": [0.0, 0.0, 50.0]}}}
+    assert compare(changed(lambda whole: whole["events"].insert(1, early)), STANDS) == (
+        GoldenDifference("extra", "placed at", "0.500 s", "none", "exact"),
+    )
+
+
+def test_bricks_placed_in_other_groups_are_told_by_when_each_was_placed() -> None:
+    # Once L1.1 and L2.1 were placed together; now L2.1 comes 1 s later, alone.
+    def together(whole: Document) -> None:
+        first, second = whole["events"][:2]
+        whole["events"][:2] = [{**second, "time_s": 0.0, "placed": first["placed"] | second["placed"]}]
+
+    told = [one for one in compare(changed(together), STANDS) if one.quantity == "placed at"]
+    assert told == [GoldenDifference("L2.1", "placed at", "0.000 s", "1.000 s", "± 0.005 s")]
+
+
+def test_bricks_placed_at_the_same_time_in_other_groups_are_the_same() -> None:
+    def apart(whole: Document) -> None:
+        event = whole["events"][1]
+        whole["events"].append({**event, "placed": {"L9.1": {"at_mm": [0.0, 0.0, 90.0]}}})
+
+    def together(whole: Document) -> None:
+        whole["events"][1]["placed"]["L9.1"] = {"at_mm": [0.0, 0.0, 90.0]}
+
+    assert compare_documents(changed(apart), changed(together)) == ()
+
+
+def test_after_a_collapse_it_is_no_matter_whether_what_stands_was_proven_by_the_end() -> None:
+    fell = {"collapse": {"level": 2}, "bricks": {"a": {"state": "frozen"}}}
+    alike = {"collapse": {"level": 2}, "bricks": {"a": {"state": "standing"}}}
+    other = {"collapse": {"level": 2}, "bricks": {"a": {"state": "fallen"}}}
+    assert compare_documents(fell, alike) == ()
+    assert [found.quantity for found in compare_documents(fell, other)] == ["state"]
+    stood = [{"bricks": {"a": {"state": state}}} for state in ("frozen", "standing")]
+    assert [found.quantity for found in compare_documents(*stood)] == ["state"]
+
+
+@pytest.mark.parametrize("change", [put(*BRICK, "at_mm", value=None), put(*BRICK, "at_mm", value=[1.0, 2.0])])
+def test_where_an_unclear_brick_lies_is_not_compared(change: Change) -> None:
+    whole = changed(change)
+    whole["bricks"]["L2.1"]["state"] = "unclear"
+    assert compare(whole, STANDS) == ()
+
+
+def test_a_brick_that_ended_otherwise_is_not_told_again_by_its_place() -> None:
+    whole = changed(put(*BRICK, "at_mm", value=[99.0, 0.0, 12.0]))
+    whole["bricks"]["L2.1"]["state"] = "standing"
+    assert [one.quantity for one in compare(whole, STANDS)] == ["state"]
+
+
+ODD_VALUES: list[object] = [None, True, "high", 10**400, float("nan"), float("inf"), [], {"mm": 24}]
+
+
+@pytest.mark.parametrize("value", ODD_VALUES)
+def test_an_odd_value_in_a_golden_file_is_a_difference(value: object) -> None:
+    (found,) = compare(changed(put("height_mm", value=value)), STANDS)
+    assert (found.quantity, found.got) == ("height", "24.00 mm")
+
+
+def test_jsons_true_is_not_its_one() -> None:
+    one_level = taken(tower(track("L2.1", 2, BrickState.FALLEN, shift=1.0), collapse=FALL))
+    assert [one.expected for one in compare(changed(put("levels_standing", value=True), one_level), one_level)] == [
+        "True"
+    ]
+
+
+JSON = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=5), inner, max_size=4),
+    max_leaves=6,
+)
+PLACES = [(), ("collapse",), ("collapse", "level"), ("events",), ("events", 1), ("events", 1, "placed"), PLACED,
+          (*PLACED, "at_mm"), (*PLACED, "rests_on"), ("bricks",), BRICK, (*BRICK, "state"), (*BRICK, "at_mm"),
+          (*BRICK, "rests_on"), (*BRICK, "rests_on", "L1.1"), ("stamp",)]  # fmt: skip
+
+
+@given(st.sampled_from(PLACES), JSON)
+@example(("events", 1, "placed"), {"": None})
+def test_no_content_whatever_breaks_the_comparison(place: tuple[str | int, ...], value: object) -> None:
+    whole = changed(put(*place, value=value), FALLS) if place else value
+    if isinstance(whole, dict):
+        with suppress(MalformedSnapshotError):
+            compare(whole, FALLS)
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (lambda d: d["world"].update(friction=0.4), ("world", "friction")),
+        (lambda d: d["world"].update(gravity=1.62), ("world", "gravity")),
+        (lambda d: d["world"]["planes"]["ground"].update(friction=0.1), ("ground", "friction")),
+        (lambda d: d["world"]["planes"]["ground"].update(normal=[0.1, 0.0, 0.99]), ("ground", "x of the normal")),
+        (lambda d: d["world"]["planes"].pop("ground"), ("ground", "plane")),
+        (lambda d: d["events"][0]["placed"]["L1.1"].update(turn_deg=[0.0, 0.0, 20.0]), ("L1.1", "z of the turn")),
+        (lambda d: d["events"][0]["placed"]["L1.1"].update(size_mm=[100.0, 24.0, 8.0]), ("L1.1", "x size")),
+        (lambda d: d["events"][0]["placed"]["L1.1"].update(mass_g=13.0), ("L1.1", "mass")),
+    ],
+)
+def test_another_scene_is_never_the_same(change: Callable[[Any], object], told: tuple[str, str]) -> None:
+    golden = json.loads(canonical_text(taken(tower())))
+    change(golden)
+    assert told in [(difference.subject, difference.quantity) for difference in compare(golden, taken(tower()))]

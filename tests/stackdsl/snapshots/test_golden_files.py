@@ -1,0 +1,201 @@
+"""Golden files: when they are read, written, rewritten and removed, and what is told of one that is broken."""
+
+import json
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from stackdsl.outcome import GoldenStatus
+from stackdsl.snapshots.canonical import canonical_text, document
+from stackdsl.snapshots.golden import (
+    GoldenWriteRefusedError,
+    check_golden,
+    current_stamp,
+    golden_name,
+    obsolete,
+    refuse_in_ci,
+    remove_obsolete,
+)
+from stackdsl.snapshots.record import FORMAT
+from tests.stackdsl.snapshots.changes import BRICK, STANDS, Change, changed, drop, put
+from tests.stackdsl.snapshots.towers import IDENTITY
+
+
+@pytest.fixture(autouse=True)
+def _at_home(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("CI", raising=False)
+
+
+def test_the_file_is_missing_then_written_then_the_same(tmp_path: Path) -> None:
+    def check(update: bool) -> GoldenStatus:
+        return check_golden(STANDS, tmp_path / "golden", update).status
+
+    assert [check(False), check(True), check(False)] == [
+        GoldenStatus.MISSING,
+        GoldenStatus.WRITTEN,
+        GoldenStatus.SAME,
+    ]
+    assert [entry.name for entry in (tmp_path / "golden").iterdir()] == ["tower[thesis].json"]
+    assert (tmp_path / "golden" / "tower[thesis].json").read_bytes() == canonical_text(STANDS).encode()
+
+
+def golden_file(directory: Path, text: str) -> Path:
+    path = directory / golden_name(IDENTITY)
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_a_file_within_tolerance_is_not_rewritten(tmp_path: Path) -> None:
+    near = json.dumps(changed(put("height_mm", value=24.4)))
+    path = golden_file(tmp_path, near)
+    assert check_golden(STANDS, tmp_path, update=True).status is GoldenStatus.SAME
+    assert path.read_text(encoding="utf-8") == near
+
+
+def test_a_different_file_is_rewritten_only_when_told_to(tmp_path: Path) -> None:
+    path = golden_file(tmp_path, far := json.dumps(changed(put("height_mm", value=30.0))))
+    seen = check_golden(STANDS, tmp_path, update=False)
+    assert (seen.status, path.read_text(encoding="utf-8")) == (GoldenStatus.DIFFERENT, far)
+    written = check_golden(STANDS, tmp_path, update=True)
+    assert (written.status, written.differences) == (GoldenStatus.WRITTEN, seen.differences)
+    assert path.read_text(encoding="utf-8") == canonical_text(STANDS)
+
+
+@pytest.mark.parametrize("ends", ["\r\n", "\r"])
+def test_line_ends_that_git_changed_are_the_same(ends: str, tmp_path: Path) -> None:
+    (tmp_path / golden_name(IDENTITY)).write_bytes(canonical_text(STANDS).replace("\n", ends).encode())
+    assert check_golden(STANDS, tmp_path, update=False).status is GoldenStatus.SAME
+
+
+UNREADABLE = {
+    "nothing": (b"", "Expecting value"),
+    "a merge conflict": (b"<<<<<<< HEAD\n{}", "Expecting value: line 1 column 1"),
+    "half a file": (canonical_text(STANDS)[:200].encode(), "line"),
+    "not UTF-8": (b"\xff\xfe{}", "not UTF-8"),
+    "no object": (b"[1]", "no object"),
+    "no format": (b"{}", "its format is none, this version reads 1"),
+    "another format": (b'{"format": 2}', "its format is 2, this version reads 1; write it anew with --update"),
+    "bricks in an array": (b'{"format": 1, "bricks": []}', "'bricks' is not an object"),
+    "a brick that is none": (canonical_text(STANDS).replace('"bricks": {', '"bricks": {"L1.1": 0, ').encode(), "twice"),
+    "a number for a brick": (json.dumps(changed(put(*BRICK, value=0))).encode(), "'L2.1' is not an object"),
+    "events in an object": (b'{"format": 1, "events": {}}', "'events' is not an array"),
+    "a number for an event": (b'{"format": 1, "events": [3]}', "event 1 is not an object"),
+    "an event of nothing": (b'{"format": 1, "events": [{}]}', "event 1 places no brick"),
+    "a brick placed twice": (
+        b'{"format": 1, "events": [{"placed": {"a": {}}}, {"placed": {"a": {}}}]}',
+        "event 2 places 'a' of event 1 again",
+    ),
+    "a place with two numbers": (json.dumps(changed(put(*BRICK, "at_mm", value=[1, 2]))).encode(), "at_mm of L2.1"),
+    "a place that is text": (json.dumps(changed(put(*BRICK, "at_mm", value="here"))).encode(), "'at_mm'"),
+    "a key written twice": (b'{"format": 1, "format": 1}', "a key is written twice"),
+    "half a surrogate pair": (b'{"format": 1, "verdict": "\\ud800"}', "surrogates not allowed"),
+    "too deep": (b"[" * 100_000, "recursion"),
+    "too large a number": (b'{"format": ' + b"1" * 5000 + b"}", "limit"),
+}
+
+
+@pytest.mark.parametrize(("content", "reason"), UNREADABLE.values(), ids=UNREADABLE)
+def test_a_file_that_holds_no_snapshot_says_why_and_can_be_rewritten(
+    content: bytes, reason: str, tmp_path: Path
+) -> None:
+    (tmp_path / golden_name(IDENTITY)).write_bytes(content)
+    result = check_golden(STANDS, tmp_path, update=False)
+    assert result.status is GoldenStatus.UNREADABLE
+    assert reason in result.note
+    assert check_golden(STANDS, tmp_path, update=True).status is GoldenStatus.WRITTEN
+    assert check_golden(STANDS, tmp_path, update=False).status is GoldenStatus.SAME
+
+
+def test_a_directory_in_place_of_the_file_is_told(tmp_path: Path) -> None:
+    (tmp_path / golden_name(IDENTITY)).mkdir()
+    assert check_golden(STANDS, tmp_path, update=False).note == "it cannot be read: Is a directory"
+    result = check_golden(STANDS, tmp_path, update=True)
+    assert (result.status, result.note.split(";")[0]) == (GoldenStatus.UNREADABLE, "cannot be written: Is a directory")
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_a_write_that_fails_half_way_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(descriptor: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    path = golden_file(tmp_path, "old")
+    result = check_golden(STANDS, tmp_path, update=True)
+    assert (result.status, result.note.split(";")[0]) == (
+        GoldenStatus.UNREADABLE,
+        "cannot be written: No space left on device",
+    )
+    assert [entry.name for entry in tmp_path.iterdir()] == [path.name]
+    assert path.read_text(encoding="utf-8") == "old"
+
+
+@pytest.mark.parametrize(("status", "height"), [(GoldenStatus.SAME, 24.0), (GoldenStatus.DIFFERENT, 30.0)])
+def test_another_stamp_is_a_note_and_never_a_failure(status: GoldenStatus, height: float, tmp_path: Path) -> None:
+    whole = changed(put("stamp", "pybullet", value="3.2.6"))
+    golden_file(tmp_path, json.dumps(whole | {"height_mm": height}))
+    result = check_golden(STANDS, tmp_path, update=False)
+    assert (result.status, result.note) == (status, "made with pybullet 3.2.6 (now 3.2.7)")
+
+
+@pytest.mark.parametrize("change", [drop("stamp"), put("stamp", value=7)])
+def test_a_file_without_a_stamp_is_the_same(change: Change, tmp_path: Path) -> None:
+    golden_file(tmp_path, json.dumps(changed(change)))
+    result = check_golden(STANDS, tmp_path, update=False)
+    assert (result.status, "pybullet none (now 3.2.7)" in result.note) == (GoldenStatus.SAME, True)
+
+
+def test_the_stamp_names_python_and_pybullet() -> None:
+    assert current_stamp().keys() >= {"python", "pybullet"}
+
+
+@pytest.mark.parametrize("value", ["true", "1", "True", "yes", "woodpecker"])
+def test_ci_reads_golden_files_and_writes_none(value: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CI", value)
+    with pytest.raises(GoldenWriteRefusedError, match="update them locally"):
+        check_golden(STANDS, tmp_path, update=True)
+    path = golden_file(tmp_path, canonical_text(STANDS))
+    with pytest.raises(GoldenWriteRefusedError):
+        remove_obsolete([str(path)])
+    assert check_golden(STANDS, tmp_path, update=False).status is GoldenStatus.SAME
+
+
+@pytest.mark.parametrize("value", ["", "false", "0", "no"])
+def test_a_ci_variable_that_says_no_is_no_ci(value: str) -> None:
+    refuse_in_ci({"CI": value})
+
+
+def test_obsolete_files_are_those_of_no_variant(tmp_path: Path) -> None:
+    for name in ("a[thesis].json", "gone[thesis].json", "package.json", "README.md", "gone[thesis].json.orig"):
+        (tmp_path / name).write_text("", encoding="utf-8")
+    (tmp_path / "directory[x].json").mkdir()
+    gone = (tmp_path / "gone[thesis].json").as_posix()
+    assert obsolete(tmp_path, ["a[thesis].json", "new[thesis].json"], whole_set=True) == (gone,)
+    assert obsolete(tmp_path, [], whole_set=False) == ()
+    assert obsolete(tmp_path / "nowhere", [], whole_set=True) == ()
+    assert remove_obsolete([gone, gone]) == (gone, gone)
+    assert not Path(gone).exists()
+    assert len(list(tmp_path.iterdir())) == 5
+
+
+def test_what_the_disk_refuses_to_remove_is_left_and_the_rest_removed(tmp_path: Path) -> None:
+    (tmp_path / "stays[x].json").mkdir()  # unlink refuses a directory to everybody, even to root
+    (tmp_path / "goes[x].json").touch()
+    goes = str(tmp_path / "goes[x].json")
+    assert remove_obsolete([str(tmp_path / "stays[x].json"), goes]) == (goes,)
+    assert [entry.name for entry in tmp_path.iterdir()] == ["stays[x].json"]
+
+
+def test_a_directory_that_cannot_be_read_has_nothing_known_as_obsolete(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(path: Path) -> None:
+        raise PermissionError(13, "Permission denied", str(path))
+
+    monkeypatch.setattr(Path, "iterdir", refuse)
+    assert obsolete(tmp_path, [], whole_set=True) == ()
+
+
+def test_the_format_is_part_of_the_file() -> None:
+    assert document(replace(STANDS, stamp={}))["format"] == FORMAT

@@ -1,0 +1,132 @@
+"""Golden files in pytest: the same files, comparison and bytes as in `stackdsl check`."""
+
+from pathlib import Path
+
+import pytest
+
+from stackdsl.snapshots.canonical import canonical_text
+from stackdsl.snapshots.golden import golden_name
+from tests.stackdsl.snapshots.towers import IDENTITY, taken, tower
+
+TEXT = canonical_text(taken(tower()))
+MOVED = TEXT.replace(
+    '"L2.1": {"level": 2, "state": "frozen", "at_mm": [0.0,', '"L2.1": {"level": 2, "state": "frozen", "at_mm": [3.0,'
+)
+NEAR = TEXT.replace('"height_mm": 24.0', '"height_mm": 24.4')
+
+
+@pytest.fixture
+def file(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The golden file of a project whose one test takes the snapshot of the tower."""
+    monkeypatch.delenv("CI", raising=False)
+    pytester.makeconftest('pytest_plugins = ["stackdsl.pytest_plugin"]')
+    pytester.makepyfile(
+        """
+        from tests.stackdsl.snapshots.towers import taken, tower
+
+        def test_tower(golden):
+            snapshot = taken(tower())
+            assert snapshot == golden(snapshot.identity)
+        """
+    )
+    path = pytester.path / "golden" / golden_name(IDENTITY)
+    path.parent.mkdir()
+    return path
+
+
+@pytest.mark.parametrize("text", [TEXT, NEAR], ids=["equal", "within tolerance"])
+@pytest.mark.parametrize("arguments", [[], ["--snapshot-update"]], ids=["read", "update"])
+def test_a_file_that_agrees_passes_and_is_not_rewritten(
+    text: str, arguments: list[str], file: Path, pytester: pytest.Pytester
+) -> None:
+    file.write_text(text, encoding="utf-8")
+    pytester.runpytest(*arguments).assert_outcomes(passed=1)
+    assert file.read_text(encoding="utf-8") == text
+
+
+def test_a_difference_fails_and_is_told_by_brick_quantity_and_tolerance(file: Path, pytester: pytest.Pytester) -> None:
+    file.write_text(MOVED, encoding="utf-8")
+    result = pytester.runpytest()
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["*L2.1: x: expected 3.00 mm, got 0.00 mm (tolerance ± 0.5 mm)"])
+    assert file.read_text(encoding="utf-8") == MOVED
+
+
+def test_a_missing_file_fails_with_the_remedy(file: Path, pytester: pytest.Pytester) -> None:
+    result = pytester.runpytest()
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["*does not exist!*", "*pytest --snapshot-update*"])
+    assert not file.exists()
+
+
+@pytest.mark.parametrize("content", [b"", b"<<<<<<< HEAD", b"\xff\xfe"], ids=["empty", "conflict", "not UTF-8"])
+def test_an_unreadable_file_fails(content: bytes, file: Path, pytester: pytest.Pytester) -> None:
+    file.write_bytes(content)
+    pytester.runpytest().assert_outcomes(failed=1)
+
+
+@pytest.mark.parametrize("before", [None, MOVED, "<<<<<<< HEAD"], ids=["missing", "different", "unreadable"])
+def test_an_update_writes_the_bytes_of_stackdsl_check(
+    before: str | None, file: Path, pytester: pytest.Pytester
+) -> None:
+    if before is not None:
+        file.write_text(before, encoding="utf-8")
+    pytester.runpytest("--snapshot-update").assert_outcomes(passed=1)
+    assert file.read_bytes() == TEXT.encode("ascii")
+
+
+def test_ci_refuses_to_write(file: Path, pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CI", "true")
+    result = pytester.runpytest("--snapshot-update")
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["*GoldenWriteRefusedError: golden files are not written in CI*"])
+    assert not file.exists()
+
+
+@pytest.mark.parametrize("arguments", [[], ["--snapshot-update"]], ids=["read", "update"])
+def test_files_of_other_variants_are_left_alone(arguments: list[str], file: Path, pytester: pytest.Pytester) -> None:
+    file.write_text(TEXT, encoding="utf-8")
+    other = file.with_name("other[stock].json")
+    other.write_text("{}", encoding="utf-8")
+    result = pytester.runpytest(*arguments)
+    assert result.ret == 0
+    assert other.exists()
+
+
+def test_the_directory_can_be_set(file: Path, pytester: pytest.Pytester) -> None:
+    pytester.makeini("[pytest]\ngolden_directory = elsewhere/locked")
+    pytester.runpytest("--snapshot-update").assert_outcomes(passed=1)
+    assert (pytester.path / "elsewhere" / "locked" / file.name).exists()
+
+
+def test_two_variants_in_one_test_have_a_file_each(file: Path, pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(
+        """
+        from dataclasses import replace
+        from tests.stackdsl.snapshots.towers import taken, tower
+
+        def test_towers(golden):
+            one = taken(tower())
+            other = replace(one, identity=replace(one.identity, variant="step=1mm,thesis"))
+            held, held_other = golden(one.identity), golden(other.identity)
+            assert one == held
+            assert other == held_other
+        """
+    )
+    pytester.runpytest("--snapshot-update").assert_outcomes(passed=1)
+    assert sorted(path.name for path in file.parent.iterdir()) == ["tower[step=1mm,thesis].json", file.name]
+
+
+def test_only_snapshots_are_kept(file: Path, pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(
+        """
+        from tests.stackdsl.snapshots.towers import IDENTITY
+
+        def test_tower(golden):
+            assert {"height": 3} == golden(IDENTITY)
+        """
+    )
+    result = pytester.runpytest("--snapshot-update")
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["*a golden file holds a stackdsl Snapshot, not a dict*"])
+    assert not file.exists()
