@@ -10,6 +10,7 @@ import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import product
 from math import inf
 from statistics import median
 from time import perf_counter
@@ -17,6 +18,8 @@ from time import perf_counter
 from rich.console import Console
 from rich.table import Table
 
+from benchmarks.figures.data import Row, Rows
+from benchmarks.figures.recording import parser, record
 from benchmarks.plank_structures import four_stack, stepped_columns, wall
 from stability.statics.assembly import LEVEL_GROUND, Assembly
 from stability.statics.facts import Motion, Placed, Tolerances, Verdict
@@ -25,6 +28,7 @@ from stackdsl.bench.assessors.assessment import Scene
 from stackdsl.bench.assessors.compas import Compas, Programme
 
 FRICTION = 0.5
+SHARES = (0.95, 1.05)  # of the limit of a stepped column
 COUNTS = (5, 10, 20, 50, 100)
 PEER_REPEATS, OWN_REPEATS = 3, 31
 INSTALL = 'compas_cra is missing; install it with: pip install "compas_cra==0.8.0"'
@@ -41,11 +45,13 @@ class Answer:
 
 
 def main() -> None:
-    """Measure, and print the table."""
+    """Measure, print the table, and keep it if asked to."""
+    write = parser(__doc__).parse_args().write
     if not Compas(CRA).extra.installed:
         sys.exit(INSTALL)
     Compas(CRA).load()
     table = Table("structure", "exact", "ms", "error", "rbe", "ms", "times slower", "cra", "ms", "times slower")
+    kept: dict[str, Row] = {}
     for name, planks in structures():
         exact = repeated(judged_exactly, planks, OWN_REPEATS)
         peers = [repeated(partial(judged_by, peer), planks, PEER_REPEATS) for peer in (Compas(RBE), Compas(CRA))]
@@ -53,7 +59,40 @@ def main() -> None:
         for peer in peers:
             row += [peer.verdict, f"{1e3 * peer.seconds:.1f}", f"{peer.seconds / exact.seconds:.0f}"]
         table.add_row(name, *row)
+        own: Row = {"exact_ms": 1e3 * exact.seconds, "error": exact.error, "verdict": exact.verdict}
+        kept[name] = {**own, **_beside(exact, "rbe", peers[0]), **_beside(exact, "cra", peers[1])}
     Console(width=140).print(table)
+    if write:
+        record(
+            "against-compas",
+            "python -m benchmarks.against_compas --write",
+            {"structures": kept, "counts": by_count(kept)},
+        )
+
+
+def _beside(exact: Answer, program: str, peer: Answer) -> Row:
+    return {f"{program}_verdict": peer.verdict, f"{program}_times_slower": peer.seconds / exact.seconds}
+
+
+def by_count(rows: Rows) -> Rows:
+    """One row a number of blocks: how many times as long as `exact` each program takes, by structure."""
+    kinds = {"four-stack of {}": "stack", "wall of {}": "wall"}
+    kinds |= {f"column of {{}} at {share:g} of its limit": f"column_{100.0 * share:.0f}" for share in SHARES}
+    return {
+        f"{count}": {
+            f"{program}_{short}": rows[name.format(count)][f"{program}_times_slower"]
+            for (name, short), program in product(kinds.items(), ("rbe", "cra"))
+        }
+        for count in COUNTS
+    } | {
+        "all": {
+            "least_exact_ms": min(float(row["exact_ms"] or 0.0) for row in rows.values()),
+            "most_exact_ms": max(float(row["exact_ms"] or 0.0) for row in rows.values()),
+            "disagree": sum(
+                row["verdict"] != row[f"{program}_verdict"] for row in rows.values() for program in ("rbe", "cra")
+            ),
+        }
+    }
 
 
 def structures() -> list[tuple[str, list[Placed]]]:
@@ -62,7 +101,7 @@ def structures() -> list[tuple[str, list[Placed]]]:
     for count in COUNTS:
         found.append((f"four-stack of {count}", four_stack(count)))
         found.append((f"wall of {count}", wall(count, across=max(2, count // 10))))
-        for share in (0.95, 1.05):
+        for share in SHARES:
             planks = stepped_columns(count, high=count, share=share)
             found.append((f"column of {count} at {share:g} of its limit", planks))
     return found
