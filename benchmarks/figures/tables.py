@@ -17,7 +17,7 @@ _POINT_COLUMNS = (
     Column("step", "{step}"),
     Column("wrong verdicts", "{wrong} of {known}"),
     Column("numerical collapses", "{numerical}"),
-    Column("levels", "{levels:sig3}"),
+    Column("levels", "{levels:g}"),
     Column("creep mm", "{creep_mm:sig3}"),
     Column("lengths mm", "{length_mm:sig2}"),
     Column("times s", "{time_s:sig3}"),
