@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
 .DEFAULT_GOAL := help
-.PHONY: help check check-all test test-slow lint format bench bench-stack bench-motion bench-statics bench-compas lock clean
+.PHONY: help check check-all test test-slow lint format bench bench-stack bench-motion bench-statics bench-compas figures changelog lock clean
 
 help:           ## list the targets
 	@grep -hE '^[a-z-]+: .*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 16
@@ -52,6 +52,19 @@ bench-statics: $(READY) ## what exact statics cost, and how far each answer is o
 bench-compas: $(READY) ## the same towers and walls with compas_cra, side by side; installs it first
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check '.[cra]'
 	$(BIN)/python -m benchmarks.against_compas
+
+# Benchmarks of minutes, whose figures README and docs show. Those of make bench are taken over by speed_against_error.
+MEASURED := four_stack statics hits collapse slips limits thesis_against_exact slant_towers capabilities
+
+figures: $(READY) ## measure what takes minutes, and write the figures of README and docs anew (half an hour)
+	for name in $(MEASURED); do $(BIN)/python -m benchmarks.$$name --write || exit; done
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --editable '.[cra]'
+	$(BIN)/python -m benchmarks.against_compas --write
+	$(BIN)/python -m benchmarks.figures.picture
+	test ! -e bench/bench.json || $(BIN)/python -m benchmarks.speed_against_error bench
+
+changelog: $(READY) ## show what is not released yet; with VERSION=1.2.3, move it to CHANGELOG.md
+	$(BIN)/towncrier build $(if $(VERSION),--yes --version $(VERSION),--draft --version unreleased)
 
 lint: $(READY)  ## format check, lint and types
 	$(BIN)/ruff format --check .

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from benchmarks.figures.columns import Table
 from benchmarks.figures.data import Data, load
 from benchmarks.figures.forms import written
+from benchmarks.figures.rooms import with_rooms
 from benchmarks.figures.tables import TABLES
 
 FIGURE = re.compile(r"(<!-- figure: (?P<path>[^>]+?)(?: (?P<form>[^ />]+))? -->)(?P<shown>[^<]*)(<!-- end -->)")
@@ -19,7 +20,7 @@ Load = Callable[[str], Data]
 
 def rendered(text: str, load_data: Load = load) -> str:
     """The text, with every figure as measured last."""
-    with_tables = TABLE.sub(lambda found: f"{found[1]}{table_text(TABLES[found['name']], load_data)}{found[4]}", text)
+    with_tables = TABLE.sub(lambda found: f"{found[1]}{table_text(TABLES[found['name']], load_data)}{found[4]}", with_rooms(text))
     return FIGURE.sub(lambda found: f"{found[1]}{_figure(found, load_data)}{found[5]}", with_tables)
 
 
