@@ -10,6 +10,8 @@ from dataclasses import replace
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from secrets import token_hex
+from time import time
 
 from stackdsl.outcome import GoldenResult, GoldenStatus
 from stackdsl.snapshots.canonical import canonical_text, document
@@ -20,6 +22,8 @@ STAMPED = ("stackdsl", "pybullet")  # distributions whose versions may move a sn
 LONGEST_PART = 60  # characters of a scenario's or variant's name in a file name; two fit the 143 of encrypted disks
 WRITABLE = "make room for it, or name another directory by --golden"
 GOLDEN_NAME = re.compile(r"[^\[\]]+\[[^\[\]]*\]\.json")  # other JSON files are nobody's business here
+TEMPORARY = ".golden.tmp"  # ends the name of a file that is being written
+LEFT_OVER = 3600.0  # [s] a temporary file of this age belongs to a run that was killed
 NOT_CI = ("", "0", "false", "no")  # values of the environment variable CI that mean the opposite
 
 
@@ -84,13 +88,17 @@ def check_golden(snapshot: Snapshot, directory: Path, update: bool) -> GoldenRes
 def _holds(path: Path, text: str) -> bool:
     """Whether a file holds this very text."""
     with suppress(OSError):
-        return path.read_bytes() == text.encode("ascii")
+        return path.is_file() and path.read_bytes() == text.encode("ascii")
     return False
 
 
 def judge_golden(path: Path, got: Mapping[str, object]) -> GoldenResult:
     """The comparison of a snapshot's JSON value with a golden file."""
     file = path.as_posix()
+    if (
+        path.exists() and not path.is_file() and not path.is_dir()
+    ):  # reading a pipe may wait for ever, and a device may have no end
+        return GoldenResult(GoldenStatus.UNREADABLE, file, note="it is no regular file")
     try:
         text = path.read_text(encoding="utf-8")
     except FileNotFoundError:
@@ -150,15 +158,25 @@ def refuse_in_ci(environment: Mapping[str, str]) -> None:
 def write_golden(path: Path, text: str) -> None:
     """Replace a golden file as a whole, so that no reader and no crash ever sees half of it. Raises OSError."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{os.getpid()}.tmp")
+    _remove_left_over(path.parent)
+    # Not the process id: two containers that share a volume may both be number 7.
+    temporary = path.with_name(f".{token_hex(16)}{TEMPORARY}")
     try:
-        with temporary.open("wb") as file:
+        with temporary.open("xb") as file:
             file.write(text.encode("ascii"))
             file.flush()
             os.fsync(file.fileno())
         temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def _remove_left_over(directory: Path) -> None:
+    """Remove the temporary files of runs that were killed: no write takes as long as these are old."""
+    for file in directory.glob(f".*{TEMPORARY}"):
+        with suppress(OSError):  # another run may do the same
+            if time() - file.stat().st_mtime > LEFT_OVER:
+                file.unlink()
 
 
 def obsolete(directory: Path, expected: Iterable[str], whole_set: bool) -> tuple[str, ...]:
