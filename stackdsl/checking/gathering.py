@@ -11,6 +11,7 @@ from stackdsl.diagnostics import Diagnostic, Span
 from stackdsl.language.schema import Scenario
 from stackdsl.language.validation import validate
 from stackdsl.language.variants import Variant, compact, expand
+from stackdsl.reading.characters import visible
 from stackdsl.reading.source import Loaded, Source, load
 from stackdsl.snapshots.record import Identity
 from stackdsl.timeline import Timeline
@@ -105,7 +106,7 @@ def _can_be_read(file: Path, unreadable: list[Diagnostic]) -> bool:
 
 
 def _unreadable(file: str, why: str, hint: str) -> Diagnostic:
-    return Diagnostic("SD001", Span(file, 1, 1, 1), why, hint)
+    return Diagnostic("SD001", Span(visible(file), 1, 1, 1), why, hint)
 
 
 def _is_folder(path: Path) -> bool:
