@@ -1,7 +1,6 @@
 """Which files are read: all that are meant, and what cannot be read is told, never passed over in silence."""
 
 import os
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -11,7 +10,7 @@ from tests.command_line import GOOD, Stackdsl, write
 
 
 @pytest.fixture
-def closed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+def closed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A directory that may not be read; a superuser may read all, so that the call itself refuses."""
     folder = tmp_path / "scenarios" / "closed"
     write(tmp_path, GOOD, "scenarios/closed/good.yaml")

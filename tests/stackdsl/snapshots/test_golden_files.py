@@ -76,7 +76,11 @@ UNREADABLE = {
     "not UTF-8": (b"\xff\xfe{}", "not UTF-8"),
     "no object": (b"[1]", "no object"),
     "no format": (b"{}", "its format is none, this version reads 1"),
-    "another format": (b'{"format": 2}', "its format is 2, this version reads 1; write it anew with --update"),
+    "another format": (b'{"format": 0}', "its format is 0, this version reads 1; write it anew with --update"),
+    "a format that is no number": (b'{"format": true}', "its format is True, this version reads 1"),
+    "a key that nobody reads": (b'{"format": 1, "verdicts": "stands"}', "the file has an unknown key 'verdicts'"),
+    "one of a brick": (b'{"format": 1, "bricks": {"a": {"stat": 1}}}', "'a' has an unknown key 'stat'"),
+    "one of an event": (b'{"format": 1, "events": [{"placed": {}, "when": 1}]}', "an event has an unknown key 'when'"),
     "bricks in an array": (b'{"format": 1, "bricks": []}', "'bricks' is not an object"),
     "a brick that is none": (canonical_text(STANDS).replace('"bricks": {', '"bricks": {"L1.1": 0, ').encode(), "twice"),
     "a number for a brick": (json.dumps(changed(put(*BRICK, value=0))).encode(), "'L2.1' is not an object"),
@@ -247,3 +251,13 @@ def test_a_golden_that_has_no_end_is_not_read(tmp_path: Path, update: bool) -> N
 def test_a_pipe_in_place_of_a_golden_is_not_waited_for(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / golden_name(IDENTITY))
     assert check_golden(STANDS, tmp_path, update=False).note == "it is no regular file"
+
+
+def test_what_a_newer_version_wrote_is_left_alone(tmp_path: Path) -> None:
+    path = tmp_path / golden_name(IDENTITY)
+    path.write_text('{"format": 2}', encoding="utf-8")
+    for update in (False, True):
+        result = check_golden(STANDS, tmp_path, update)
+        assert result.status is GoldenStatus.NEWER
+        assert "update stackdsl" in result.note
+    assert path.read_text(encoding="utf-8") == '{"format": 2}'
