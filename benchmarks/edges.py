@@ -18,7 +18,7 @@ from rich.table import Table
 
 from stability.engines.edge_normals import wrong_normals
 from stability.engines.pybullet import PyBulletWorld
-from stability.engines.settings import EngineSettings
+from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stability.geometry.rotations import multiply, rotate
 from stability.model import GROUND, BodyId, BodyState, Brick, Plane, Pose, Quaternion, Vec3
 from stackdsl.systems.systems import MOVING
@@ -51,7 +51,7 @@ class Scene:
     friction: float
 
     @property
-    def settings(self) -> EngineSettings:
+    def settings(self) -> PyBulletSettings:
         """Those of `exact`, at this rate."""
         lively = (MOVING.lively_speed or 0.0) * sqrt(self.size[0] / USUAL)
         return replace(MOVING, time_step=1.0 / self.rate, lively_speed=lively)

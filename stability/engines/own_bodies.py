@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field
-from math import ceil, sqrt
+from math import sqrt
 from types import MappingProxyType
 
 from stability.engines.protocol import TOUCHING
@@ -23,7 +23,6 @@ class KeptBodies(ABC):
     friction: float  # Coulomb coefficient of brick on brick
     settings: EngineSettings = field(kw_only=True)
     _parts: int = field(default=1, init=False)  # engine steps in one step
-    _eased: int = field(default=0, init=False)  # steps to come that are split because bodies begin to press
     _clock: float = field(default=0.0, init=False)
     _planes: dict[BodyId, Plane] = field(default_factory=dict, init=False)
     _fixed: frozenset[BodyId] = field(default=frozenset(), init=False)
@@ -42,18 +41,12 @@ class KeptBodies(ABC):
         self._clock += duration
 
     def limit_travel(self, fastest: float) -> None:
-        if self.settings.most_travel is not None:
-            self._parts = max(1, ceil(fastest * self.settings.time_step / self.settings.most_travel))
-
-    def ease_in(self) -> None:
-        self._eased = self.settings.first_steps
+        self._parts = self.settings.parts_for_travel(fastest)
 
     def _count_step(self) -> int:
         """Let the clock go on by a step; returns in how many parts the engine has to take it."""
-        parts = max(self._parts, self.settings.first_parts if self._eased else 1)
-        self._eased = max(0, self._eased - 1)
         self._clock += self.settings.time_step
-        return parts
+        return self._parts
 
     def masses(self) -> Mapping[BodyId, float]:
         return self._masses_view

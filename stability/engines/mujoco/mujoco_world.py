@@ -27,12 +27,15 @@ class MuJoCoWorld(KeptBodies):
     _stepped: Model | None = field(default=None, init=False)  # the one that took the last step
 
     @classmethod
-    def opened(cls, settings: MuJoCoSettings, gravity: float, friction: float) -> Self:
-        """A new, empty world with gravity [m/s2] along -z."""
+    def opened(cls, settings: MuJoCoSettings, gravity: float, friction: float, heaviest: float | None = None) -> Self:
+        """A new, empty world with gravity [m/s2] along -z; whatever the masses, they are in kilograms."""
         return cls(gravity, friction, settings=settings)
 
     def close(self) -> None:
         self._model = self._stepped = None
+
+    def ease_in(self) -> None:
+        """No step is split for it: the settings were chosen without."""
 
     def step(self) -> None:
         self._stepped = self._made()

@@ -3,14 +3,14 @@
 from math import sqrt
 
 from stability.engines.pybullet.pybullet_binding import pybullet
-from stability.engines.settings import EngineSettings
-from stability.engines.stepping import Stepping
+from stability.engines.pybullet.pybullet_settings import PyBulletSettings
+from stability.engines.pybullet.stepping import Stepping
 
 # [engine m/s], for bodies as well as joints. By default PyBullet clamps speeds at 100, which is 10 m/s at scale 100.
 TOP_SPEED = 1e4
 
 
-def engine_parameters(settings: EngineSettings) -> dict[str, float]:
+def engine_parameters(settings: PyBulletSettings) -> dict[str, float]:
     """All that `setPhysicsEngineParameter` must be told: each belongs to the client or, worse, to the process.
 
     `contactBreakingThreshold` belongs to the process and outlives its client.
@@ -39,7 +39,7 @@ def engine_parameters(settings: EngineSettings) -> dict[str, float]:
     }
 
 
-def step_parameters(settings: EngineSettings, how: Stepping) -> dict[str, float]:
+def step_parameters(settings: PyBulletSettings, how: Stepping) -> dict[str, float]:
     """What `setPhysicsEngineParameter` must be told when the stepping changes."""
     parameters = {
         "fixedTimeStep": settings.time_step * sqrt(settings.scale) / how.parts,
@@ -57,7 +57,7 @@ def step_parameters(settings: EngineSettings, how: Stepping) -> dict[str, float]
     return parameters
 
 
-def body_parameters(settings: EngineSettings, own_friction: float) -> dict[str, float]:
+def body_parameters(settings: PyBulletSettings, own_friction: float) -> dict[str, float]:
     """All that `changeDynamics` must be told of a body but its mass."""
     return {
         "lateralFriction": own_friction,

@@ -9,8 +9,8 @@ from typing import Self
 from stability.engines.pybullet.parameters import engine_parameters, step_parameters
 from stability.engines.pybullet.planes import ALL, ROUNDED, PlanesWorld
 from stability.engines.pybullet.pybullet_binding import pybullet
-from stability.engines.settings import EngineSettings
-from stability.engines.stepping import Awake, Stepping, stepping
+from stability.engines.pybullet.pybullet_settings import PyBulletSettings
+from stability.engines.pybullet.stepping import Awake, Stepping, stepping
 from stability.geometry.vectors import add, scale
 from stability.mechanics.impulse import moments, pushed
 from stability.model import AT_REST, BodyId, BodyState, Box, Brick, Pose, Quaternion, Shape, Vec3
@@ -43,7 +43,7 @@ class PlainWorld(PlanesWorld):
         self._told_stepping = stepping(self.settings, Awake())
 
     @classmethod
-    def opened(cls, settings: EngineSettings, gravity: float, friction: float, heaviest: float | None = None) -> Self:
+    def opened(cls, settings: PyBulletSettings, gravity: float, friction: float, heaviest: float | None = None) -> Self:
         """A new, empty world with gravity [m/s2] along -z.
 
         Nothing depends on the unit of mass but the solver's absolute thresholds and its cap on impulses, so with scaled

@@ -11,8 +11,8 @@ from math import dist, sqrt
 from stability.engines.pybullet.client import PyBulletBodies
 from stability.engines.pybullet.parameters import body_parameters
 from stability.engines.pybullet.pybullet_binding import pybullet
+from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stability.engines.pybullet.shapes import Solids
-from stability.engines.settings import EngineSettings
 from stability.geometry.rotations import body_axes
 from stability.geometry.vectors import add_scaled, dot, scale, subtract
 from stability.model import BodyId, Brick, Plane, Pose, Quaternion, Vec3
@@ -39,7 +39,7 @@ UP: Vec3 = (0.0, 0.0, 1.0)
 class PlanesWorld(PyBulletBodies):
     """A world with ground and walls, and no bricks yet."""
 
-    settings: EngineSettings = field(kw_only=True)
+    settings: PyBulletSettings = field(kw_only=True)
     friction: float = field(kw_only=True)  # Coulomb coefficient of brick on brick
     _solids: Solids = field(init=False)
     _planes: dict[BodyId, Plane] = field(default_factory=dict, init=False)

@@ -40,8 +40,8 @@ class SapienWorld(KeptBodies):
     _names: dict[Any, BodyId] = field(default_factory=dict, init=False)  # by entity
 
     @classmethod
-    def opened(cls, settings: SapienSettings, gravity: float, friction: float) -> Self:
-        """A new, empty world with gravity [m/s2] along -z."""
+    def opened(cls, settings: SapienSettings, gravity: float, friction: float, heaviest: float | None = None) -> Self:
+        """A new, empty world with gravity [m/s2] along -z; whatever the masses, they are in kilograms."""
         # The configuration belongs to the process, and is taken over by the systems that are made after it.
         sapien.physx.set_scene_config(
             gravity=np.array((0.0, 0.0, -gravity)),
@@ -61,6 +61,9 @@ class SapienWorld(KeptBodies):
             self.scene.remove_entity(body.entity)
         self._bodies.clear()
         self._names.clear()
+
+    def ease_in(self) -> None:
+        """No step is split for it: the settings were chosen without."""
 
     def step(self) -> None:
         parts = self._count_step()
@@ -84,7 +87,7 @@ class SapienWorld(KeptBodies):
         body.mass = brick.mass
         body.inertia = np.array(moments(brick.size, brick.mass))
         body.cmass_local_pose = sapien.Pose()
-        body.linear_damping, body.angular_damping = self.settings.linear_damping, self.settings.angular_damping
+        body.linear_damping = body.angular_damping = 0.0
         body.max_linear_velocity = body.max_angular_velocity = TOP_SPEED
         body.solver_position_iterations = self.settings.iterations
         body.solver_velocity_iterations = self.settings.velocity_iterations

@@ -10,7 +10,7 @@ import pytest
 
 from stability.engines.edge_normals import EDGE_RADIUS, leans, true_normal, wrong_normals
 from stability.engines.pybullet import PyBulletWorld
-from stability.engines.settings import EngineSettings
+from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stability.geometry.rotations import multiply
 from stability.geometry.separation import block
 from stability.geometry.vectors import cross, dot, unit
@@ -26,7 +26,7 @@ BOTH = pytest.mark.parametrize("settings", [TUNED, MOVING], ids=["tuned", "exact
 
 
 @contextmanager
-def world(settings: EngineSettings, friction: float = 0.5, ground: float = 0.0) -> Iterator[PyBulletWorld]:
+def world(settings: PyBulletSettings, friction: float = 0.5, ground: float = 0.0) -> Iterator[PyBulletWorld]:
     opened = PyBulletWorld.opened(settings, GRAVITY, friction, heaviest=MASS)
     try:
         opened.add_plane(Plane(GROUND, (0.0, 0.0, ground), (0.0, 0.0, 1.0), friction))
@@ -127,7 +127,7 @@ def test_pybullet_as_it_comes_gives_a_v_the_normal_of_a_face_and_is_caught(angle
 
 @BOTH
 @pytest.mark.parametrize("angle", [60.0, 70.0])
-def test_rounded_edges_leave_nothing_to_catch_in_a_v_that_stands(settings: EngineSettings, angle: float) -> None:
+def test_rounded_edges_leave_nothing_to_catch_in_a_v_that_stands(settings: PyBulletSettings, angle: float) -> None:
     with world(settings, friction=0.5) as engine:
         put_up_v(engine, radians(angle))
         for _ in range(10):
@@ -139,7 +139,7 @@ def test_rounded_edges_leave_nothing_to_catch_in_a_v_that_stands(settings: Engin
 @pytest.mark.parametrize("height", [0.0, 0.01, 0.1])
 @pytest.mark.parametrize("rate", [480, 960])
 def test_planks_set_down_square_and_leaned_later_need_the_friction_of_statics_also_when_dropped(
-    settings: EngineSettings, height: float, rate: int
+    settings: PyBulletSettings, height: float, rate: int
 ) -> None:
     #   mu = (cot a - t / L) / 2; the shock of a landing slows all parts alike, as weight pulls them
     angle = radians(70.0)
@@ -155,12 +155,12 @@ def test_planks_set_down_square_and_leaned_later_need_the_friction_of_statics_al
             assert stood is stands
 
 
-def replaced_step(settings: EngineSettings, rate: int) -> EngineSettings:
+def replaced_step(settings: PyBulletSettings, rate: int) -> PyBulletSettings:
     return replace(settings, time_step=1.0 / rate)
 
 
 @BOTH
-def test_another_body_with_other_edges_has_place_motion_mass_and_inertia_of_the_first(settings: EngineSettings) -> None:
+def test_another_body_with_other_edges_has_place_motion_mass_and_inertia(settings: PyBulletSettings) -> None:
     with world(settings, ground=-10.0) as engine:
         engine.add_brick(Brick("a", SIZE, MASS), Pose((0.1, 0.2, 0.3)))
         engine.add_brick(Brick("b", SIZE, MASS), Pose((1.1, 0.2, 0.3)))
@@ -183,7 +183,7 @@ def body_facts(engine: PyBulletWorld, name: str) -> tuple[object, ...]:
 
 
 @BOTH
-def test_edges_that_change_in_free_flight_change_neither_way_nor_spin(settings: EngineSettings) -> None:
+def test_edges_that_change_in_free_flight_change_neither_way_nor_spin(settings: PyBulletSettings) -> None:
     ends = []
     for swaps in (False, True):
         with world(settings, ground=-10.0) as engine:
@@ -235,7 +235,7 @@ def test_a_plank_whose_edge_stands_on_the_face_of_another_keeps_its_sharp_edges(
 
 
 @pytest.mark.parametrize("settings", [STOCK, HELD], ids=["stock", "thesis"])
-def test_systems_without_rounded_edges_are_left_alone(settings: EngineSettings) -> None:
+def test_systems_without_rounded_edges_are_left_alone(settings: PyBulletSettings) -> None:
     with world(settings) as engine:
         put_up_v(engine, radians(70.0))
         played(engine, 0.2)

@@ -9,12 +9,12 @@ import pybullet
 import pytest
 
 from stability.engines.pybullet import PyBulletBodies, PyBulletWorld
-from stability.engines.settings import EngineSettings
+from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stability.model import GROUND, Box, Brick, Plane, Pose
 from stability.published.stack_stability import StackStability
 
 SIZE = (0.1176, 0.0234, 0.0078)
-SETTINGS = EngineSettings(time_step=1.0 / 960.0, iterations=50, contact_erp=0.2, breaking_threshold=0.001)
+SETTINGS = PyBulletSettings(time_step=1.0 / 960.0, iterations=50, contact_erp=0.2, breaking_threshold=0.001)
 SCALES = pytest.mark.parametrize("scale", [1.0, 100.0])
 
 
@@ -115,7 +115,7 @@ def test_a_brick_of_the_same_name_as_one_that_was_taken_out_is_another_one() -> 
 
 
 def test_no_setting_leaks_from_one_world_to_the_next() -> None:
-    def settled(before: EngineSettings | None) -> tuple[float, ...]:
+    def settled(before: PyBulletSettings | None) -> tuple[float, ...]:
         if before is not None:
             PyBulletWorld.opened(before, gravity=1.0, friction=0.1).close()
         with world() as engine:
