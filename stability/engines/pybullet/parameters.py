@@ -9,6 +9,19 @@ from stability.engines.pybullet.stepping import Stepping
 # [engine m/s], for bodies as well as joints. By default PyBullet clamps speeds at 100, which is 10 m/s at scale 100.
 TOP_SPEED = 1e4
 
+# What all systems have in common; most of it belongs to the process and outlives its client.
+ALIKE = {
+    "restitutionVelocityThreshold": 0.2,
+    "globalCFM": 0.0,
+    "enableConeFriction": 1,
+    "deterministicOverlappingPairs": 1,
+    "constraintSolverType": pybullet.CONSTRAINT_SOLVER_LCP_SI,
+    "enableSAT": 0,
+    "collisionFilterMode": 0,
+    "minimumSolverIslandSize": 128,
+    "allowedCcdPenetration": 0.04,
+}
+
 
 def engine_parameters(settings: PyBulletSettings) -> dict[str, float]:
     """All that `setPhysicsEngineParameter` must be told: each belongs to the client or, worse, to the process.
@@ -25,17 +38,9 @@ def engine_parameters(settings: PyBulletSettings) -> dict[str, float]:
         "contactBreakingThreshold": settings.breaking_threshold,
         "contactSlop": settings.contact_slop,
         "solverResidualThreshold": settings.residual_threshold,
-        "restitutionVelocityThreshold": 0.2,
-        "globalCFM": 0.0,
-        "enableConeFriction": 1,
-        "deterministicOverlappingPairs": 1,
-        "constraintSolverType": pybullet.CONSTRAINT_SOLVER_LCP_SI,
         "useSplitImpulse": 0 if settings.maximal_coordinates else 1,
         "warmStartingFactor": settings.warm_start,
-        "enableSAT": 0,
-        "collisionFilterMode": 0,
-        "minimumSolverIslandSize": 128,
-        "allowedCcdPenetration": 0.04,
+        **ALIKE,
     }
 
 

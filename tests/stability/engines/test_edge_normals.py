@@ -164,21 +164,21 @@ def test_another_body_with_other_edges_has_place_motion_mass_and_inertia(setting
     with world(settings, ground=-10.0) as engine:
         engine.add_brick(Brick("a", SIZE, MASS), Pose((0.1, 0.2, 0.3)))
         engine.add_brick(Brick("b", SIZE, MASS), Pose((1.1, 0.2, 0.3)))
-        engine._set_motion(engine._bodies["a"], (1.0, -2.0, 0.5), (3.0, 20.0, -4.0))
+        engine.bodies.set_motion("a", (1.0, -2.0, 0.5), (3.0, 20.0, -4.0))
         masses, order, before = engine.masses(), list(engine.masses()), engine.states(["a"])["a"]
         known = body_facts(engine, "a")
-        engine._swap("a")
+        engine.bricks.swap("a")
         assert engine.states(["a"])["a"] == before
         assert engine.masses() is masses
         assert list(engine.masses()) == order
         assert body_facts(engine, "a") == known
-        unit_of_inertia = engine._mass_unit * engine.scale**2
+        unit_of_inertia = engine.bodies.mass_unit * engine.bodies.scale**2
         assert known[2] == pytest.approx([unit_of_inertia * moment for moment in moments(SIZE, MASS)])
 
 
 def body_facts(engine: PyBulletWorld, name: str) -> tuple[object, ...]:
     """Mass, friction, inertia, restitution."""
-    facts = pybullet.getDynamicsInfo(engine._bodies[name], -1, engine.client)
+    facts = pybullet.getDynamicsInfo(engine.bodies.numbers[name], -1, engine.bodies.client)
     return facts[0], facts[1], facts[2], facts[5]
 
 
@@ -188,10 +188,10 @@ def test_edges_that_change_in_free_flight_change_neither_way_nor_spin(settings: 
     for swaps in (False, True):
         with world(settings, ground=-10.0) as engine:
             engine.add_brick(Brick("a", SIZE, MASS), Pose((0.0, 0.0, 0.0)))
-            engine._set_motion(engine._bodies["a"], (0.3, 0.0, 0.0), (1.0, 5.0, 0.0))
+            engine.bodies.set_motion("a", (0.3, 0.0, 0.0), (1.0, 5.0, 0.0))
             played(engine, 0.1)
             if swaps:
-                engine._swap("a")
+                engine.bricks.swap("a")
             played(engine, 0.1)
             ends.append(engine.states(["a"])["a"])
     assert ends[1].pose.position_W == pytest.approx(ends[0].pose.position_W, abs=1e-9)
@@ -221,7 +221,7 @@ def test_planks_that_tilt_together_face_on_face_keep_their_sharp_edges() -> None
             engine.add_brick(Brick(name, SIZE, MASS), Pose((1.0, 0.0, 1.0 + level)))
             engine.put_at(name, Pose(aside, tilt))
         played(engine, 0.2)
-        assert engine._rounded == set()
+        assert engine.bricks.rounded == set()
 
 
 def test_a_plank_whose_edge_stands_on_the_face_of_another_keeps_its_sharp_edges() -> None:
@@ -231,7 +231,7 @@ def test_a_plank_whose_edge_stands_on_the_face_of_another_keeps_its_sharp_edges(
         engine.add_brick(Brick("below", SIZE, MASS), Pose((0.0, 0.0, THICKNESS / 2.0)))
         set_down_square_then_put(engine, "edge", Pose((x, y, z + THICKNESS), edge.orientation))
         played(engine, 0.02)
-        assert engine._rounded == set()
+        assert engine.bricks.rounded == set()
 
 
 @pytest.mark.parametrize("settings", [STOCK, HELD], ids=["stock", "thesis"])
@@ -239,19 +239,19 @@ def test_systems_without_rounded_edges_are_left_alone(settings: PyBulletSettings
     with world(settings) as engine:
         put_up_v(engine, radians(70.0))
         played(engine, 0.2)
-        assert engine._rounded == set()
+        assert engine.bricks.rounded == set()
 
 
 def test_a_plank_that_lies_square_again_gets_its_sharp_edges_back() -> None:
     with world(MOVING, friction=0.05) as engine:
         put_up_v(engine, radians(70.0))
         played(engine, 0.05)
-        assert engine._rounded == {"left", "right"}
+        assert engine.bricks.rounded == {"left", "right"}
         for name, x in (("left", -1.0), ("right", 1.0)):
             engine.put_at(name, Pose((x, 0.0, THICKNESS / 2.0)))
-            engine._set_motion(engine._bodies[name], (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+            engine.bodies.set_motion(name, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
         played(engine, 0.1)
-        assert engine._rounded == set()
+        assert engine.bricks.rounded == set()
 
 
 def test_planks_tipped_against_each_other_end_the_same_in_every_run() -> None:
@@ -272,7 +272,7 @@ def tipped_together() -> Vec3:
             pose = Pose((side * foot + aside, 0.0, LENGTH / 2.0), about((0.0, 1.0, 0.0), side * pi / 2.0))
             engine.add_brick(Brick(name, SIZE, MASS), pose)
             turn = -2.0 * side
-            engine._set_motion(engine._bodies[name], (turn * LENGTH / 2.0, 0.0, -turn * aside), (0.0, turn, 0.0))
+            engine.bodies.set_motion(name, (turn * LENGTH / 2.0, 0.0, -turn * aside), (0.0, turn, 0.0))
         played(engine, 1.5, 1.0)
         return engine.states(["left"])["left"].pose.position_W
 

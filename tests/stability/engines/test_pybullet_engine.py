@@ -87,7 +87,9 @@ def test_a_frozen_brick_stays_exactly_where_it_is_and_a_woken_one_falls_with_its
         engine.wake("plank")
         engine.step()
         assert engine.states(["plank"])["plank"].velocity_W[2] == pytest.approx(-9.81 * SETTINGS.time_step)
-        assert pybullet.getDynamicsInfo(engine._bodies["plank"], -1, engine.client)[0] == pytest.approx(0.012)
+        assert pybullet.getDynamicsInfo(engine.bodies.numbers["plank"], -1, engine.bodies.client)[0] == pytest.approx(
+            0.012
+        )
 
 
 def test_what_stood_on_a_brick_that_is_taken_out_falls_to_the_ground() -> None:

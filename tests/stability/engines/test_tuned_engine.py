@@ -108,7 +108,7 @@ def test_a_plank_that_tumbles_gains_no_energy_and_loses_little(settings: PyBulle
     rate = 10.0 / sqrt(3.0)  # [rad/s] about each axis
     with world(settings) as engine:
         engine.add_brick(Brick("plank", SIZE, MASS), Pose((0.0, 0.0, 50.0)))
-        engine._set_motion(engine._bodies["plank"], (0.0, 0.0, 0.0), (rate, rate, rate))
+        engine.bodies.set_motion("plank", (0.0, 0.0, 0.0), (rate, rate, rate))
         before = energy_of_turning(engine.states(["plank"])["plank"])
         after = energy_of_turning(played(engine, 1.0)["plank"])
     assert 0.97 * before < after <= before * (1.0 + 1e-9)
