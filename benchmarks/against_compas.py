@@ -47,7 +47,7 @@ class Answer:
 def main() -> None:
     """Measure, print the table, and keep it if asked to."""
     write = parser(__doc__).parse_args().write
-    if not Compas(CRA).extra.installed:
+    if not Compas(CRA).package.installed:
         sys.exit(INSTALL)
     Compas(CRA).load()
     table = Table("structure", "exact", "ms", "error", "rbe", "ms", "times slower", "cra", "ms", "times slower")

@@ -20,7 +20,9 @@ Load = Callable[[str], Data]
 
 def rendered(text: str, load_data: Load = load) -> str:
     """The text, with every figure as measured last."""
-    with_tables = TABLE.sub(lambda found: f"{found[1]}{table_text(TABLES[found['name']], load_data)}{found[4]}", with_rooms(text))
+    with_tables = TABLE.sub(
+        lambda found: f"{found[1]}{table_text(TABLES[found['name']], load_data)}{found[4]}", with_rooms(text)
+    )
     return FIGURE.sub(lambda found: f"{found[1]}{_figure(found, load_data)}{found[5]}", with_tables)
 
 

@@ -25,4 +25,7 @@ def rooms(package: str) -> Iterator[tuple[str, str]]:
     for path in sorted((ROOT / package).rglob("__init__.py")):
         if path.parent != ROOT / package:
             told = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
-            yield path.parent.relative_to(ROOT).as_posix(), " ".join(told.split("\n\n")[0].split()).replace("|", "&#124;")
+            yield (
+                path.parent.relative_to(ROOT).as_posix(),
+                " ".join(told.split("\n\n")[0].split()).replace("|", "&#124;"),
+            )
