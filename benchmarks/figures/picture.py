@@ -1,4 +1,4 @@
-"""The scenario of README seen from the side: what stands, and how it begins to fall. Written to docs/leaning-column.svg.
+"""The scenario of README seen from the side: what stands, and how it begins to fall, as docs/leaning-column.svg.
 
 Drawn from a run of the scenario, as plain SVG; `python -m benchmarks.figures.picture`. What comes to rest in the end is
 not drawn, since no two processors agree on it.
