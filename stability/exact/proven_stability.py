@@ -7,7 +7,7 @@ what still stands stays frozen with a proof of its own. Assumes gravity along -z
 Statics knows boxes, fixed or not, and half-spaces. What touches anything else stays with the engine.
 """
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from stability.engines.protocol import Engine, Joining
@@ -23,8 +23,9 @@ from stability.model import EARTH, BodyId, BodyState, Plane, Pose, Vec3
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability, Verdict
 from stability.watching.extension import Update
-from stability.watching.freezing import RestLimits
 from stability.watching.held_bodies import HeldBodies
+from stability.watching.life_cycle import Observers
+from stability.watching.rest import RestLimits
 
 
 @dataclass
@@ -49,12 +50,15 @@ class ProvenStability:
     _held: HeldBodies = field(init=False)
     _rigid_groups: RigidGroups = field(init=False)
     _disturbances: Disturbances = field(init=False)
+    _observers: Observers = field(init=False)  # all of these: who hears what becomes of bricks, in this order
 
     def __post_init__(self) -> None:
         self._held = HeldBodies(self.engine)
         self._rigid_groups = RigidGroups(self.joiner)
         self._awake = AwakeBricks(self.engine, self.rest, self._rigid_groups)
         self._disturbances = Disturbances(self.engine, self.rest, self.gravity)
+        guarded = (self._held,) if self.guard else ()
+        self._observers = Observers((*guarded, self._rigid_groups, self._disturbances, self._awake))
         self.assembly = Assembly(self.planes or (), self.friction, self.gravity)
 
     def awake(self) -> list[BodyId]:
@@ -72,16 +76,13 @@ class ProvenStability:
 
     def set_down(self, bricks: Iterable[BodyId]) -> None:
         """Say that these bricks were set down at rest: they may be judged at once, before any step."""
-        self._awake.set_down(bricks)
+        self._observers.set_down(list(bricks))
 
     def taken_out(self, bricks: Iterable[BodyId]) -> Update:
         """Say that these bricks were taken out of the engine: what cannot stand without them is woken at once."""
         gone = sorted(bricks)
         frozen = [brick for brick in gone if self.is_frozen(brick)]
-        for brick in gone:
-            self._forget(brick)
-            self._awake.taken_out(brick)
-        self._awake.ask_again()
+        self._observers.gone(gone)
         judgement = release_until_stable(self.assembly, self.assembly.remove(frozen))
         if frozen or not self._awake.names:  # else nothing was asked that was not proven before
             self._when_changed = judgement.first
@@ -139,7 +140,6 @@ class ProvenStability:
         asked = {brick: self.assembly.bricks[brick].pose for brick in sorted(bricks) if self.is_frozen(brick)}
         if not asked:
             return ()
-        self._awake.ask_again()
         judgement = release_until_stable(self.assembly, self.assembly.remove(asked))
         return self._give_back({**asked, **judgement.released})
 
@@ -162,7 +162,7 @@ class ProvenStability:
         bricks = self.engine.masses()
         # Whoever shares the world with nobody may count: all else has been announced.
         if self.guard or len(bricks) != len(self._awake.names) + len(self.assembly.bricks):
-            self._awake.names = bricks.keys() - self.assembly.bricks.keys()
+            self._awake.notice(bricks.keys(), self.assembly.bricks.keys())
 
     def _clear(self, resting: Mapping[BodyId, Placed]) -> list[Placed]:
         """Those of the resting bricks that touch nothing of which statics is silent."""
@@ -182,13 +182,12 @@ class ProvenStability:
     def _carry_out(self, judgement: Judgement, coming: Sequence[BodyId], announced: set[BodyId]) -> Update:
         frozen = tuple(brick for brick in coming if brick not in judgement.released)
         for brick in frozen:
-            self._freeze(brick)
+            self.engine.freeze(brick)
+        self._observers.frozen(frozen)
         refused = {brick: judgement.released[brick] for brick in coming if brick in judgement.released}
-        if frozen or len(judgement.released) > len(refused):
-            self._awake.ask_again()
-        self._awake.refuse(refused)
         fallen = {brick: pose for brick, pose in judgement.released.items() if brick not in refused}
         woken = self._give_back(fallen) + tuple(brick for brick in refused if brick in announced)
+        self._awake.refuse(refused)
         proof = judgement.last.stage.value if frozen and judgement.last.stage is not None else ""
         return Update(
             frozen,
@@ -227,47 +226,35 @@ class ProvenStability:
         touched = {brick: sorted(touching(self.assembly, brick)) for brick in riding}
         judgement = release_until_stable(self.assembly, self.assembly.remove(placed))
         poses = {**{brick: was.pose for brick, was in placed.items()}, **judgement.released}
-        self._awake.rest_poses.left(poses)
+        self._awake.rest_poses.remember(poses)
         for group in reached.riding:
             side = min(min(placed[brick].brick.size) for brick in group)
             self._rigid_groups.join({brick: poses[brick] for brick in group}, touched, side)
-        self._awake.ask_again()
-        self._let_go(poses.keys() - riding)
-        self._let_ride(riding)
-        return Update((), tuple(sorted(poses)), reason=disturbed.reason, riding=tuple(sorted(riding)))
-
-    def _let_ride(self, bricks: Iterable[BodyId]) -> None:
-        for brick in bricks:
-            self._awake.woke(brick)
-            self._held.let_go(brick)
-
-    def _freeze(self, brick: BodyId) -> None:
-        self.engine.freeze(brick)
-        self._awake.froze(brick)
-        self._disturbances.froze([brick])
-        if self.guard:
-            self._held.hold(brick)
+        woken = tuple(sorted(poses))
+        self._wake(woken, riding)
+        return Update((), woken, reason=disturbed.reason, riding=tuple(sorted(riding)))
 
     def _give_back(self, bricks: Mapping[BodyId, Pose]) -> tuple[BodyId, ...]:
-        """Wake frozen bricks that are no longer part of the assembly."""
-        self._let_go(bricks)
+        """Wake frozen bricks that are no longer part of the assembly, for they cannot stand."""
+        woken = tuple(sorted(bricks))
+        self._wake(woken)
         self._awake.refuse(bricks)
-        return tuple(sorted(bricks))
+        return woken
 
-    def _let_go(self, bricks: Iterable[BodyId]) -> None:
-        for brick in sorted(bricks):
-            self.engine.wake(brick)
-            self._awake.woke(brick)
-            self._held.let_go(brick)
-        self._disturbances.woke()
+    def _wake(self, bricks: Collection[BodyId], riding: Container[BodyId] = ()) -> None:
+        """Let the engine move bricks; those that ride are given their mass as a group already."""
+        for brick in bricks:
+            if brick not in riding:
+                self.engine.wake(brick)
+        self._observers.woken(bricks)
 
     # --- what somebody else has changed -------------------------------------------------------------------------------
 
     def _answer_changes(self) -> Update:
         """Judge the frozen bricks again where they or their surroundings are not what they were."""
         lost = self._held.lost(self.assembly.bricks)
-        for brick in lost:
-            self._forget(brick)
+        if lost:
+            self._observers.gone(lost)
         disturbed = self._held.disturbed(self.assembly.bricks.keys() - lost)
         now = changed(self.assembly, lost, disturbed, self._site())
         self.assembly = now.assembly
@@ -277,14 +264,6 @@ class ProvenStability:
         judgement = release_until_stable(self.assembly, now.verdict)
         woken = self._give_back({**now.pushed, **judgement.released})
         return Update((), woken, judgement.lowest, judgement.first.reason or "moved by somebody else" if woken else "")
-
-    def _forget(self, brick: BodyId) -> None:
-        """A brick is gone, or is no longer what it was; an engine parts what it was joined to."""
-        if brick in self._rigid_groups:
-            self._rigid_groups.parted(brick)
-        self._disturbances.forget(brick)
-        self._held.let_go(brick)
-        self._awake.forget(brick)
 
     def _site(self) -> Site:
         return Site(self.planes, ()) if self.planes is not None else Site(*fixed_bodies(self.engine, self.friction))

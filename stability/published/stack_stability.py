@@ -20,10 +20,10 @@ from stability.published.resting import ContactLimits, resting_points
 from stability.published.support import Load, StackedBrick, failing, lies_above, loads_above, shares, tipping_margin
 from stability.statics.facts import Verdict
 from stability.watching.extension import Update
-from stability.watching.freezing import RestLimits
 from stability.watching.held_bodies import HeldBodies
+from stability.watching.life_cycle import Observers
 from stability.watching.refusals import Refusals
-from stability.watching.stillness import Stillness
+from stability.watching.rest import RestLimits, Stillness
 
 SUPPORT_REMOVED = "support removed"
 
@@ -49,13 +49,16 @@ class StackStability:
     _friction: Friction = field(init=False)
     _hits: DirectHits = field(init=False)
     _refusals: Refusals = field(init=False)  # of the leaning test, which costs too much to be done at every step
+    _observers: Observers = field(init=False)  # all of these: who hears what becomes of bricks, in this order
 
     def __post_init__(self) -> None:
         self._friction = Friction(self.friction, {plane.id: plane.friction for plane in self.planes})
         self._stillness = Stillness(self.rest)
-        self._held = HeldBodies(self.engine)
+        self._held = HeldBodies(self.engine, self._held_by)
         self._hits = DirectHits(self.engine, self.rest)
         self._refusals = Refusals(self.rest.hold_off)
+        guarded = (self._held,) if self.guard else ()
+        self._observers = Observers((*guarded, self._hits, self._stillness, self._refusals))
 
     def awake(self) -> list[BodyId]:
         """The bricks that the engine moves, by name."""
@@ -95,14 +98,12 @@ class StackStability:
 
     def set_down(self, bricks: Iterable[BodyId]) -> None:
         """Say that these bricks were set down at rest: they may be tested at once, before any step."""
-        self._stillness.set_down(bricks)
+        self._observers.set_down(list(bricks))
 
     def taken_out(self, bricks: Iterable[BodyId]) -> Update:
         """Say that these bricks were taken out of the engine: what rested on them is woken at once."""
         gone = set(bricks)
-        for brick in gone - self.stack.keys():
-            self._stillness.forget(brick)
-            self._hits.forget(brick)
+        self._observers.gone(sorted(gone - self.stack.keys()))
         lost = self._drop(sorted(gone & self.stack.keys()))
         failed, woken = self._wake_failing()
         return Update((), lost + woken, failed, SUPPORT_REMOVED if lost or woken else "")
@@ -172,9 +173,7 @@ class StackStability:
         """Strike bricks from the stack that the engine no longer holds; wake what has lost a support."""
         for brick in gone:
             self._strike(brick)
-            self._held.let_go(brick)
-            self._stillness.forget(brick)
-            self._hits.forget(brick)
+        self._observers.gone(gone)
         fixed, bricks = self.engine.fixed(), self.engine.masses().keys() - gone
         # A brick may lean on one that is not in the stack, and never was.
         there = {name: bricks if name in self.leaning else self.stack.keys() for name in self.stack}
@@ -224,22 +223,16 @@ class StackStability:
         leaning = leaning_brick(slow, side)
         return leaning if leaning and holds(leaning, Load(tested.mass, tested.com_W[:2])) else None
 
-    def _freeze(self, added: Iterable[tuple[StackedBrick, LeaningBrick | None]]) -> None:
+    def _freeze(self, added: Collection[tuple[StackedBrick, LeaningBrick | None]]) -> None:
         for brick, leaning in added:
-            self._refusals.changed()
-            self._refusals.forget(brick.id)
             self.engine.freeze(brick.id)
             self.stack[brick.id] = brick
             if leaning:
                 self.leaning[brick.id] = leaning
-            self._stillness.froze(brick.id)
-            self._hits.joined(brick.id)
-            if self.guard:
-                self._held.hold(brick.id, self._held_by(brick.id))
+        self._observers.frozen([brick.id for brick, _ in added])
 
     def _strike(self, brick: BodyId) -> None:
         """Take a brick out of the stack."""
-        self._refusals.changed()
         del self.stack[brick]
         self.leaning.pop(brick, None)
 
@@ -248,8 +241,7 @@ class StackStability:
         for brick in woken:
             self.engine.wake(brick)
             self._strike(brick)
-            self._held.let_go(brick)
-            self._stillness.woke(brick)
+        self._observers.woken(woken)
         return tuple(woken)
 
 

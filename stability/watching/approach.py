@@ -5,7 +5,7 @@ woken before the hit, while the surfaces are still apart. Only the gap between b
 looked at; bricks in contact press on each other, and do not hit.
 """
 
-from collections.abc import Container, Mapping
+from collections.abc import Collection, Container, Mapping
 from dataclasses import dataclass, field
 from math import hypot, inf, sqrt
 
@@ -14,6 +14,7 @@ from stability.geometry.rotations import multiply
 from stability.geometry.separation import Separation, boxes_apart
 from stability.geometry.vectors import add_scaled, scale
 from stability.model import BodyId, BodyState, Box, Pose, Vec3
+from stability.watching.life_cycle import BrickObserver
 
 # Shares of the smallest side of the flying brick.
 IN_TOUCH = 0.03  # closer, two bricks press on each other: what engines leave between bricks at rest, and a little more
@@ -50,7 +51,7 @@ class _Near:
 
 
 @dataclass
-class Approaches:
+class Approaches(BrickObserver):
     """Follows the moving bricks of one engine. A brick that has nothing near is not looked at until it could have."""
 
     engine: Engine
@@ -88,10 +89,15 @@ class Approaches:
                 found += [hit for other in near if (hit := _hit(_Box(brick, size, state), other, ahead))]
         return [hit for hit in found if hit.speed > least]
 
-    def forget(self, brick: BodyId) -> None:
-        """A brick was frozen, or is gone."""
-        self._look_at.pop(brick, None)
-        self._known.discard(brick)
+    def frozen(self, bricks: Collection[BodyId]) -> None:
+        """What does not move hits nothing."""
+        for brick in bricks:
+            self._look_at.pop(brick, None)
+            self._known.discard(brick)
+
+    def gone(self, bricks: Collection[BodyId]) -> None:
+        """What is gone hits nothing."""
+        self.frozen(bricks)
 
     def _size(self, brick: BodyId) -> Vec3 | None:
         shape = self.engine.shape(brick)

@@ -1,10 +1,11 @@
 """Bricks at rest that could not be proven: when it is worth while to ask again. A verdict follows from poses alone."""
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
 from math import dist
 
 from stability.model import BodyId, Pose
+from stability.watching.life_cycle import BrickObserver
 
 # Share of its smallest side that a brick must move by to be news: a quarter of the gap that still counts as contact,
 # so that a contact which the engine is closing is not missed.
@@ -21,7 +22,7 @@ class _Refusal:
 
 
 @dataclass
-class Refusals:
+class Refusals(BrickObserver):
     """Where and when bricks were not proven."""
 
     hold_off: float  # [s] between one attempt that refused a brick and the next
@@ -51,9 +52,25 @@ class Refusals:
         self._not_before = max(self._not_before, now + MOMENT * self.hold_off)
 
     def changed(self) -> None:
-        """What is frozen is no longer what it was when bricks were refused."""
+        """What is frozen, or what that rests on, is no longer what it was when bricks were refused."""
         self._changes += 1
 
-    def forget(self, brick: BodyId) -> None:
-        """A brick was proven, or is gone."""
-        self._of.pop(brick, None)
+    def frozen(self, bricks: Collection[BodyId]) -> None:
+        """There is more to stand on, and what was refused before is proven."""
+        self._left(bricks)
+
+    def woken(self, bricks: Collection[BodyId]) -> None:
+        """There is less to stand on."""
+        if bricks:
+            self.changed()
+
+    def gone(self, bricks: Collection[BodyId]) -> None:
+        """There may be less to stand on, and a new brick under an old name was never refused."""
+        self._left(bricks)
+
+    def _left(self, bricks: Collection[BodyId]) -> None:
+        """These are not among the bricks that wait for a proof any more."""
+        if bricks:
+            self.changed()
+        for brick in bricks:
+            self._of.pop(brick, None)

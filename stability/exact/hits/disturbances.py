@@ -8,7 +8,8 @@ from stability.exact.hits.overload import Overloads
 from stability.model import BodyId, BodyState, Vec3
 from stability.statics.assembly import Assembly
 from stability.watching.approach import Approaches, Hit
-from stability.watching.freezing import RestLimits
+from stability.watching.life_cycle import BrickObserver, Observers
+from stability.watching.rest import RestLimits
 
 NO_LINE: Vec3 = (0.0, 0.0, 0.0)  # the direction of what is pressed, not hit
 # Shares of the hold-off, a tenth of a second for planks, and of the speed at rest.
@@ -28,7 +29,7 @@ class Disturbed:
 
 
 @dataclass
-class Disturbances:
+class Disturbances(BrickObserver):
     """Looks out for what disturbs the frozen bricks of one engine."""
 
     engine: Engine
@@ -36,6 +37,7 @@ class Disturbances:
     gravity: float  # [m/s2]
     _approaches: Approaches = field(init=False)
     _overloads: Overloads = field(init=False)
+    _observers: Observers = field(init=False)
     _looked: float = field(default=0.0, init=False)  # when loads were last looked at [s]
 
     def __post_init__(self) -> None:
@@ -47,6 +49,7 @@ class Disturbances:
             self.gravity,
         )
         self._overloads = Overloads(self.engine, PRESSES * self.rest.hold_off)
+        self._observers = Observers((self._approaches, self._overloads))
 
     def least_speed(self) -> float:
         """A brick that is hit more slowly, or pushed to less, stays where it is [m/s]."""
@@ -65,20 +68,17 @@ class Disturbances:
         found = self._overloads.found(assembly, moving, min(step, 2.0 * PERIOD * self.rest.hold_off))
         return Disturbed(dict.fromkeys(found, NO_LINE), f"{', '.join(found)} pressed away") if found else None
 
-    def froze(self, bricks: Iterable[BodyId]) -> None:
-        """These bricks are frozen now."""
-        for brick in bricks:
-            self._approaches.forget(brick)
-        self._overloads.forget()
+    def frozen(self, bricks: Collection[BodyId]) -> None:
+        """Frozen bricks hit nothing, and there is more to be disturbed."""
+        self._observers.frozen(bricks)
 
-    def forget(self, brick: BodyId) -> None:
-        """A brick is gone; its name is free again."""
-        self._approaches.forget(brick)
-        self._overloads.forget()
+    def woken(self, bricks: Collection[BodyId]) -> None:
+        """There is less to be disturbed."""
+        self._observers.woken(bricks)
 
-    def woke(self) -> None:
-        """Frozen bricks were woken."""
-        self._overloads.forget()
+    def gone(self, bricks: Collection[BodyId]) -> None:
+        """What is gone neither hits nor is disturbed."""
+        self._observers.gone(bricks)
 
 
 def in_words(hits: Iterable[Hit]) -> str:

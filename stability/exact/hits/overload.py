@@ -19,6 +19,7 @@ from stability.model import BodyId, ContactPoint, Vec3
 from stability.statics.assembly import Assembly
 from stability.statics.extra_load import withstands
 from stability.statics.facts import Placed, Wrench
+from stability.watching.life_cycle import BrickObserver
 
 MOVED = 0.0064  # share of the smallest side, 0.05 mm for a plank: it has given way when it would have moved so far
 OUTSIDE = 0.04  # share of the smallest side by which a load must lie outside the core
@@ -27,7 +28,7 @@ NO_FORCE: Vec3 = (0.0, 0.0, 0.0)
 
 
 @dataclass
-class Overloads:
+class Overloads(BrickObserver):
     """Sums up what moving bricks do to the frozen ones that they touch."""
 
     engine: Engine
@@ -54,8 +55,19 @@ class Overloads:
                     found[pressed].append(point)
         return found
 
-    def forget(self) -> None:
-        """What is frozen has changed."""
+    def frozen(self, bricks: Collection[BodyId]) -> None:
+        """What holds a brick, and what presses on it, may be other bricks by now: all sums begin anew."""
+        self._begin_anew()
+
+    def woken(self, bricks: Collection[BodyId]) -> None:
+        """All sums begin anew, also if none was woken: the proof of what is frozen may be another one."""
+        self._begin_anew()
+
+    def gone(self, bricks: Collection[BodyId]) -> None:
+        """All sums begin anew."""
+        self._begin_anew()
+
+    def _begin_anew(self) -> None:
         self._excess.clear()
         self._outside.clear()
         self._holding.clear()

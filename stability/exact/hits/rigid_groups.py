@@ -8,6 +8,7 @@ from stability.engines.protocol import Joining
 from stability.geometry.rotations import turn_between
 from stability.graph import components
 from stability.model import BodyId, BodyState, Pose
+from stability.watching.life_cycle import BrickObserver
 
 MOVED = 0.25  # share of the smallest side, 2 mm for a plank: further than that, a group is taken apart
 FEWEST = 3  # bricks for which a rigid body is worth its making
@@ -29,7 +30,7 @@ class Group:
 
 
 @dataclass
-class RigidGroups:
+class RigidGroups(BrickObserver):
     """The joined bricks of one engine, in groups, each followed by its first brick."""
 
     joiner: Joining | None  # None if nothing ever rides
@@ -69,10 +70,16 @@ class RigidGroups:
         """Take apart the group of a brick; these are its bricks."""
         if self.joiner is not None:
             self.joiner.part(brick)
-        return self.parted(brick)
+        return self._strike(brick)
 
-    def parted(self, brick: BodyId) -> tuple[BodyId, ...]:
-        """The engine has taken apart the group of a brick; these are its bricks."""
+    def gone(self, bricks: Collection[BodyId]) -> None:
+        """An engine that removes a brick takes apart the group in which it rode."""
+        for brick in bricks:
+            if brick in self:
+                self._strike(brick)
+
+    def _strike(self, brick: BodyId) -> tuple[BodyId, ...]:
+        """Strike the group of a brick from the record; these are its bricks."""
         group = self._groups.pop(self._first[brick])
         for member in group.starts:
             del self._first[member]

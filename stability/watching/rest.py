@@ -1,13 +1,17 @@
-"""When a brick may be frozen and when it is woken: one enum, one pure transition.
+"""When a brick counts as at rest, so that it may be judged: limits, one pure transition, and who follows the bricks.
 
-Frozen means held fixed in the engine because the model says that it stands; it still collides.
+Frozen means held fixed in the engine because the model says that the brick stands; it still collides.
 """
 
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
 from enum import Enum
-from math import hypot
+from math import hypot, inf
 
-from stability.model import BodyState
+from stability.model import BodyId, BodyState
+from stability.watching.life_cycle import BrickObserver
+
+ROUNDING = 1e-9  # [s], far below any time step: clocks are sums of steps
 
 
 class Activity(Enum):
@@ -68,3 +72,51 @@ def next_activity(now: Activity, seen: Evidence, limits: RestLimits) -> Activity
     if now is Activity.UNSTABLE and seen.slow_for >= limits.hold_off:
         return Activity.FREE
     return now
+
+
+@dataclass
+class Stillness(BrickObserver):
+    """How long each brick that the engine moves has been slow, and whether it may be judged by now."""
+
+    limits: RestLimits
+    _activity: dict[BodyId, Activity] = field(default_factory=dict, init=False)
+    _slow_since: dict[BodyId, float] = field(default_factory=dict, init=False)
+
+    def follow(self, now: float, states: Mapping[BodyId, BodyState]) -> None:
+        """Take in the awake bricks as they are now."""
+        for brick, state in states.items():
+            woken = self._activity.get(brick) is Activity.UNSTABLE
+            if not self.limits.slow(state, self.limits.still if woken else 1.0):
+                self._slow_since.pop(brick, None)
+                continue
+            since = self._slow_since.setdefault(brick, now)
+            self._step(brick, Evidence(slow_for=now - since))
+
+    def may_be_judged(self, brick: BodyId, now: float) -> bool:
+        """Whether a brick has been slow for long enough."""
+        long_ago = now - self.limits.dwell + ROUNDING
+        return self._slow_since.get(brick, inf) <= long_ago and self._activity.get(brick) is not Activity.UNSTABLE
+
+    def set_down(self, bricks: Collection[BodyId]) -> None:
+        """What is set down at rest counts as slow since ever."""
+        self._slow_since |= dict.fromkeys(bricks, -inf)
+
+    def frozen(self, bricks: Collection[BodyId]) -> None:
+        """What is frozen has passed its test."""
+        for brick in bricks:
+            self._step(brick, Evidence(stands=True))
+
+    def woken(self, bricks: Collection[BodyId]) -> None:
+        """What is woken cannot stand, and has to be still for a while before it is tested again."""
+        for brick in bricks:
+            self._slow_since.pop(brick, None)
+            self._step(brick, Evidence(fails=True))
+
+    def gone(self, bricks: Collection[BodyId]) -> None:
+        """Nothing is known of a brick that may come back under the same name."""
+        for brick in bricks:
+            self._activity.pop(brick, None)
+            self._slow_since.pop(brick, None)
+
+    def _step(self, brick: BodyId, seen: Evidence) -> None:
+        self._activity[brick] = next_activity(self._activity.get(brick, Activity.FREE), seen, self.limits)
