@@ -99,23 +99,21 @@ class ProvenStability:
         announced = self._awake.no_longer_new()
         if not coming:
             return lost
-        self.assembly.names_smallest = bool(announced)  # of a heap nobody asks what could fall alone
-        judgement = self._judged(coming)
-        self.assembly.names_smallest = True
+        judgement = self._judged(coming, names_smallest=bool(announced))  # of a heap nobody asks what falls alone
         if announced:
             self._when_changed = judgement.first
         found = self._carry_out(judgement, [placed.brick.id for placed in coming], announced)
         return lost.then(found)
 
-    def _judged(self, coming: Sequence[Placed]) -> Judgement:
+    def _judged(self, coming: Sequence[Placed], names_smallest: bool) -> Judgement:
         """Put bricks to the proof, those that were disturbed and hardly moved where they had been, if that holds."""
         settled = self._awake.rest_poses.put_back(coming)
-        verdict = self.assembly.add_all(settled)
+        verdict = self.assembly.add_all(settled, names_smallest=names_smallest)
         back = [placed for placed, was in zip(settled, coming, strict=True) if placed is not was]
         if back and verdict.stability is not Stability.STABLE:
-            self.assembly.remove([placed.brick.id for placed in coming])
-            back, verdict = [], self.assembly.add_all(coming)
-        judgement = release_until_stable(self.assembly, verdict)
+            self.assembly.remove([placed.brick.id for placed in coming], names_smallest=names_smallest)
+            back, verdict = [], self.assembly.add_all(coming, names_smallest=names_smallest)
+        judgement = release_until_stable(self.assembly, verdict, names_smallest=names_smallest)
         for placed in back:
             self.engine.freeze(placed.brick.id)
             self.engine.put_at(placed.brick.id, placed.pose)

@@ -38,8 +38,19 @@ class Answer:
     verdict: Verdict | None = None
 
 
-def judge(structure: Structure, brick: BodyId, partners: "Partners") -> Answer:
-    """Prove that a brick stands, or that something falls, or say why neither can be proven."""
+@dataclass(frozen=True, slots=True)
+class _Falling:
+    """A group that cannot balance, and a motion that proves it, of more bricks than need be."""
+
+    problem: Problem
+    motion: Motion
+
+
+def judge(structure: Structure, brick: BodyId, partners: "Partners", names_smallest: bool) -> Answer:
+    """Prove that a brick stands, or that something falls, or say why neither can be proven.
+
+    With `names_smallest` the friction cones name as few bricks as are found to fall without the rest, which is dear.
+    """
     fallen = _tips(structure, brick)
     if fallen is not None:
         return fallen
@@ -49,8 +60,10 @@ def judge(structure: Structure, brick: BodyId, partners: "Partners") -> Answer:
         if isinstance(passed, Answer):
             return passed
         if passed is None or not passed.hinders:
-            return _programs(structure, brick, group, partners)
+            break
         group, levels = partners.of(_grown(structure, group, passed.hinders, levels)), levels * SPREAD
+    answer = _programs(structure, brick, group, partners)
+    return answer if isinstance(answer, Answer) else _falls(structure, answer, names_smallest)
 
 
 def _grown(structure: Structure, group: set[BodyId], downwards: Collection[BodyId], levels: int) -> set[BodyId]:
@@ -63,7 +76,7 @@ def _grown(structure: Structure, group: set[BodyId], downwards: Collection[BodyI
     return larger
 
 
-def _programs(structure: Structure, brick: BodyId, group: set[BodyId], partners: "Partners") -> Answer:
+def _programs(structure: Structure, brick: BodyId, group: set[BodyId], partners: "Partners") -> Answer | _Falling:
     """The stages that need a solver, on groups that spread from a brick up to all that is connected with it."""
     whole = partners.of(structure.component(brick))
     asked = partners.of({brick} | structure.below([brick]))
@@ -203,14 +216,14 @@ def _vertical_forces(forces: Sequence[ConeForces], landings: Sequence[tuple[Cont
     ]
 
 
-def _cones(structure: Structure, group: Sequence[BodyId], last: bool) -> Answer | None:
+def _cones(structure: Structure, group: Sequence[BodyId], last: bool) -> Answer | _Falling | None:
     """The exact problem of a group: proven to stand on cores, or to fall though all the rest is held fixed."""
     members = frozenset(group)
     contacts = structure.contacts_of(group)
     fixed = structure.problem(group, contacts)  # all the rest held fixed: more than there is to stand on
     optimistic = balance(fixed, structure.tolerances)
     if optimistic.motion is not None:
-        return _falls(structure, fixed, optimistic.motion)
+        return _Falling(fixed, optimistic.motion)
     inner = [c for c in contacts if _is_within(c, members, structure)]
     outer = [c for c in contacts if not _is_within(c, members, structure) and carries_upright(c)]
     landings = list(_landings(structure, members, outer))
@@ -233,11 +246,11 @@ def _is_within(contact: Contact, members: Collection[BodyId], structure: Structu
     return all(body in members or body not in structure.bricks for body in (contact.lower, contact.upper))
 
 
-def _falls(structure: Structure, problem: Problem, motion: Motion) -> Answer:
-    least = motion
-    if structure.smallest:
-        whole = _fall_on_top(structure, motion.velocity.keys())
-        least = whole.motion if whole is not None else smallest_mechanism(problem, motion, structure.tolerances)
+def _falls(structure: Structure, falling: _Falling, names_smallest: bool) -> Answer:
+    problem, least = falling.problem, falling.motion
+    if names_smallest:
+        whole = _fall_on_top(structure, least.velocity.keys())
+        least = whole.motion if whole is not None else smallest_mechanism(problem, least, structure.tolerances)
     reason = _reason(structure, problem, least)
     return Answer(verdict=Verdict(Stability.UNSTABLE, Stage.CONES, reason, tuple(sorted(least.velocity)), least))
 

@@ -28,7 +28,6 @@ class Structure:
     carried: dict[BodyId, list[BodyId]] = field(default_factory=dict)  # bricks that one can press straight up
     cores: dict[BodyId, LoadCore] = field(default_factory=dict)
     weights: dict[BodyId, VerticalLoad] = field(default_factory=dict)  # the weight of each brick
-    smallest: bool = True  # whether as few bricks as are found to fall without the rest are named, which is dear
     _turn: dict[BodyId, int] = field(default_factory=dict)  # in which order their cores were found
     _solids: dict[BodyId, Solid] = field(default_factory=dict)
     _neighbours: Neighbours = field(init=False)
