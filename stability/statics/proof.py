@@ -108,7 +108,7 @@ def check_motion(problem: Problem, motion: Motion, tolerances: Tolerances) -> Mo
     return MotionCheck(holds, gain, violation)
 
 
-def least_opening(problem: Problem, motion: Motion) -> float:
+def least_separating_speed(problem: Problem, motion: Motion) -> float:
     """How fast a motion opens the contact that it opens least, relative to the speed there; negative if it closes it.
 
     Where this is positive, all forces of contacts gain by the motion: none but no forces at all balance each other.
@@ -193,9 +193,9 @@ def _shortfall(cones: _Cones, velocity: Array) -> tuple[Array, Array]:
     slip = above[:, :3] + _cross(above[:, 3:], upper_arms) - below[:, :3] - _cross(below[:, 3:], lower_arms)
     speed = _size(above[:, :3]) + _size(above[:, 3:]) * _size(upper_arms)
     speed += _size(below[:, :3]) + _size(below[:, 3:]) * _size(lower_arms)
-    opening = np.einsum("ij,ij->i", cones.normals, slip)
-    sliding = _size(slip - opening[:, None] * cones.normals)
-    return cones.friction * sliding - opening, speed
+    separating = np.einsum("ij,ij->i", cones.normals, slip)
+    sliding = _size(slip - separating[:, None] * cones.normals)
+    return cones.friction * sliding - separating, speed
 
 
 def _weight_on(problem: Problem, moving: Collection[BodyId]) -> float:

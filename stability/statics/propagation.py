@@ -21,6 +21,10 @@ from stability.statics.load_core import ON_THE_BORDER, LoadCore, piece, plan
 
 MOST_TURNS = 30  # of the search for the corners that press; four or five do, and what takes longer is left to others
 ROUNDING = 1e-12  # of a balance, relative; well below the residual that proofs allow
+# Share of the products that a determinant is the sum of, some tens of their rounding errors: corners whose determinant
+# is smaller lie on a line, as far as floating point can tell.
+SINGULAR = 1e-14
+TINIEST = 1e-300  # close to the smallest normal float, 2e-308: stands for products that have all come out as zero
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,7 +168,7 @@ def _plane(points: Sequence[Point2]) -> tuple[float, float, float] | None:
     # Cramer's rule on the normal equations [[n, sx, sy], [sx, sxx, sxy], [sy, sxy, syy]] (u, v, w) = (1, 0, 0).
     cu, cv, cw = sxx * syy - sxy * sxy, sxy * sy - sx * syy, sx * sxy - sxx * sy
     determinant = n * cu + sx * cv + sy * cw
-    if abs(determinant) <= 1e-14 * n * max(sxx * syy, sx * sx * syy, sy * sy * sxx, 1e-300):
+    if abs(determinant) <= SINGULAR * n * max(sxx * syy, sx * sx * syy, sy * sy * sxx, TINIEST):
         return None
     return cu / determinant, cv / determinant, cw / determinant
 

@@ -94,9 +94,9 @@ def _opens(contact: Contact, on_axis: Vec3, angular_velocity: Vec3, moving: Coll
         velocity = scale(sign, cross(angular_velocity, subtract(point, on_axis)))
         speed_squared = dot(velocity, velocity)
         for normal in contact.normals_W:
-            opening = dot(normal, velocity)
-            slip = sqrt(max(0.0, speed_squared - opening * opening))
-            if opening < contact.friction * slip - SLIP * _reach(point, on_axis):
+            separating = dot(normal, velocity)
+            slip = sqrt(max(0.0, speed_squared - separating * separating))
+            if separating < contact.friction * slip - SLIP * _reach(point, on_axis):
                 return False
     return True
 

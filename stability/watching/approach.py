@@ -138,8 +138,8 @@ def _hit(flying: _Box, other: _Near, within: float) -> Hit | None:
 
 def _apart(flying: _Box, other: _Box, ahead: float) -> Separation:
     """The separation of two bricks when the one has flown and turned on for a while [s]."""
-    pose, turning = flying.state.pose, scale(0.5 * ahead, flying.state.angular_velocity_W)
-    turn = multiply((*turning, 1.0), pose.orientation)
+    pose, half_turn = flying.state.pose, scale(0.5 * ahead, flying.state.angular_velocity_W)
+    turn = multiply((*half_turn, 1.0), pose.orientation)
     size = sqrt(sum(part * part for part in turn))
     x, y, z, w = (part / size for part in turn)
     then = Pose(add_scaled(pose.position_W, ahead, flying.state.velocity_W), (x, y, z, w))
@@ -148,9 +148,9 @@ def _apart(flying: _Box, other: _Box, ahead: float) -> Separation:
 
 def _fastest(state: BodyState, size: Vec3) -> float:
     """A bound on the speed of all points of a brick [m/s]."""
-    return hypot(*state.velocity_W) + _turning_speed(state, size)
+    return hypot(*state.velocity_W) + _rotational_speed(state, size)
 
 
-def _turning_speed(state: BodyState, size: Vec3) -> float:
+def _rotational_speed(state: BodyState, size: Vec3) -> float:
     """A bound on how fast points of a brick move about its centre [m/s]."""
     return 0.5 * hypot(*size) * hypot(*state.angular_velocity_W)
