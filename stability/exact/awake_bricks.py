@@ -1,4 +1,4 @@
-"""The bricks that an engine moves: which of them have come to rest, and when it is worth while to judge them."""
+"""The bricks that an engine moves: which of them have come to rest, and when it is worth judging them."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
@@ -60,7 +60,7 @@ class AwakeBricks(BrickObserver):
         self.names = set(bricks).difference(frozen)
 
     def no_longer_new(self) -> set[BodyId]:
-        """What was set down has been looked at; returns what that was."""
+        """Say that a pass has looked at the announced bricks; returns their names."""
         announced, self.announced = self.announced, set()
         return announced
 
@@ -73,17 +73,17 @@ class AwakeBricks(BrickObserver):
         self._refusals.changed()
 
     def wait(self) -> None:
-        """What is at rest hangs on what moves: there is nothing to ask for a moment."""
+        """Ask nothing for a moment, because the bricks at rest touch bricks that still move."""
         self._refusals.wait(self.engine.time())
 
     def follow(self) -> Mapping[BodyId, BodyState]:
-        """See how they move: each one by one, those that ride through the first of their group."""
+        """Read the states of the awake bricks; a rigid group is represented by its first brick."""
         states = self.engine.states(self.rigid_groups.followed(self.names))
         self._stillness.follow(self.engine.time(), states)
         return states
 
     def at_rest(self, states: Mapping[BodyId, BodyState]) -> dict[BodyId, Placed]:
-        """The boxes among what is followed that are at rest; none if nothing is new since they were refused."""
+        """The boxes that are at rest; none if nothing has changed since they were refused."""
         now = self.engine.time()
         if not self.announced and not self._refusals.may_ask(now):
             return {}
@@ -95,7 +95,7 @@ class AwakeBricks(BrickObserver):
         return resting if news else {}
 
     def _resting(self, now: float, states: Mapping[BodyId, BodyState]) -> dict[BodyId, Placed]:
-        """The boxes that have been slow for long enough. What rides rests when all that was woken with it does."""
+        """The boxes that have been slow for long enough. A rigid group rests only when all that a hit woke does."""
         slow = {brick for brick in states if self._stillness.may_be_judged(brick, now)}
         woken = [brick for brick in states if brick in self.rest_poses]
         if not slow.issuperset(woken):

@@ -33,20 +33,22 @@ class ProvenStability:
     """Watches the bricks of one engine. Call `update` after each of its steps."""
 
     engine: Engine
-    # The fixed bodies; None for the half-spaces and boxes among those of the engine.
+    # The fixed bodies; None to take the half-spaces and boxes that the engine holds fixed.
     planes: Sequence[Plane] | None = None
     # Coulomb coefficient of brick on brick, and on the engine's half-spaces. If bodies differ, give the least: what
     # stands with less friction stands with more.
     friction: float = 0.5
     gravity: float = EARTH  # [m/s2]
     rest: RestLimits = field(default_factory=RestLimits)
-    # Look at every frozen brick each time, and judge again what somebody else has changed. Without it, cheaper.
+    # Whether every update also looks for frozen bricks that somebody else has moved, and judges them again. It is dear.
     guard: bool = True
     # What lets bricks ride along as one rigid body; None if the engine cannot, and all bricks move one by one.
     joiner: Joining | None = None
     assembly: Assembly = field(init=False)
     _awake: AwakeBricks = field(init=False)
-    _when_changed: Verdict | None = field(default=None, init=False)  # when bricks were last set down or taken out
+    _when_changed: Verdict | None = field(
+        default=None, init=False
+    )  # of the last time that bricks were set down or taken out
     _held: HeldBodies = field(init=False)
     _rigid_groups: RigidGroups = field(init=False)
     _disturbances: Disturbances = field(init=False)
@@ -84,7 +86,7 @@ class ProvenStability:
         frozen = [brick for brick in gone if self.is_frozen(brick)]
         self._observers.gone(gone)
         judgement = release_until_stable(self.assembly, self.assembly.remove(frozen))
-        if frozen or not self._awake.names:  # else nothing was asked that was not proven before
+        if frozen or not self._awake.names:  # otherwise no verdict has changed
             self._when_changed = judgement.first
         woken = self._give_back(judgement.released)
         return Update((), woken, judgement.lowest, judgement.first.reason if woken else "")
@@ -99,14 +101,16 @@ class ProvenStability:
         announced = self._awake.no_longer_new()
         if not coming:
             return lost
-        judgement = self._judged(coming, names_smallest=bool(announced))  # of a heap nobody asks what falls alone
+        judgement = self._judged(
+            coming, names_smallest=bool(announced)
+        )  # of a heap that has fallen nobody wants to know
         if announced:
             self._when_changed = judgement.first
         found = self._carry_out(judgement, [placed.brick.id for placed in coming], announced)
         return lost.then(found)
 
     def _judged(self, coming: Sequence[Placed], names_smallest: bool) -> Judgement:
-        """Put bricks to the proof, those that were disturbed and hardly moved where they had been, if that holds."""
+        """Put bricks to the proof: first with those that hardly moved back at their rest poses, then as they are."""
         settled = self._awake.rest_poses.put_back(coming)
         verdict = self.assembly.add_all(settled, names_smallest=names_smallest)
         back = [placed for placed, was in zip(settled, coming, strict=True) if placed is not was]
@@ -158,12 +162,12 @@ class ProvenStability:
 
     def _notice_new(self) -> None:
         bricks = self.engine.masses()
-        # Whoever shares the world with nobody may count: all else has been announced.
+        # Without a guard nobody else adds bricks, so that counting them is enough.
         if self.guard or len(bricks) != len(self._awake.names) + len(self.assembly.bricks):
             self._awake.notice(bricks.keys(), self.assembly.bricks.keys())
 
     def _clear(self, resting: Mapping[BodyId, Placed]) -> list[Placed]:
-        """Those of the resting bricks that touch nothing of which statics is silent."""
+        """The resting bricks that touch nothing that statics does not know."""
         if not resting:
             return []
         if self.planes is not None and len(resting) == len(self._awake.names):
@@ -196,7 +200,7 @@ class ProvenStability:
         )
 
     def _answer_disturbances(self, states: Mapping[BodyId, BodyState]) -> Update:
-        """Wake what is about to be hit, or is pressed away; take apart what rides and is hit, or has moved too far."""
+        """Wake bricks that are about to be hit or pressed away; part rigid groups that are hit or moved too far."""
         if not states or not (self.assembly.bricks or self._rigid_groups.bricks):
             return Update()
         for first in self._rigid_groups.moved_too_far(states):
@@ -211,7 +215,7 @@ class ProvenStability:
         return found
 
     def _wake_struck(self, disturbed: Disturbed) -> Update:
-        """Wake what a disturbance reaches, as a region in which some ride along."""
+        """Wake the region that a disturbance reaches; some of its bricks may move on as rigid groups."""
         for brick in disturbed.struck:
             if brick in self._rigid_groups:
                 self._rigid_groups.release(brick)
@@ -240,7 +244,7 @@ class ProvenStability:
         return woken
 
     def _wake(self, bricks: Collection[BodyId], riding: Container[BodyId] = ()) -> None:
-        """Let the engine move bricks; those that ride are given their mass as a group already."""
+        """Let the engine move bricks. Those that ride have their mass already, as a rigid group."""
         for brick in bricks:
             if brick not in riding:
                 self.engine.wake(brick)

@@ -14,9 +14,9 @@ class Judgement:
     """What came of a verdict: which bricks an assembly had to release, and what was proven of the rest."""
 
     first: Verdict
-    last: Verdict  # STABLE, of what stays
-    released: Mapping[BodyId, Pose]  # what does not, and where it is
-    lowest: tuple[BodyId, ...]  # of the bricks that the first verdict names the one furthest down, if there are any
+    last: Verdict  # STABLE, of the bricks that stay
+    released: Mapping[BodyId, Pose]  # the bricks that do not stay, and where they are
+    lowest: tuple[BodyId, ...]  # the lowest brick that the first verdict names; empty if it names none
 
 
 def release_until_stable(assembly: Assembly, verdict: Verdict, *, names_smallest: bool = True) -> Judgement:

@@ -1,4 +1,4 @@
-"""Bricks that were woken and hardly moved go back to where they were: engines let every brick creep a little."""
+"""Puts bricks that were woken and hardly moved back where they were, because engines let every brick creep a little."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -41,7 +41,7 @@ class RestPoses(BrickObserver):
         return brick in self._poses
 
     def put_back(self, coming: Sequence[Placed]) -> list[Placed]:
-        """The bricks that come to rest, each that hardly moved at its rest pose."""
+        """The bricks that come to rest; each that hardly moved is at its rest pose."""
         moves = {placed.brick.id: self._moved(placed) for placed in coming if placed.brick.id in self._poses}
         limit = HIT_NOTHING if all(move <= HIT_NOTHING for move in moves.values()) else CREPT
         return [

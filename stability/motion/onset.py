@@ -1,7 +1,7 @@
 """With which motion does everything that is connected with what falls begin to move?
 
-The cascade proves that something falls by the smallest part that it finds. What is to be given back to an engine is all
-that begins to move, and what is to be seen of it is how.
+The cascade proves a fall by the smallest part that it finds. An engine, however, must be given back every brick that
+begins to move, and a reader wants to know how they move.
 
 At rest, of all motions that no contact resists, bricks begin to move with the one nearest to free fall, distances
 weighed by mass and moments of inertia (Gauss: least constraint). Up to its size that is the motion of least energy
@@ -36,7 +36,7 @@ AXES: tuple[Vec3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 def as_it_begins(assembly: Assembly, verdict: Verdict) -> Verdict:
-    """The verdict, naming all bricks that begin to move, and how; as it was if nothing falls or none was proven."""
+    """The verdict with all bricks that begin to move, and how; unchanged if nothing falls or no motion is proven."""
     if verdict.stability is not Stability.UNSTABLE or verdict.motion is None:
         return verdict
     problem = assembly.problem(_around(assembly, verdict.moving))
@@ -49,7 +49,7 @@ def as_it_begins(assembly: Assembly, verdict: Verdict) -> Verdict:
 
 
 def _around(assembly: Assembly, bricks: tuple[BodyId, ...]) -> set[BodyId]:
-    """These bricks, and those that are connected with them: the nearest, where there are too many."""
+    """These bricks and all that are connected with them, or only the nearest where there are too many."""
     group = set(bricks)
     while len(group) < MOST:
         larger = group | {other for brick in group for other in _neighbours(assembly, brick)}
@@ -90,7 +90,7 @@ def onset(
 
 
 def _root_of_inertia(bricks: Sequence[Placed], system: WrenchMatrix) -> Sparse:
-    """What turns columns into vectors whose squared length is twice the kinetic energy, up to a factor."""
+    """The matrix that takes columns to vectors whose squared length is twice the kinetic energy, up to a factor."""
     from scipy.sparse import block_diag, diags  # noqa: PLC0415 -- slow to import, seldom needed
 
     blocks = []
@@ -104,7 +104,7 @@ def _root_of_inertia(bricks: Sequence[Placed], system: WrenchMatrix) -> Sparse:
 
 
 def _least_energy(system: WrenchMatrix, root: Sparse, gain: float) -> ConicProgram:
-    """The least energy of motions by which the loads gain `gain`."""
+    """The program for the motion of least kinetic energy by which the loads gain `gain`."""
     from scipy.sparse import bmat, csc_matrix  # noqa: PLC0415 -- slow to import, seldom needed
 
     size, columns = root.shape

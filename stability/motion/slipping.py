@@ -26,7 +26,7 @@ PAIR = 2  # bricks that lean on each other
 
 
 class Flat(NamedTuple):
-    """A vector in the upright plane across the wall [m]."""
+    """A vector in the vertical plane across the wall [m]."""
 
     x: float  # towards the wall
     z: float  # up
@@ -53,11 +53,11 @@ class Leaning:
     gravity: float  # [m/s2]
 
     def centre(self, turn: float) -> Flat:
-        """From where ground and wall meet to the centre of mass."""
+        """The vector from where ground and wall meet to the centre of mass."""
         return Flat(-turned_down(self.top, turn).x, -turned_down(self.foot, turn).z)
 
     def centre_goes(self, turn: float) -> Flat:
-        """The way of the centre for a radian."""
+        """The derivative of the centre by the angle [m/rad]."""
         return Flat(-turned_down(self.top, turn).z, turned_down(self.foot, turn).x)
 
     def pressed(self, turn: float, rate: float) -> Pressed:
@@ -137,12 +137,12 @@ class Slip:
         return BodyState(pose, velocity_W, scale(self.rate, axis_W))
 
     def _moved(self, turn: float) -> float:
-        """How far no point of a brick can have got [m]."""
+        """An upper bound on how far any point of a brick has moved [m]."""
         before, now = self.leaning.centre(0.0), self.leaning.centre(turn)
         return hypot(now.x - before.x, now.z - before.z) + turn * max(hypot(*corner) for corner in self.corners)
 
     def _on_edges(self, turn: float) -> bool:
-        """Whether it still stands and leans on the edges that it began with."""
+        """Whether the brick still stands and leans on the edges on which it began to slip."""
         corners = [turned_down(corner, turn) for corner in self.corners]
         foot, top = turned_down(self.leaning.foot, turn), turned_down(self.leaning.top, turn)
         slack = ALIKE * hypot(*self.corners[0])

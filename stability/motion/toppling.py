@@ -1,4 +1,4 @@
-"""A part that topples as one body, followed for as long as it is proven to hold together and to hit nothing."""
+"""Toppling: a part turns about an axis as one body, for as long as it is proven to hold together and to hit nothing."""
 
 from collections.abc import Collection
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""The shell: after each step of the engine, read it, judge, and write back who is frozen and who is woken.
+"""The published method on a running engine: after each step it judges the bricks, freezes some and wakes others.
 
 Source: the stack-stability thesis, section 3.3.1: collect contacts, test the bricks that may be at rest one by one,
 add the stable ones, update what is above each brick, test the whole stack, wake what fails and all above it.
@@ -35,7 +35,8 @@ class StackStability:
     engine: Engine
     rest: RestLimits = field(default_factory=RestLimits)
     contact: ContactLimits = field(default_factory=ContactLimits)
-    # Look at every frozen brick and its supports each time, and wake what somebody else has moved. Without it, cheaper.
+    # Whether every update also looks for frozen bricks and supports that somebody else has moved, and wakes what they
+    # carry. It costs time.
     guard: bool = True
     # Coulomb coefficient of brick on brick, and on fixed bodies that are not among the planes; for leaning bricks only.
     friction: float = 0.5
@@ -92,7 +93,7 @@ class StackStability:
         return None
 
     def least_margin(self) -> float | None:
-        """The smallest tipping margin in the stack [m]; None if nothing rests. What leans has none."""
+        """The smallest tipping margin in the stack [m]; None if nothing rests. A leaning brick has no such margin."""
         resting = ((name, brick) for name, brick in self.stack.items() if name not in self.leaning)
         return min((tipping_margin(brick, self.loads[name]) for name, brick in resting), default=None)
 
@@ -133,7 +134,7 @@ class StackStability:
         return Update((), self.wake([brick]) if impact.disturbs else (), reason=f"{brick} pushed: {impact}")
 
     def _wake_hit(self) -> tuple[tuple[BodyId, ...], str]:
-        """Wake what is about to be hit hard enough, and what rests on it; and say why."""
+        """Wake bricks that are about to be hit hard enough, and what rests on them; returns these and the reason."""
         masses = self.engine.masses()
         blows = {}
         for hit in self._hits.coming(self.awake(), self.stack):
@@ -151,7 +152,7 @@ class StackStability:
         return self._wake([brick for brick in bricks if brick in self.stack]) + self._wake_failing()[1]
 
     def _wake_failing(self) -> tuple[tuple[BodyId, ...], tuple[BodyId, ...]]:
-        """The stack test, until all that is left passes: who failed, and who was woken for it."""
+        """Repeat the stack test until all that is left passes; returns the bricks that failed, and those woken."""
         all_failed: tuple[BodyId, ...] = ()
         all_woken: tuple[BodyId, ...] = ()
         while True:
@@ -215,7 +216,7 @@ class StackStability:
         return found
 
     def _leaning(self, tested: StackedBrick, side: float, states: Mapping[BodyId, BodyState]) -> LeaningBrick | None:
-        """What a brick leans on, if that holds it, one of both is in the stack, and neither hits it."""
+        """What a brick leans on, if that holds it, neither body moves, and one of the two is no awake brick."""
         areas = touching_areas(self.engine, tested.id, self._friction)
         slow = [area for area in areas if area.on not in states or self.rest.slow(states[area.on])]
         if all(area.on in states for area in slow):

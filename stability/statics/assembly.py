@@ -1,4 +1,4 @@
-"""Bricks that stand about, and what is proven of them: the statics API.
+"""Bricks in their places, and what is proven of them: the statics API.
 
     >>> assembly = Assembly()
     >>> plank = Brick("a", (0.12, 0.024, 0.008), 0.0115)
@@ -26,11 +26,11 @@ from stability.statics.prover import Prover
 from stability.statics.structure import Structure
 
 LEVEL_GROUND = Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), friction=0.5)
-LOST_DIGITS = 1e-15  # of a coordinate: a few times what one rounding takes
+LOST_DIGITS = 1e-15  # share of a coordinate, a few times the error of one rounding
 
 
 class Assembly:
-    """Bricks and planes, and the proof of each brick."""
+    """Bricks, what they stand on, and the proof of each brick."""
 
     def __init__(
         self,
@@ -40,7 +40,7 @@ class Assembly:
         tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
         tables: Iterable[Placed] = (),
     ) -> None:
-        """Nothing stands yet but fixed planes, and `tables`: boxes that never move.
+        """Begin with the fixed bodies alone: planes, and `tables`, which are boxes that never move.
 
         `friction` is the Coulomb coefficient of brick on brick and on tables; `gravity` is along -z [m/s2].
         """
@@ -132,7 +132,7 @@ class Assembly:
     # --- answers ------------------------------------------------------------------------------------------------------
 
     def verdict(self) -> Verdict:
-        """The last verdict: that of all there is."""
+        """The last verdict, which is that of the whole assembly."""
         return self._verdict
 
     def stage(self, brick: BodyId) -> Stage | None:
@@ -146,7 +146,7 @@ class Assembly:
         return tuple(self._structure.touching[brick].values())
 
     def all_contacts(self) -> Sequence[Contact]:
-        """Every contact, each once."""
+        """All contacts, each once."""
         return self._structure.contacts_of(self._structure.bricks)
 
     def with_all_above(self, bricks: Collection[BodyId]) -> set[BodyId]:
@@ -175,7 +175,7 @@ class Assembly:
         return tuple(rests_on(self._structure, self._prover.ledger, brick))
 
     def problem(self, bricks: Collection[BodyId] | None = None) -> Problem:
-        """The equilibrium of some bricks, all others held fixed, or of all."""
+        """The equilibrium of some bricks with all others held fixed, or that of all bricks."""
         group = list(self._structure.bricks) if bricks is None else sorted(bricks)
         return self._structure.problem(group, self._structure.contacts_of(group))
 
@@ -199,7 +199,7 @@ class Assembly:
         return self.all_shares(self._structure.with_all_above([brick]))[brick]
 
     def all_shares(self, bricks: Collection[BodyId] | None = None) -> Mapping[BodyId, Mapping[BodyId, float]]:
-        """The same of all bricks, or of some as if nothing else were there."""
+        """The shares of all bricks, or of some as if nothing else were there."""
         return brick_graph(self._structure, self._prover.ledger, self._structure.bricks if bricks is None else bricks)
 
 

@@ -24,9 +24,9 @@ from stability.statics.structure import Structure
 from stability.statics.tipping import Fall, tipping
 
 SPREAD = 4  # times more levels, or bricks, each time that a group grows
-SEARCHED = 300  # bricks: of a body that tips and is not larger, the smallest part that tips by itself is looked for
-CUT = 60  # bricks: of what falls and is not larger, the part that falls as one body from somewhere on is looked for
-TOLD = 20  # bricks that move of which it is looked whether they are deep in another body
+SEARCHED = 300  # bricks: in a tipping body up to this size the smallest part that tips by itself is looked for
+CUT = 60  # bricks: in a falling group up to this size the smallest upper part that falls as one body is looked for
+TOLD = 20  # moving bricks that are tested for lying deep in another body, for the reason of a verdict
 SMALL = 60  # bricks: a program of so many is still cheap
 
 
@@ -67,7 +67,7 @@ def judge(structure: Structure, brick: BodyId, partners: "Partners", names_small
 
 
 def _grown(structure: Structure, group: set[BodyId], downwards: Collection[BodyId], levels: int) -> set[BodyId]:
-    """A group, and so many levels of bricks from some below it on."""
+    """A group with some bricks below it, and so many levels of bricks below these."""
     larger = group.union(downwards)
     front = set(downwards)
     for _ in range(levels - 1):
@@ -122,7 +122,7 @@ def _tips(structure: Structure, brick: BodyId) -> Answer | None:
 
 
 def _reason(structure: Structure, problem: Problem, motion: Motion) -> str:
-    """What moves and how; and if one that nothing carries is too deep in another body to touch it, that."""
+    """What moves and how, and whether a brick that nothing carries lies too deep in another body to touch it."""
     loose = [name for name in sorted(motion.velocity)[:TOLD] if not structure.supports[name]]
     overlaps = [told for name in loose if (told := told_overlap(structure, name))]
     return "; ".join([described(problem, motion), *overlaps[:1]])
@@ -140,7 +140,7 @@ def _fall_of(structure: Structure, brick: BodyId) -> Fall | None:
 
 
 def _fall_on_top(structure: Structure, bricks: Collection[BodyId]) -> Fall | None:
-    """Of bricks that fall, the fewest that do as one body: all, or those above one, with it or without."""
+    """The smallest upper part of falling bricks that falls as one body: all, or those above one, with it or without."""
     if len(bricks) > CUT:
         return None
     above = {frozenset(bricks)} | {frozenset(structure.with_all_above([name])) for name in bricks}
@@ -195,7 +195,7 @@ def _upright(structure: Structure, group: Sequence[BodyId]) -> Answer | None:
 def _landings(
     structure: Structure, members: Collection[BodyId], contacts: Sequence[Contact]
 ) -> Iterator[tuple[Contact, Contact]]:
-    """Contacts as frictionless upright ones: inside the group whole, on a brick outside only over its core."""
+    """Contacts without friction and upright: inside the group as they are, on a brick outside only over its core."""
     for contact in contacts:
         if contact.upper not in members:
             continue

@@ -1,4 +1,4 @@
-"""Bodies that are too deep in each other to touch: no verdict can hold there, and its reason should say so."""
+"""Says which bodies are too deep in each other to count as touching, for the reason of a verdict."""
 
 from stability.geometry.separation import box_above_plane, boxes_apart
 from stability.model import BodyId

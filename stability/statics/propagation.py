@@ -19,7 +19,7 @@ from stability.model import BodyId
 from stability.statics.facts import Contact
 from stability.statics.load_core import ON_THE_BORDER, LoadCore, piece, plan
 
-MOST_TURNS = 30  # of the search for the corners that press; four or five do, and what takes longer is left to others
+MOST_TURNS = 30  # of the search for the corners that press; four or five are usual, and later stages take the rest
 ROUNDING = 1e-12  # of a balance, relative; well below the residual that proofs allow
 # Share of the products that a determinant is the sum of, some tens of their rounding errors: corners whose determinant
 # is smaller lie on a line, as far as floating point can tell.
@@ -174,14 +174,14 @@ def _plane(points: Sequence[Point2]) -> tuple[float, float, float] | None:
 
 
 def _balances(forces: Sequence[float], points: Sequence[Point2]) -> bool:
-    """Close to the border of the hull the equations lose digits, and what comes out must be looked at."""
+    """Whether forces balance a unit load: close to the border of the hull the equations lose digits."""
     moment_x = sum(force * x for force, (x, _) in zip(forces, points, strict=True))
     moment_y = sum(force * y for force, (_, y) in zip(forces, points, strict=True))
     return abs(sum(forces) - 1.0) < ROUNDING and max(abs(moment_x), abs(moment_y)) < ROUNDING
 
 
 def _on_a_line(load: Point2, corners: Sequence[Point2]) -> list[float] | None:
-    """The same where all corners lie on a line, or are one: by least squares, if that pushes only."""
+    """Forces of least norm where all corners lie on a line, or are one: by least squares, if none of them pulls."""
     if not corners:
         return None
     matrix = np.array([[1.0] * len(corners), [x - load[0] for x, _ in corners], [y - load[1] for _, y in corners]])

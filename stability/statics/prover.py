@@ -78,7 +78,7 @@ class Prover:
         return next((stage for stage in DEAREST_FIRST if stage in stages), None)
 
     def _ask_core(self, name: BodyId) -> None:
-        """Ask the first stage."""
+        """Ask whether the weight of a brick lies in its load core."""
         if self.structure.cores[name].carries(self.structure.weights[name].at):
             self.ledger.prove_by_core(name)
             self._unproven.discard(name)
@@ -86,7 +86,7 @@ class Prover:
             self._unproven.add(name)
 
     def _asked(self, name: BodyId, names_smallest: bool) -> Verdict | None:
-        """What the cascade says of a brick if it cannot prove it; remembered until something near it changes."""
+        """The verdict of the cascade on a brick that it cannot prove; it is remembered until something near changes."""
         answer = judge(self.structure, name, self._partners, names_smallest)
         if answer.group is not None:
             self.ledger.enter(answer.group)
@@ -97,7 +97,7 @@ class Prover:
         return answer.verdict
 
     def _doubt_anew(self, names: Iterable[BodyId]) -> None:
-        """What was found of everything connected with these bricks has to be found anew."""
+        """Forget what was found of all bricks that are connected with these."""
         if self._in_doubt:
             for name in names:
                 for other in self.structure.component(name):

@@ -16,7 +16,7 @@ from stability.model import BodyId, Vec3
 from stability.statics.facts import ZERO, Contact, Motion, Placed
 from stability.statics.load_core import carries_upright
 
-OVERHANG = 1e-11  # share of the support's extent: less is rounding
+OVERHANG = 1e-11  # share of the support's extent: a smaller overhang is rounding
 SLIP = 1e-10  # of the speed at a contact: what rounding leaves of a point on the axis
 
 

@@ -1,4 +1,4 @@
-"""Which bricks at rest are about to be hit, told before the engine lets it happen.
+"""Sees which bricks at rest are about to be hit, before the engine lets it happen.
 
 A frozen brick has no mass for the engine, and takes all momentum out of what hits it. So what may give way has to be
 woken before the hit, while the surfaces are still apart. Only the gap between boxes and the speed of its closing are
@@ -17,13 +17,15 @@ from stability.model import BodyId, BodyState, Box, Pose, Vec3
 from stability.watching.life_cycle import BrickObserver
 
 # Shares of the smallest side of the flying brick.
-IN_TOUCH = 0.03  # closer, two bricks press on each other: what engines leave between bricks at rest, and a little more
-CLOSE = 0.125  # a millimetre for a plank: so much closer than its speed brings it, a brick counts as about to hit
-AHEAD = 1.0  # how far around a brick is looked
+# Bricks that are closer press on each other: engines leave nearly so much between bricks at rest.
+IN_TOUCH = 0.03
+# A millimetre for a plank. A hit is told when the gap is no more than this beyond what the speed closes in time.
+CLOSE = 0.125
+AHEAD = 1.0  # how far around a brick others are looked for
 GLANCE = 0.05  # of the time ahead, over which the speed of closing is taken
-LONGEST_STEP = 1.0 / 240.0  # [s] of an engine whose first step is not over
-STEPS = 2.0  # how many steps ahead, as speed may grow
-MOST_GAPS = 8  # that a flight is followed through; two boxes seldom have more than three
+LONGEST_STEP = 1.0 / 240.0  # [s]; assumed until two looks have shown how long a step of the engine is
+STEPS = 2.0  # how many steps ahead hits are told, since speeds may grow
+MOST_GAPS = 8  # gaps through which a flight is followed; two boxes seldom have more than three
 ROUNDING = 1e-9  # [m]
 
 
@@ -75,7 +77,7 @@ class Approaches(BrickObserver):
         for brick, state in moving.items():
             if now < self._look_at.get(brick, now):
                 continue
-            # What is in touch presses, and does not hit; unless it has only just come, and came fast.
+            # A brick in touch presses and does not hit, unless it is seen for the first time and came fast.
             apart = IN_TOUCH if brick in self._known else -inf
             self._known.add(brick)
             fastest = _fastest(state, size) if (size := self._size(brick)) else 0.0
@@ -83,7 +85,7 @@ class Approaches(BrickObserver):
                 around = max(AHEAD * min(size), _close(size, fastest, ahead))
                 near = [n for n in self._near(brick, state, still, around) if n.apart.gap > apart * min(size)]
                 free = min((other.apart.gap for other in near), default=AHEAD * min(size))
-                # Half the way, for whatever makes it faster meanwhile.
+                # It is looked at again half-way, for it may become faster meanwhile.
                 rest = 0.5 * max(0.0, free - _close(size, fastest, ahead)) / fastest
                 self._look_at[brick] = now + min(self.horizon, rest)
                 found += [hit for other in near if (hit := _hit(_Box(brick, size, state), other, ahead))]

@@ -1,4 +1,4 @@
-"""Frozen bricks and what they rest on, as they were left: tells what somebody else has moved, pushed or taken since."""
+"""Remembers frozen bricks and their supports as they were left, to see what somebody else has done to them since."""
 
 from collections.abc import Callable, Collection, Container, Iterable
 from dataclasses import dataclass, field
@@ -17,7 +17,7 @@ def _nothing(_brick: BodyId) -> Collection[BodyId]:
 
 @dataclass
 class HeldBodies(BrickObserver):
-    """Looks after the bodies of one engine that nobody is expected to touch."""
+    """The bodies of one engine that nobody is expected to move, push or take away."""
 
     engine: Engine
     supports: Callable[[BodyId], Iterable[BodyId]] = _nothing  # what is looked after as well while a brick is frozen
@@ -59,7 +59,7 @@ class HeldBodies(BrickObserver):
         return gone + self.released(brick for brick in frozen if brick not in gone)
 
     def disturbed(self, frozen: Container[BodyId]) -> dict[BodyId, BodyState]:
-        """What has been moved or pushed since it was last looked at, as it is now: bricks that are frozen, supports."""
+        """The frozen bricks and supports that were moved or pushed since the last look, as they are now."""
         if not self._held:
             return {}
         fixed = self.engine.fixed()

@@ -1,4 +1,4 @@
-"""Bricks at rest that could not be proven: when it is worth while to ask again. A verdict follows from poses alone."""
+"""When to ask again about bricks at rest that were not proven: as long as no pose changes, no verdict does."""
 
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
@@ -10,7 +10,7 @@ from stability.watching.life_cycle import BrickObserver
 # Share of its smallest side that a brick must move by to be news: a quarter of the gap that still counts as contact,
 # so that a contact which the engine is closing is not missed.
 MOVED = 0.005
-MOMENT = 0.1  # of the hold-off
+MOMENT = 0.1  # share of the hold-off for which nothing is asked while bricks at rest touch moving ones
 RETRY = 10.0  # times the hold-off after which everything is news again
 
 
@@ -18,7 +18,7 @@ RETRY = 10.0  # times the hold-off after which everything is news again
 class _Refusal:
     pose: Pose
     time: float  # [s]
-    changes: int  # of what is frozen, until then
+    changes: int  # how often what is frozen had changed by then
 
 
 @dataclass
@@ -27,7 +27,7 @@ class Refusals(BrickObserver):
 
     hold_off: float  # [s] between one attempt that refused a brick and the next
     _changes: int = field(default=0, init=False)  # how often what is frozen has changed
-    _not_before: float = field(default=0.0, init=False)  # [s]
+    _not_before: float = field(default=0.0, init=False)  # [s] time of the next attempt
     _of: dict[BodyId, _Refusal] = field(default_factory=dict, init=False)
 
     def may_ask(self, now: float) -> bool:
@@ -42,13 +42,13 @@ class Refusals(BrickObserver):
         return dist(refused.pose.position_W, pose.position_W) > MOVED * smallest_side
 
     def refuse(self, poses: Iterable[tuple[BodyId, Pose]], now: float) -> None:
-        """These were not proven, where they are."""
+        """Remember where bricks are that were not proven."""
         for brick, pose in poses:
             self._of[brick] = _Refusal(pose, now, self._changes)
             self._not_before = now + self.hold_off
 
     def wait(self, now: float) -> None:
-        """What is at rest hangs on what moves: there is nothing to ask for a moment."""
+        """Ask nothing for a moment, because the bricks at rest touch bricks that still move."""
         self._not_before = max(self._not_before, now + MOMENT * self.hold_off)
 
     def changed(self) -> None:

@@ -1,4 +1,4 @@
-"""When a brick counts as at rest, so that it may be judged: limits, one pure transition, and who follows the bricks.
+"""When a brick counts as at rest, so that it may be judged.
 
 Frozen means held fixed in the engine because the model says that the brick stands; it still collides.
 """
@@ -35,11 +35,11 @@ class RestLimits:
     speed: float = 0.005  # [m/s] of the centre of mass; a solver's noise on a plank at rest is a tenth of it
     angular_speed: float = 0.1  # [rad/s]; the end of a plank then moves at about `speed`
     dwell: float = 0.002  # [s] a brick is slow before it is tested
-    hold_off: float = 0.1  # [s] the same for a woken brick, and as `still` as a tower is not that tips by a hair
-    still: float = 0.2  # share of the limits for a woken brick
+    hold_off: float = 0.1  # [s] a woken brick is still before it is tested
+    still: float = 0.2  # share of the limits for a woken brick: a tower that tips by a hair is faster
 
     def slow(self, state: BodyState, share: float = 1.0) -> bool:
-        """Whether the brick may be at rest; within a share of the limits."""
+        """Whether a brick in this state is slower than a share of the limits."""
         speed, rate = hypot(*state.velocity_W), hypot(*state.angular_velocity_W)
         return speed < share * self.speed and rate < share * self.angular_speed
 
@@ -98,7 +98,7 @@ class Stillness(BrickObserver):
         return self._slow_since.get(brick, inf) <= long_ago and self._activity.get(brick) is not Activity.UNSTABLE
 
     def set_down(self, bricks: Collection[BodyId]) -> None:
-        """What is set down at rest counts as slow since ever."""
+        """A brick that is set down at rest counts as having always been slow."""
         self._slow_since |= dict.fromkeys(bricks, -inf)
 
     def frozen(self, bricks: Collection[BodyId]) -> None:

@@ -12,12 +12,13 @@ from stability.watching.life_cycle import BrickObserver, Observers
 from stability.watching.rest import RestLimits
 
 NO_LINE: Vec3 = (0.0, 0.0, 0.0)  # the direction of what is pressed, not hit
-# Shares of the hold-off, a tenth of a second for planks, and of the speed at rest.
+# Shares of the hold-off, which is a tenth of a second for planks.
 HORIZON = 0.05
-AHEAD = 0.1  # contacts of what is woken start without force, and have found it by then
+AHEAD = 0.1  # a hit is told so early: contacts of woken bricks start without force, and need a while to find it
 PERIOD = 0.02
-PRESSES = 0.1  # before, forces that have just begun say little
-HITS = 4.0  # a plank that is hit at 20 mm/s and slides on wood moves by 0.05 mm
+PRESSES = 0.1  # a load must last so long: forces that have just begun say little
+# Times the speed at rest. A plank that is hit at 20 mm/s and slides on wood moves by 0.05 mm.
+HITS = 4.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +53,7 @@ class Disturbances(BrickObserver):
         self._observers = Observers((self._approaches, self._overloads))
 
     def least_speed(self) -> float:
-        """A brick that is hit more slowly, or pushed to less, stays where it is [m/s]."""
+        """The speed [m/s] below which a hit or a push leaves a brick where it is."""
         return HITS * self.rest.speed
 
     def hits(self, states: Mapping[BodyId, BodyState], still: Container[BodyId]) -> list[Hit]:
@@ -82,6 +83,6 @@ class Disturbances(BrickObserver):
 
 
 def in_words(hits: Iterable[Hit]) -> str:
-    """Who hits what, and how fast."""
+    """Which brick hits which, and how fast."""
     told = sorted({(hit.brick, hit.by): hit.speed for hit in hits}.items())
     return ", ".join(f"{brick} hit by {by} at {speed:.3g} m/s" for (brick, by), speed in told)

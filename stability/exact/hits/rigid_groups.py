@@ -1,4 +1,4 @@
-"""Bricks that ride along: joined into one rigid body as long as it hardly moves, and looked at through one of them."""
+"""Bricks that ride along: they are joined into one rigid body while it hardly moves, and one of them is watched."""
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -11,8 +11,8 @@ from stability.model import BodyId, BodyState, Pose
 from stability.watching.life_cycle import BrickObserver
 
 MOVED = 0.25  # share of the smallest side, 2 mm for a plank: further than that, a group is taken apart
-FEWEST = 3  # bricks for which a rigid body is worth its making
-TURNED = 0.0175  # [rad], 1 deg
+FEWEST = 3  # bricks: making a rigid body of fewer is not worth it
+TURNED = 0.0175  # [rad], 1 deg: a group that has turned further is taken apart
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +25,7 @@ class Group:
 
     @property
     def first(self) -> BodyId:
-        """The brick through which it is looked at."""
+        """The brick that is watched for the whole group."""
         return next(iter(self.starts))
 
 
@@ -42,7 +42,7 @@ class RigidGroups(BrickObserver):
 
     @property
     def bricks(self) -> frozenset[BodyId]:
-        """All that ride."""
+        """All bricks that ride."""
         return frozenset(self._first)
 
     def join(self, starts: Mapping[BodyId, Pose], touching: Mapping[BodyId, Collection[BodyId]], side: float) -> None:
@@ -90,7 +90,7 @@ class RigidGroups(BrickObserver):
         return sorted(brick for brick in awake if self._first.get(brick, brick) == brick)
 
     def members(self, first: BodyId) -> tuple[BodyId, ...]:
-        """The bricks that one that is followed stands for."""
+        """The bricks of the group that a watched brick stands for, or the brick alone."""
         return tuple(self._groups[first].starts) if first in self._groups else (first,)
 
     def moved_too_far(self, states: Mapping[BodyId, BodyState]) -> list[BodyId]:

@@ -18,7 +18,7 @@ ACCURACY = 1e-11  # asked of the solver
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Prestress:
-    """The solver's answer; what it proves is for plain arithmetic to say."""
+    """The solver's answer, which proves nothing before plain arithmetic has checked it."""
 
     least: float  # in shares of what upper bricks may carry; never below -1
     rows: Array  # (rows,) forces, within their cones if `least` is not positive

@@ -10,7 +10,7 @@ from stability.statics.facts import ZERO, Contact, Motion, Problem
 
 STUCK = 1e-2  # of the speed of a group: a point that moves less against another body is what the group turns about
 TURNING = 1e-3  # of the speed of a group: what its spin may add to that without being called a turn
-MOST_NAMES = 6  # that are written out
+MOST_NAMES = 6  # names that are written out; more are counted
 
 
 @dataclass(frozen=True, slots=True)

@@ -101,7 +101,7 @@ def _nothing(contact: Contact) -> ConeForces:
 
 
 def _press(forces: ConeForces) -> float:
-    """The sum of what a contact's forces come to in size [N]."""
+    """The sum of the absolute components of a contact's forces [N]."""
     return sum(abs(x) + abs(y) + abs(z) for of_point in forces for x, y, z in of_point)
 
 
