@@ -78,7 +78,7 @@ class AwakeBricks(BrickObserver):
 
     def follow(self) -> Mapping[BodyId, BodyState]:
         """Read the states of the awake bricks; a rigid group is represented by its first brick."""
-        states = self.engine.states(self.rigid_groups.followed(self.names))
+        states = self.engine.states(self.rigid_groups.watched(self.names))
         self._stillness.follow(self.engine.time(), states)
         return states
 

@@ -33,7 +33,9 @@ class DirectHits(BrickObserver):
     rest: RestLimits
     _approaches: Approaches = field(init=False)
     _stacked: set[BodyId] = field(default_factory=set, init=False)  # all that are, or once were, part of the stack
-    _told: set[tuple[BodyId, BodyId]] = field(default_factory=set, init=False)  # who was about to hit whom, last time
+    _reported: set[tuple[BodyId, BodyId]] = field(
+        default_factory=set, init=False
+    )  # who was about to hit whom, last time
 
     def __post_init__(self) -> None:
         self._approaches = Approaches(self.engine, horizon=self.rest.dwell, least=self.rest.speed)
@@ -52,7 +54,7 @@ class DirectHits(BrickObserver):
         """The hits on bricks of the stack that the next step will bring, and that were not told of yet."""
         states = self.engine.states([brick for brick in awake if brick not in self._stacked])
         hits = self._approaches.hits(states, stack)
-        told, self._told = self._told, {(hit.by, hit.brick) for hit in hits}
+        told, self._reported = self._reported, {(hit.by, hit.brick) for hit in hits}
         return [
             DirectHit(hit.by, hit.brick, states[hit.by].velocity_W) for hit in hits if (hit.by, hit.brick) not in told
         ]

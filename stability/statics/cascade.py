@@ -14,7 +14,7 @@ from stability.model import BodyId, Vec3
 from stability.statics.facts import UP, ConeForces, Contact, Motion, Problem, Stability, Stage, Verdict
 from stability.statics.ledger import Group
 from stability.statics.load_core import carries_upright, piece, plan
-from stability.statics.overlaps import told_overlap
+from stability.statics.overlaps import overlap_in_words
 from stability.statics.proof import check_motion
 from stability.statics.propagation import Failure, VerticalForce, VerticalLoad, propagate
 from stability.statics.solvers.equilibrium import Balance, balance
@@ -124,7 +124,7 @@ def _tips(structure: Structure, brick: BodyId) -> Answer | None:
 def _reason(structure: Structure, problem: Problem, motion: Motion) -> str:
     """What moves and how, and whether a brick that nothing carries lies too deep in another body to touch it."""
     loose = [name for name in sorted(motion.velocity)[:TOLD] if not structure.supports[name]]
-    overlaps = [told for name in loose if (told := told_overlap(structure, name))]
+    overlaps = [told for name in loose if (told := overlap_in_words(structure, name))]
     return "; ".join([described(problem, motion), *overlaps[:1]])
 
 

@@ -20,7 +20,7 @@ class Update:
     riding: tuple[BodyId, ...] = ()  # those of `woken` that move as rigid bodies on others
 
     def then(self, other: "Update") -> "Update":
-        """This update and a later one of the same pass as one; what is frozen, and its proof, are those of the later."""
+        """This update and a later one of the same pass as one; what is frozen, and its proof, are from the later."""
         return Update(
             other.frozen,
             self.woken + tuple(brick for brick in other.woken if brick not in self.woken),

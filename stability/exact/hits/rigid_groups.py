@@ -31,7 +31,7 @@ class Group:
 
 @dataclass
 class RigidGroups(BrickObserver):
-    """The joined bricks of one engine, in groups, each followed by its first brick."""
+    """The joined bricks of one engine, in groups, each watched through its first brick."""
 
     joiner: Joining | None  # None if nothing ever rides
     _groups: dict[BodyId, Group] = field(default_factory=dict, init=False)  # by the first of its members
@@ -85,8 +85,8 @@ class RigidGroups(BrickObserver):
             del self._first[member]
         return tuple(group.starts)
 
-    def followed(self, awake: Iterable[BodyId]) -> list[BodyId]:
-        """The bricks to look at: those that move one by one, and the first of each group."""
+    def watched(self, awake: Iterable[BodyId]) -> list[BodyId]:
+        """The bricks to watch: those that move one by one, and the first of each group."""
         return sorted(brick for brick in awake if self._first.get(brick, brick) == brick)
 
     def members(self, first: BodyId) -> tuple[BodyId, ...]:
