@@ -1,4 +1,4 @@
-"""Which bricks that an engine moves may be put to the proof: boxes that touch nothing that statics does not know."""
+"""Which bricks that an engine moves may be put to the proof: boxes that touch nothing of which statics is silent."""
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
@@ -8,14 +8,13 @@ from stability.geometry.separation import boxes_apart, in_world
 from stability.model import BodyId, BodyState, Box, Brick, HalfSpace, Plane
 from stability.statics.facts import Placed, Tolerances
 
-NO_MASS = 0.0  # [kg] of a fixed body: its weight is never asked for
+NO_MASS = 0.0  # of what is fixed; nobody weighs it
 TOUCHING = Tolerances().gap  # share of the smallest side
-# z of the normal from one body towards another: below this, the one lies on top of the other.
-ON_TOP = -0.5
+ON_TOP = -0.5  # z of the normal from one body towards another that it lies on
 
 
 def boxes(engine: Engine, states: Mapping[BodyId, BodyState]) -> Iterator[tuple[BodyId, Placed]]:
-    """The bricks that are boxes, each in its place."""
+    """Those of the bricks that are boxes, where they are."""
     masses = engine.masses()
     for brick, state in states.items():
         shape = engine.shape(brick)
@@ -26,7 +25,7 @@ def boxes(engine: Engine, states: Mapping[BodyId, BodyState]) -> Iterator[tuple[
 def clear_of_strangers(
     engine: Engine, resting: Mapping[BodyId, Placed], known: Collection[BodyId], states: Mapping[BodyId, BodyState]
 ) -> list[Placed]:
-    """The resting bricks that touch only each other and known bodies: no robot, and nothing that still moves."""
+    """Those of the resting bricks that touch only each other and what is known: no robots, and nothing that moves."""
     strange = {brick: [other for other in engine.near(brick) if other not in known] for brick in resting}
     kept = dict(resting)
     while True:
@@ -42,7 +41,7 @@ def _hangs_on(engine: Engine, placed: Placed, other: BodyId, states: Mapping[Bod
     shape = engine.shape(other) if other in states else None
     if isinstance(shape, Box):
         apart = boxes_apart(size, placed.pose, shape.size, states[other].pose)
-        # A brick that still moves on top of this one is no support: it is judged when it has come to rest itself.
+        # What still moves on top of a brick is a load to come: it is judged when it has come to rest.
         return apart.gap <= gap and apart.normal_BA_W[2] > ON_TOP
     contacts = engine.contacts(placed.brick.id)
     return any(other in (point.a, point.b) and point.gap <= gap for point in contacts)

@@ -88,7 +88,7 @@ def part_in_motion(part: FallingPart, angle: float, speed: float) -> dict[BodyId
 
 
 def holds_together(part: FallingPart, angle: float) -> bool:
-    """Whether it is proven that a part is one body at an angle [rad], and that what it turns on stands."""
+    """Whether it is proven to be one body at an angle [rad], and what it turns on to stand."""
     return balance(_at_angle(part, angle)).forces is not None
 
 
@@ -208,7 +208,7 @@ def _contact(part: FallingPart, contact: Contact, angle: float) -> Contact | Non
 
 
 def _on_axis(turn: Turn, moving: Placed, points_W: Collection[Vec3]) -> tuple[Vec3, ...]:
-    """The points that lie on the axis, moved exactly onto it: beside it by rounding alone, no forces would balance."""
+    """Those of the points that lie on the axis: exactly, for beside it by what a solver leaves no forces balance."""
     near = ON_AXIS * min(moving.brick.size)
     return tuple(foot for point in points_W if norm(subtract(foot := _foot(turn, point), point)) <= near)
 

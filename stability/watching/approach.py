@@ -77,7 +77,7 @@ class Approaches(BrickObserver):
         for brick, state in moving.items():
             if now < self._look_at.get(brick, now):
                 continue
-            # A brick in touch presses and does not hit, unless it is seen for the first time and came fast.
+            # What is in touch presses, and does not hit; unless it has only just come, and came fast.
             apart = IN_TOUCH if brick in self._known else -inf
             self._known.add(brick)
             fastest = _fastest(state, size) if (size := self._size(brick)) else 0.0
@@ -85,7 +85,7 @@ class Approaches(BrickObserver):
                 around = max(AHEAD * min(size), _close(size, fastest, ahead))
                 near = [n for n in self._near(brick, state, still, around) if n.apart.gap > apart * min(size)]
                 free = min((other.apart.gap for other in near), default=AHEAD * min(size))
-                # It is looked at again half-way, for it may become faster meanwhile.
+                # Half the way, for whatever makes it faster meanwhile.
                 rest = 0.5 * max(0.0, free - _close(size, fastest, ahead)) / fastest
                 self._look_at[brick] = now + min(self.horizon, rest)
                 found += [hit for other in near if (hit := _hit(_Box(brick, size, state), other, ahead))]
@@ -150,9 +150,9 @@ def _apart(flying: _Box, other: _Box, ahead: float) -> Separation:
 
 def _fastest(state: BodyState, size: Vec3) -> float:
     """A bound on the speed of all points of a brick [m/s]."""
-    return hypot(*state.velocity_W) + _rotational_speed(state, size)
+    return hypot(*state.velocity_W) + _turning_speed(state, size)
 
 
-def _rotational_speed(state: BodyState, size: Vec3) -> float:
+def _turning_speed(state: BodyState, size: Vec3) -> float:
     """A bound on how fast points of a brick move about its centre [m/s]."""
     return 0.5 * hypot(*size) * hypot(*state.angular_velocity_W)

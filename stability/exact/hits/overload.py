@@ -150,7 +150,7 @@ def _within_core(
 def _hardly_tips(
     assembly: Assembly, placed: Placed, forces: Collection[tuple[ContactPoint, Vec3]], counts: float
 ) -> bool:
-    """Whether sideways forces without a downward load tip the brick by less than a force that does not count."""
+    """Whether what pushes sideways, and not down, would tip the brick by no more than a force that does not count."""
     return hypot(*_tipping(assembly, placed, forces)) <= counts * min(placed.brick.size)
 
 
