@@ -46,9 +46,7 @@ class ProvenStability:
     joiner: Joining | None = None
     assembly: Assembly = field(init=False)
     _awake: AwakeBricks = field(init=False)
-    _when_changed: Verdict | None = field(
-        default=None, init=False
-    )  # of the last time that bricks were set down or taken out
+    _when_changed: Verdict | None = field(default=None, init=False)  # as bricks were last set down or taken out
     _held: HeldBodies = field(init=False)
     _rigid_groups: RigidGroups = field(init=False)
     _disturbances: Disturbances = field(init=False)
@@ -101,9 +99,8 @@ class ProvenStability:
         announced = self._awake.no_longer_new()
         if not coming:
             return lost
-        judgement = self._judged(
-            coming, names_smallest=bool(announced)
-        )  # of a heap that has fallen nobody wants to know
+        # Of a heap that has fallen nobody wants to know which bricks would fall alone.
+        judgement = self._judged(coming, names_smallest=bool(announced))
         if announced:
             self._when_changed = judgement.first
         found = self._carry_out(judgement, [placed.brick.id for placed in coming], announced)
