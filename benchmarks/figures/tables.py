@@ -65,6 +65,15 @@ TABLES: Mapping[str, Table] = {
         ),
         ("5", "10", "20", "50", "100"),
     ),
+    "bench-systems": Table(
+        "speed-against-error",
+        "systems",
+        (
+            Column("system, at its own time step", "`{row}`"),
+            Column("wrong verdicts", "{wrong} of {known}"),
+            Column("time, in times of `exact`", "{times_exact:sig2}"),
+        ),
+    ),
     "points": Table("speed-against-error", "points", _POINT_COLUMNS),
     "slips": Table(
         "slips",
