@@ -3,11 +3,14 @@
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 
 from tests.paths import ROOT
 
 BLOCK = re.compile(r"(?:<!-- (?P<mark>(?:(?!-->).)*?)\s*-->\n)?```(?P<language>\w+)\n(?P<text>.*?)```", re.DOTALL)
+HAS_PYBULLET = find_spec("pybullet") is not None
+NO_PYBULLET = "it shows what PyBullet does, which has no wheel for this Python"
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 

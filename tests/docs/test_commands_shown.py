@@ -5,13 +5,14 @@ from pathlib import Path
 import pytest
 
 from tests.command_line import Stackdsl, write
-from tests.docs.pages import PAGES, Block, blocks
+from tests.docs.pages import HAS_PYBULLET, NO_PYBULLET, PAGES, Block, blocks
 from tests.docs.shown_output import differences
 from tests.paths import ROOT
 
 WITH_OUTPUT = [page for page in PAGES if any(block.marked("output of") for block in blocks(page))]
 
 
+@pytest.mark.skipif(not HAS_PYBULLET, reason=NO_PYBULLET)
 @pytest.mark.parametrize("page", WITH_OUTPUT, ids=lambda page: str(page.relative_to(ROOT)))
 def test_a_page_shows_what_its_commands_print(page: Path, stackdsl: Stackdsl, tmp_path: Path) -> None:
     for block in blocks(page):
