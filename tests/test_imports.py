@@ -26,7 +26,7 @@ LAYERS = {
         {"published", "exact"},
     ),
     "stackdsl": (
-        {"diagnostics"},
+        {"diagnostics", "entry_points"},
         {"reading"},
         {"language"},
         {"timeline"},

@@ -179,7 +179,7 @@ def benched(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Be
 
     def bench_of(*builds: str, resume: bool = False, share: float = 1.0) -> Bench:
         entrants: Mapping[str, Entrant] = {**ENTRANTS, "ruler": Judge(Ruler(share))}
-        monkeypatch.setattr(conduct, "ENTRANTS", entrants)
+        monkeypatch.setattr("stackdsl.bench.entrants.ENTRANTS", entrants)
         monkeypatch.setattr(conduct, "run_supervised", on_the_spot(entrants))
         cases = [case_of(build) for build in builds]
         named = [
