@@ -1,6 +1,7 @@
 """Systems of other packages are found by their entry points, and played like all others; broken ones are told."""
 
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -77,6 +78,16 @@ def test_a_bench_has_it_in_its_list_with_the_version_of_its_package(beside: Play
     assert told.code == 0, told.text
     assert "2 of 2 runs done" in told.out
     assert '"example-engine": "1.0"' in (tmp_path / "out" / "bench.json").read_text(encoding="utf-8")
+
+
+def test_the_page_about_own_engines_shows_the_example_as_it_is() -> None:
+    page = (ROOT / "docs" / "own-engine.md").read_text(encoding="utf-8")
+    (code,), (entry,) = (re.findall(rf"```{kind}\n(.*?)```", page, re.DOTALL) for kind in ("python", "toml"))
+    assert entry in (EXAMPLE / "pyproject.toml").read_text(encoding="utf-8")
+    subprocess.run([sys.executable, "-c", f"{code}\nassert EXAMPLE.engine.summary()"], cwd=ROOT, check=True)
+    written = (EXAMPLE / "example_engine.py").read_text(encoding="utf-8").splitlines()
+    shown = [line for line in code.splitlines() if line.strip() and not line.startswith(("from ", "import "))]
+    assert [line for line in shown if line not in written] == []
 
 
 @pytest.mark.usefixtures("example")
