@@ -10,7 +10,7 @@ from types import MappingProxyType
 
 from stability.engines.protocol import TOUCHING, World
 from stability.engines.settings import EngineSettings
-from stability.model import AT_REST, BodyId, BodyState, Box, Brick, ContactPoint, HalfSpace, Plane, Pose, Shape, Vec3
+from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, HalfSpace, Plane, Pose, Shape, Vec3
 
 
 @dataclass
@@ -96,7 +96,7 @@ class RestingWorld:
         return self._fixed
 
     def shape(self, body: BodyId) -> Shape:
-        return HalfSpace(self._planes[body].normal_W) if body in self._planes else Box(self._bricks[body][0].size)
+        return HalfSpace(self._planes[body].normal_W) if body in self._planes else self._bricks[body][0].shape
 
     def near(self, brick: BodyId, within: float = TOUCHING) -> Sequence[BodyId]:
         return self._engine().near(brick, within)

@@ -10,7 +10,7 @@ from stability.engines.protocol import TOUCHING
 from stability.engines.settings import EngineSettings
 from stability.geometry.bounding_boxes import BoundingBoxes
 from stability.geometry.vectors import cross, dot
-from stability.model import BodyId, Box, Brick, HalfSpace, Plane, Quaternion, Shape, Vec3
+from stability.model import BodyId, Brick, HalfSpace, Plane, Quaternion, Shape, Vec3
 
 OPPOSITE = -1.0 + 1e-12  # cosine below which any turn by 180 deg is the shortest
 
@@ -62,7 +62,7 @@ class KeptBodies(ABC):
         return self._fixed
 
     def shape(self, body: BodyId) -> Shape:
-        return HalfSpace(self._planes[body].normal_W) if body in self._planes else Box(self._bricks[body].size)
+        return HalfSpace(self._planes[body].normal_W) if body in self._planes else self._bricks[body].shape
 
     def near(self, brick: BodyId, within: float = TOUCHING) -> Sequence[BodyId]:
         boxes = self._boxes()

@@ -229,7 +229,7 @@ class ProvenStability:
         poses = {**{brick: was.pose for brick, was in placed.items()}, **judgement.released}
         self._awake.rest_poses.left(poses)
         for group in reached.riding:
-            side = min(min(placed[brick].brick.size) for brick in group)
+            side = min(placed[brick].brick.shape.least_thickness for brick in group)
             self._rigid_groups.join({brick: poses[brick] for brick in group}, touched, side)
         self._awake.ask_again()
         self._let_go(poses.keys() - riding)

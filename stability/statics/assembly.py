@@ -1,7 +1,7 @@
 """Bricks that stand about, and what is proven of them: the statics API.
 
     >>> assembly = Assembly()
-    >>> plank = Brick("a", (0.12, 0.024, 0.008), 0.0115)
+    >>> plank = Brick("a", Box((0.12, 0.024, 0.008)), 0.0115)
     >>> assembly.add(plank, Pose((0.0, 0.0, 0.004))).stability
     <Stability.STABLE: 'stable'>
 
@@ -280,7 +280,7 @@ class Assembly:
         """The tolerances, with what is lost of a residual because coordinates far from the origin are rounded."""
         tolerances = self._structure.tolerances
         furthest = max((abs(part) for p in problem.bricks.values() for part in p.pose.position_W), default=0.0)
-        smallest = min((max(p.brick.size) for p in problem.bricks.values()), default=1.0)
+        smallest = min((p.brick.shape.length for p in problem.bricks.values()), default=1.0)
         return replace(tolerances, residual=tolerances.residual + LOST_DIGITS * furthest / smallest)
 
     def shares(self, brick: BodyId) -> Mapping[BodyId, float]:

@@ -1,7 +1,7 @@
 """What a system needs to play a timeline: a world of its own, and the extension that watches it."""
 
 from dataclasses import replace
-from math import floor, hypot, log2, sqrt
+from math import floor, log2, sqrt
 from statistics import median_low
 
 from stability.engines.lazy_world import RestingWorld
@@ -39,8 +39,8 @@ def settings_for(timeline: Timeline, system: System) -> EngineSettings:
     if usual.lively_speed is None or usual.most_travel is None:  # as it comes, or as published
         return usual
     bricks = [placement.brick for placement in timeline.placements]
-    smallest = min(min(brick.size) for brick in bricks) / USUAL_SIZE
-    diagonals = [hypot(*brick.size) / USUAL_DIAGONAL for brick in bricks]
+    smallest = min(brick.shape.least_thickness for brick in bricks) / USUAL_SIZE
+    diagonals = [2.0 * brick.shape.bounding_radius / USUAL_DIAGONAL for brick in bricks]
     largest = _largest_side(timeline)
     slower = largest / _times(largest, timeline)
     # What is compared with this allows for a fall until the next look, which is no motion yet.
@@ -56,7 +56,7 @@ def settings_for(timeline: Timeline, system: System) -> EngineSettings:
 
 def _largest_side(timeline: Timeline) -> float:
     """The largest smallest side of a brick, in that of the usual one."""
-    return max(min(placement.brick.size) for placement in timeline.placements) / USUAL_SIZE
+    return max(placement.brick.shape.least_thickness for placement in timeline.placements) / USUAL_SIZE
 
 
 def _times(lengths: float, timeline: Timeline) -> float:

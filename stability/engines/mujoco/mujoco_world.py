@@ -84,8 +84,7 @@ class MuJoCoWorld(KeptBodies):
         del self._bodies[brick]
 
     def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:
-        size, mass = self._bricks[brick].size, self._bricks[brick].mass
-        self.set_state(brick, pushed(self._state(brick), size, mass, impulse_W, at_W))
+        self.set_state(brick, pushed(self._state(brick), self._bricks[brick], impulse_W, at_W))
 
     def set_state(self, brick: BodyId, state: BodyState) -> None:
         if brick in self._groups:

@@ -12,8 +12,9 @@ from stability.engines.pybullet.pybullet_binding import pybullet
 from stability.engines.settings import EngineSettings
 from stability.engines.stepping import Awake, Stepping, stepping
 from stability.geometry.vectors import add, scale
-from stability.mechanics.impulse import moments, pushed
-from stability.model import AT_REST, BodyId, BodyState, Box, Brick, Pose, Quaternion, Shape, Vec3
+from stability.mechanics.impulse import pushed
+from stability.model import AT_REST, BodyId, BodyState, Brick, Pose, Quaternion, Shape, Vec3
+from stability.shapes.box import Box, as_box
 
 # Of soft contacts, of the root of stiffness times mass: 2 damps one alone critically. With 4 a V lands from 10 cm and
 # stays; with 2 it slips with 5 % more friction than it needs.
@@ -173,7 +174,7 @@ class PlainWorld(PlanesWorld):
 
     def shape(self, body: BodyId) -> Shape:
         if body in self._bricks:
-            return Box(self._bricks[body].size)
+            return self._bricks[body].shape
         side = 2.0 * self._reach
         return Box((side, side, side))
 
@@ -199,7 +200,7 @@ class PlainWorld(PlanesWorld):
 
     def _brick_body(self, brick: Brick, position: Vec3, orientation: Quaternion, rounded: bool) -> int:
         """The number of a new body of a brick, at a place in engine metres, with sharp or rounded edges."""
-        half = scale(0.5 * self.scale, brick.size)
+        half = scale(0.5 * self.scale, as_box(brick.shape, "PyBullet").size)
         radius = self.scale * self._edge_radius(brick)
         shape = self._solids.rounded_box(half, radius) if radius and rounded else self._solids.box(half)
         body = self._body(brick.mass, shape, position, orientation)
@@ -207,8 +208,8 @@ class PlainWorld(PlanesWorld):
         if radius:
             pybullet.changeDynamics(body, -1, collisionMargin=radius, physicsClientId=self.client)
             if rounded:
-                self._round(body, brick.mass, min(brick.size))
-            self._weigh(body, brick.mass, moments(brick.size, brick.mass))
+                self._round(body, brick.mass, brick.shape.least_thickness)
+            self._weigh(body, brick.mass, brick.shape.moments(brick.mass))
         return body
 
     def _round(self, body: int, mass: float, thickness: float) -> None:
@@ -232,14 +233,14 @@ class PlainWorld(PlanesWorld):
 
     def _edge_radius(self, brick: Brick) -> float:
         """How much the edges of a brick are rounded [m]."""
-        return self.settings.edge_rounding * min(brick.size)
+        return self.settings.edge_rounding * brick.shape.least_thickness
 
     def wake(self, brick: BodyId) -> None:
         super().wake(brick)
         self._comes_free(brick)
         if self.settings.edge_rounding:
-            size, mass = self._bricks[brick].size, self._bricks[brick].mass
-            self._weigh(self._bodies[brick], mass, moments(size, mass))
+            shape, mass = self._bricks[brick].shape, self._bricks[brick].mass
+            self._weigh(self._bodies[brick], mass, shape.moments(mass))
 
     def _weigh(self, body: int, mass: float, inertia: Vec3) -> None:
         """Give a body its moments of inertia [kg m2]: PyBullet takes those of a bounding box with margins.
@@ -256,8 +257,7 @@ class PlainWorld(PlanesWorld):
 
     def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:
         """Give a brick that is not frozen an impulse [N s] at a point [m]."""
-        size, mass = self._bricks[brick].size, self._bricks[brick].mass
-        after = pushed(self.states([brick])[brick], size, mass, impulse_W, at_W)
+        after = pushed(self.states([brick])[brick], self._bricks[brick], impulse_W, at_W)
         self._set_motion(self._bodies[brick], after.velocity_W, after.angular_velocity_W)
         if brick in self._flying:
             self._comes_free(brick)

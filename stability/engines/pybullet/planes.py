@@ -82,7 +82,7 @@ class PlanesWorld(PyBulletBodies):
 
     def _needed(self, brick: Brick, position_W: Vec3) -> float:
         """How far the boxes that stand for planes must reach for a brick to be well within [m]."""
-        return ROOM * (dist(self._middle_W, position_W) + max(brick.size))
+        return ROOM * (dist(self._middle_W, position_W) + brick.shape.length)
 
     def _renew_boxes(self) -> None:
         """PyBullet cannot change the size of a box: put up others."""

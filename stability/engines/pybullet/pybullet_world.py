@@ -12,7 +12,6 @@ from stability.engines.protocol import TOUCHING
 from stability.engines.pybullet.friction_cones import ConeWorld
 from stability.engines.pybullet.planes import ALL
 from stability.engines.pybullet.pybullet_binding import pybullet
-from stability.geometry.boxes import box_corners
 from stability.geometry.vectors import add, scale, subtract
 from stability.mechanics.rigid_group import (
     RigidGroup,
@@ -24,6 +23,8 @@ from stability.mechanics.rigid_group import (
     surfaces,
 )
 from stability.model import BodyId, BodyState, ContactPoint, Pose, Vec3
+from stability.shapes.box import as_box
+from stability.shapes.in_pose import bounds_W
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,7 +70,7 @@ class PyBulletWorld(ConeWorld):
         group = joined.group
         # PyBullet counts a shape as used for ever, so it goes only with the world.
         shape = self._solids.rounded_boxes(
-            (scale(self.scale, group.bricks[brick].size), _scaled(self.scale, place))
+            (scale(self.scale, as_box(group.bricks[brick].shape, "PyBullet").size), _scaled(self.scale, place))
             for brick, place in group.places_G.items()
         )
         body = self._body(group.mass, shape, scale(self.scale, group.pose.position_W), group.pose.orientation)
@@ -180,9 +181,8 @@ class PyBulletWorld(ConeWorld):
 
     def _bounds(self, brick: BodyId, pose: Pose, within: float) -> tuple[Vec3, Vec3]:
         """Lowest and highest coordinates of a brick, and so much more [m]."""
-        corners, around = box_corners(self._bricks[brick].size, pose), (within, within, within)
-        (a, b, c), (d, e, f) = map(min, zip(*corners, strict=True)), map(max, zip(*corners, strict=True))
-        return subtract((a, b, c), around), add((d, e, f), around)
+        (low_W, high_W), around = bounds_W(self._bricks[brick].shape, pose), (within, within, within)
+        return subtract(low_W, around), add(high_W, around)
 
 
 def _scaled(factor: float, pose: Pose) -> Pose:

@@ -14,9 +14,10 @@ from stability.engines.pybullet.plain_world import PlainWorld
 from stability.engines.pybullet.planes import ROUNDED as ROUND
 from stability.engines.pybullet.planes import SHARP
 from stability.engines.pybullet.pybullet_binding import pybullet
-from stability.geometry.separation import Block, block
+from stability.geometry.separation import Block
 from stability.geometry.vectors import dot, norm, scale, subtract
 from stability.model import AT_REST, BodyId, BodyState, Brick, Pose, Vec3
+from stability.shapes.apart import solid_block
 
 LOOK = 0.02  # [s] between looks at how bricks lie to each other
 ALONG = cos(radians(1.0))  # edges run along each other within this; beyond, the normal of sharp ones is right
@@ -85,13 +86,13 @@ class ReshapingWorld(PlainWorld):
             self._swap(name)
 
     def _seen(self, name: BodyId, state: BodyState) -> _Seen:
-        return _Seen(state, block(self._bricks[name].size, state.pose))
+        return _Seen(state, solid_block(self._bricks[name].shape, state.pose))
 
     def _edge_on(self, leaning: dict[BodyId, _Seen]) -> set[BodyId]:
         """Those whose edges are about to meet edges of another brick that run along them."""
         found: set[BodyId] = set()
         for name, one in leaning.items():
-            thin = min(self._bricks[name].size)
+            thin = self._bricks[name].shape.least_thickness
             for other in self.near(name, NEAR * thin + AHEAD * one.fastest):
                 if other not in self._bricks or (other in leaning and other < name):
                     continue  # every pair once

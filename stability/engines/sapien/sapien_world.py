@@ -19,8 +19,9 @@ from stability.engines.sapien.sapien_settings import SapienSettings
 from stability.geometry.bounding_boxes import BoundingBoxes
 from stability.geometry.rotations import body_axes
 from stability.geometry.vectors import dot, scale
-from stability.mechanics.impulse import moments, pushed
+from stability.mechanics.impulse import pushed
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Quaternion, Vec3
+from stability.shapes.box import as_box
 
 Rigid: TypeAlias = sapien.physx.PhysxRigidBaseComponent
 ACROSS = (1.0, 0.0, 0.0)  # the normal of PhysX's planes, in their own axes
@@ -78,11 +79,11 @@ class SapienWorld(KeptBodies):
     def add_brick(self, brick: Brick, pose: Pose, velocity_W: Vec3 = AT_REST) -> None:
         self._keep_brick(brick)
         body = sapien.physx.PhysxRigidDynamicComponent()
-        half = np.array(scale(0.5, brick.size))
+        half = np.array(scale(0.5, as_box(brick.shape, "SAPIEN").size))
         for friction, meets in ((self.friction, WITH_BRICKS), (0.0, WITH_PLANES)):
             self._attach(body, sapien.physx.PhysxCollisionShapeBox(half, _material(friction)), meets)
         body.mass = brick.mass
-        body.inertia = np.array(moments(brick.size, brick.mass))
+        body.inertia = np.array(brick.shape.moments(brick.mass))
         body.cmass_local_pose = sapien.Pose()
         body.linear_damping, body.angular_damping = self.settings.linear_damping, self.settings.angular_damping
         body.max_linear_velocity = body.max_angular_velocity = TOP_SPEED
@@ -113,8 +114,7 @@ class SapienWorld(KeptBodies):
         self.scene.remove_entity(entity)
 
     def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:
-        size, mass = self._bricks[brick].size, self._bricks[brick].mass
-        self.set_state(brick, pushed(self._state(brick), size, mass, impulse_W, at_W))
+        self.set_state(brick, pushed(self._state(brick), self._bricks[brick], impulse_W, at_W))
 
     def set_state(self, brick: BodyId, state: BodyState) -> None:
         body = self._bodies[brick]
@@ -150,7 +150,7 @@ class SapienWorld(KeptBodies):
             self._bricks,
             np.array([pose.position_W for pose in poses]),
             np.array([body_axes(pose.orientation) for pose in poses]).transpose(0, 2, 1),
-            np.array([brick.size for brick in self._bricks.values()]) / 2.0,
+            np.array([as_box(brick.shape, "SAPIEN").size for brick in self._bricks.values()]) / 2.0,
         )
 
     def freeze(self, brick: BodyId) -> None:
