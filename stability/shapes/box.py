@@ -29,7 +29,7 @@ class UnknownShapeError(TypeError):
     """A shape came to where only boxes are known so far."""
 
     def __init__(self, where: str, shape: object) -> None:
-        super().__init__(f"{where} knows boxes only, not {shape!r}")
+        super().__init__(f"{where} knows boxes only, not {type(shape).__name__}")
 
 
 @final

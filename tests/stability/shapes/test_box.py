@@ -45,6 +45,7 @@ def test_a_box_reaches_half_its_sides_along_its_axes_and_half_its_diagonal_along
 
 def test_of_corners_that_are_equally_far_the_one_on_the_positive_side_supports() -> None:
     assert BOX.support((0.0, -1.0, 0.0)) == (1.5, -2.0, 6.0)
+    assert BOX.support((-1.0, 0.0, 0.0)) == (-1.5, 2.0, 6.0)
 
 
 @given(sides, sides, sides)
@@ -79,7 +80,7 @@ def test_a_cube_turns_alike_about_every_axis() -> None:
 
 def test_where_only_boxes_are_known_another_shape_is_refused_by_name() -> None:
     assert as_box(BOX, "the test") is BOX
-    with pytest.raises(UnknownShapeError, match=r"^the test knows boxes only, not Polyhedron\("):
+    with pytest.raises(UnknownShapeError, match=r"^the test knows boxes only, not Polyhedron$"):
         as_box(TETRAHEDRON, "the test")
 
 

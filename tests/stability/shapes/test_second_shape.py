@@ -1,21 +1,21 @@
 """A shape that the library does not know goes through all that asks shapes only what they promise."""
 
-from math import cos, radians, sin, sqrt
+from math import cos, pi, radians, sin, sqrt
 
 import numpy as np
 import pytest
 
 from stability.engines.lazy_world import RestingWorld
 from stability.engines.settings import EngineSettings
-from stability.geometry.rotations import body_axes, rotate
+from stability.geometry.rotations import body_axes, multiply, rotate
 from stability.geometry.vectors import add, cross, dot, scale, subtract
 from stability.mechanics.impulse import pushed
 from stability.mechanics.inertia import inertia_times
 from stability.mechanics.rigid_group import common_motion, grouped, surfaces
-from stability.model import GROUND, BodyState, Brick, ConvexShape, Plane, Pose, Quaternion, Vec3
+from stability.model import GROUND, IDENTITY, BodyState, Brick, ConvexShape, Plane, Pose, Quaternion, Vec3
 from stability.motion.falling_part import FallingPart, falling_part, holds_together, reach
 from stability.motion.slipping import Slip, slip_of
-from stability.shapes.box import UnknownShapeError
+from stability.shapes.box import Box, UnknownShapeError
 from stability.shapes.in_pose import corners_W
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Contact, Motion, Placed, Problem, Wrench
@@ -129,8 +129,38 @@ def test_a_box_that_is_told_by_its_corners_holds_on_to_its_edge_as_a_box_does(co
     assert box is same
 
 
-def ladder(shape: ConvexShape, angle: float, coefficient: float) -> Slip | None:
-    """A solid that leans on a wall at x = 0 and slips, where a plank of the same size would touch."""
+PRISM = [(0.0, 0.0), (-0.02, 0.1), (0.02, 0.1)]
+ON_EDGE = polyhedron((x, y, z) for x, z in PRISM for y in (-0.01, 0.01))
+BEARINGS = [0.4 + quarter * pi / 2.0 for quarter in range(4)]  # so that no edge lies along the axis
+ON_APEX = polyhedron([(0.0, 0.0, 0.0), *((0.02 * cos(bearing), 0.02 * sin(bearing), 0.1) for bearing in BEARINGS)])
+
+
+@pytest.mark.parametrize(("shape", "touching"), [(ON_EDGE, (-0.005, 0.005)), (ON_APEX, (0.0,))], ids=["edge", "apex"])
+@pytest.mark.parametrize("share", [0.98, 1.02])
+def test_what_falls_over_its_own_edge_or_corner_slips_when_the_ground_under_it_no_longer_holds_it(
+    shape: ConvexShape, touching: tuple[float, ...], share: float
+) -> None:
+    #   A pendulum on its head: r from its foot to its centre, at rest at 0.3 from upright, now at 0.6.
+    start, now = 0.3, 0.6
+    r = shape.reach((0.0, 0.0, -1.0))
+    inertia = inertia_times(Brick("", shape, MASS), IDENTITY, (0.0, 1.0, 0.0))[1] + MASS * r * r
+    faster = MASS * GRAVITY * r * sin(now) / inertia
+    square = 2.0 * MASS * GRAVITY * r * (cos(start) - cos(now)) / inertia
+    sideways, up = r * (faster * cos(now) - square * sin(now)), GRAVITY - r * (faster * sin(now) + square * cos(now))
+    leans = Pose((r * sin(start), 0.0, r * cos(start)), (0.0, sin(0.5 * start), 0.0, cos(0.5 * start)))
+    ground = Contact(GROUND, "solid", tuple((0.0, y, 0.0) for y in touching), (UP,), share * abs(sideways) / up)
+    spin = (0.0, 1.0, 0.0)
+    problem = Problem({"solid": Placed(Brick("solid", shape, MASS), leans)}, [ground], {"solid": OWN_WEIGHT})
+    part = falling_part(problem, Motion({"solid": (cross(spin, leans.position_W), spin)}), GRAVITY)
+    assert part is not None
+    assert holds_together(part, now - start) is (share > 1.0)
+
+
+def ladder(shape: ConvexShape, angle: float, coefficient: float, own: Quaternion = IDENTITY) -> Slip | None:
+    """A solid that leans on a wall at x = 0 and slips, where a plank of the same size would touch.
+
+    `own` turns the axes of the plank to those of the solid.
+    """
     along, across = (cos(angle), 0.0, sin(angle)), (-sin(angle), 0.0, cos(angle))
     half = 0.5 * angle
     turn = (0.0, -sin(half), 0.0, cos(half))
@@ -140,7 +170,8 @@ def ladder(shape: ConvexShape, angle: float, coefficient: float) -> Slip | None:
     centre = (-top_in[0], 0.0, -foot_in[2])
     sides: tuple[Vec3, ...] = ((0.0, -0.5 * WIDTH, 0.0), (0.0, 0.5 * WIDTH, 0.0))
     edges = [tuple(add(centre, add(end, side)) for side in sides) for end in (foot_in, top_in)]
-    placed = Placed(Brick("ladder", shape, MASS), Pose(centre, turn))
+    x, y, z, w = own
+    placed = Placed(Brick("ladder", shape, MASS), Pose(centre, multiply(turn, (-x, -y, -z, w))))
     floor = Contact(GROUND, "ladder", edges[0], (UP,), coefficient)
     wall = Contact("wall", "ladder", edges[1], ((-1.0, 0.0, 0.0),), 0.0)
     problem = Problem({"ladder": placed}, [floor, wall], {"ladder": OWN_WEIGHT})
@@ -149,8 +180,9 @@ def ladder(shape: ConvexShape, angle: float, coefficient: float) -> Slip | None:
     return slip_of(problem, motion, GRAVITY, (), planes)
 
 
-def test_a_plank_that_is_told_by_its_corners_slips_down_a_wall_as_a_plank_does() -> None:
-    box, same = ladder(PLANK, radians(60.0), 0.1), ladder(SAME_PLANK, radians(60.0), 0.1)
+def test_a_plank_that_is_told_by_its_corners_in_any_axes_slips_down_a_wall_as_a_plank_does() -> None:
+    same_plank = polyhedron(rotate(AWRY, corner) for corner in PLANK.corners)
+    box, same = ladder(PLANK, radians(60.0), 0.1), ladder(same_plank, radians(60.0), 0.1, AWRY)
     assert box is not None
     assert same is not None
     assert same.leaning.inertia == pytest.approx(box.leaning.inertia)
@@ -176,6 +208,12 @@ def test_a_shape_that_is_thinner_than_numbers_can_tell_is_refused() -> None:
     sliver = polyhedron([(0.0, 0.0, 0.0), (1e-3, 0.0, 0.0), (0.0, 1e-3, 0.0), (0.0, 0.0, 5e-10)])
     with pytest.raises(ValueError, match=r"brick 'sliver' measures .* each measure is from 1e-09"):
         Assembly().add(Brick("sliver", sliver, MASS), AT_HOME)
+
+
+def test_a_shape_that_is_larger_than_numbers_can_tell_is_refused() -> None:
+    world = polyhedron(Box((2e9, 2e9, 2e9)).corners)
+    with pytest.raises(ValueError, match=r"brick 'world' measures .* each measure is from 1e-09 to 1e\+09 m"):
+        Assembly().add(Brick("world", world, MASS), AT_HOME)
 
 
 def test_moments_do_not_depend_on_how_its_axes_were_written() -> None:
