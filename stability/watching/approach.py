@@ -1,11 +1,11 @@
-"""Which bricks at rest are about to be hit, told before the engine lets it happen.
+"""Sees which bricks at rest are about to be hit, before the engine lets it happen.
 
 A frozen brick has no mass for the engine, and takes all momentum out of what hits it. So what may give way has to be
 woken before the hit, while the surfaces are still apart. Only the gap between solids and the speed of its closing are
 looked at; bricks in contact press on each other, and do not hit.
 """
 
-from collections.abc import Container, Mapping
+from collections.abc import Collection, Container, Mapping
 from dataclasses import dataclass, field
 from math import hypot, inf, sqrt
 
@@ -15,15 +15,18 @@ from stability.geometry.separation import Separation
 from stability.geometry.vectors import add_scaled, scale
 from stability.model import BodyId, BodyState, ConvexShape, Pose, Vec3, convex
 from stability.shapes.apart import apart
+from stability.watching.life_cycle import BrickObserver
 
 # Shares of the smallest side of the flying brick.
-IN_TOUCH = 0.03  # closer, two bricks press on each other: what engines leave between bricks at rest, and a little more
-CLOSE = 0.125  # a millimetre for a plank: so much closer than its speed brings it, a brick counts as about to hit
-AHEAD = 1.0  # how far around a brick is looked
+# Bricks that are closer press on each other: engines leave nearly so much between bricks at rest.
+IN_TOUCH = 0.03
+# A millimetre for a plank. A hit is told when the gap is no more than this beyond what the speed closes in time.
+CLOSE = 0.125
+AHEAD = 1.0  # how far around a brick others are looked for
 GLANCE = 0.05  # of the time ahead, over which the speed of closing is taken
-LONGEST_STEP = 1.0 / 240.0  # [s] of an engine whose first step is not over
-STEPS = 2.0  # how many steps ahead, as speed may grow
-MOST_GAPS = 8  # that a flight is followed through; two boxes seldom have more than three
+LONGEST_STEP = 1.0 / 240.0  # [s]; assumed until two looks have shown how long a step of the engine is
+STEPS = 2.0  # how many steps ahead hits are told, since speeds may grow
+MOST_GAPS = 8  # gaps through which a flight is followed; two boxes seldom have more than three
 ROUNDING = 1e-9  # [m]
 
 
@@ -51,7 +54,7 @@ class _Near:
 
 
 @dataclass
-class Approaches:
+class Approaches(BrickObserver):
     """Follows the moving bricks of one engine. A brick that has nothing near is not looked at until it could have."""
 
     engine: Engine
@@ -90,10 +93,15 @@ class Approaches:
                 found += [hit for other in near if (hit := _hit(flying, other, ahead))]
         return [hit for hit in found if hit.speed > least]
 
-    def forget(self, brick: BodyId) -> None:
-        """A brick was frozen, or is gone."""
-        self._look_at.pop(brick, None)
-        self._known.discard(brick)
+    def frozen(self, bricks: Collection[BodyId]) -> None:
+        """What does not move hits nothing."""
+        for brick in bricks:
+            self._look_at.pop(brick, None)
+            self._known.discard(brick)
+
+    def gone(self, bricks: Collection[BodyId]) -> None:
+        """What is gone hits nothing."""
+        self.frozen(bricks)
 
     def _near(self, flying: _Solid, still: Container[BodyId], within: float) -> list["_Near"]:
         """The bricks `still` that are near."""
@@ -108,7 +116,7 @@ class Approaches:
 
 
 def _close(thickness: float, speed: float, ahead: float) -> float:
-    """How near a brick of this smallest side [m] and speed must be to be about to hit [m]."""
+    """How near a brick of this least thickness [m] and speed must be to be about to hit [m]."""
     return CLOSE * thickness + ahead * speed
 
 
@@ -129,8 +137,8 @@ def _hit(flying: _Solid, other: _Near, within: float) -> Hit | None:
 
 def _apart(flying: _Solid, other: _Solid, ahead: float) -> Separation:
     """The separation of two bricks when the one has flown and turned on for a while [s]."""
-    pose, turning = flying.state.pose, scale(0.5 * ahead, flying.state.angular_velocity_W)
-    turn = multiply((*turning, 1.0), pose.orientation)
+    pose, half_turn = flying.state.pose, scale(0.5 * ahead, flying.state.angular_velocity_W)
+    turn = multiply((*half_turn, 1.0), pose.orientation)
     size = sqrt(sum(part * part for part in turn))
     x, y, z, w = (part / size for part in turn)
     then = Pose(add_scaled(pose.position_W, ahead, flying.state.velocity_W), (x, y, z, w))

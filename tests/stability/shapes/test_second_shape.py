@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stability.engines.lazy_world import RestingWorld
-from stability.engines.settings import EngineSettings
+from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stability.geometry.rotations import body_axes, multiply, rotate
 from stability.geometry.vectors import add, cross, dot, scale, subtract
 from stability.mechanics.impulse import pushed
@@ -26,6 +26,7 @@ from tests.stability.shapes.polyhedra import LOWER_HALF, PLANK, SAME_PLANK, SIZE
 LENGTH, WIDTH, THICKNESS = SIZE
 MASS, GRAVITY = 0.012, 9.81
 AWRY: Quaternion = (0.1, 0.5, -0.3, sqrt(1.0 - 0.01 - 0.25 - 0.09))
+SETTINGS = PyBulletSettings(time_step=1.0 / 240.0, iterations=10, contact_erp=0.2, breaking_threshold=0.02)
 UP: Vec3 = (0.0, 0.0, 1.0)
 FLOOR = Plane(GROUND, (0.0, 0.0, 0.0), UP, 0.5)
 OWN_WEIGHT = Wrench((0.0, 0.0, -MASS * GRAVITY))
@@ -193,7 +194,7 @@ def test_a_plank_that_is_told_by_its_corners_in_any_axes_slips_down_a_wall_as_a_
 
 
 def test_a_world_that_needs_no_engine_keeps_any_shape() -> None:
-    world = RestingWorld(EngineSettings(1.0 / 240.0, 10, 0.2, 0.02), lambda: pytest.fail("nothing moves"))
+    world = RestingWorld(SETTINGS, lambda: pytest.fail("nothing moves"))
     world.add_plane(FLOOR)
     world.add_brick(Brick("wedge", LOWER_HALF, MASS), Pose((0.0, 0.0, THICKNESS / 3.0)))
     assert world.shape("wedge") is LOWER_HALF
