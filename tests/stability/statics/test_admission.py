@@ -1,6 +1,7 @@
 """Numbers that mean nothing are refused, with what is wrong and what to do, and nothing changes."""
 
 from math import inf, nan
+from typing import Any
 
 import pytest
 
@@ -26,6 +27,12 @@ def test_a_mass_is_a_number_above_nothing(mass: float) -> None:
 def test_every_side_of_a_brick_has_a_length(size: tuple[float, float, float]) -> None:
     with pytest.raises(ValueError, match="'a' has the size"):
         Assembly().add(Brick("a", Box(size), 1.0), Pose(AT))
+
+
+def test_a_size_where_a_shape_is_due_is_told_how_to_be_one() -> None:
+    size: Any = SIZE
+    with pytest.raises(ValueError, match=r"brick 'a' has the shape \(.*\); write Box\(\(0.12, 0.024, 0.008\)\)"):
+        Assembly().add(Brick("a", size, 1.0), Pose(AT))
 
 
 @pytest.mark.parametrize(
