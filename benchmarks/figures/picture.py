@@ -6,6 +6,7 @@ not drawn, since no two processors agree on it.
 
 import re
 from collections.abc import Iterator, Mapping
+from math import atan2
 
 from benchmarks.figures.pages import ROOT
 from stability.geometry.rotations import rotate
@@ -20,7 +21,6 @@ SCALE = 1500.0  # [px/m]
 WIDTH, HEIGHT = 440.0, 190.0  # of a panel [px]
 LEFT, GROUND = 100.0, 150.0  # where the origin is in a panel [px]
 STANDS, MOVES, NOTHING = "#8fb996", "#e0a458", "none"
-FACE = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))  # corners of the face that looks at us, along x and z
 
 
 def main() -> None:
@@ -75,12 +75,13 @@ def _shapes(bricks: Mapping[BodyId, Brick], poses: Mapping[BodyId, Pose], fill: 
 
 
 def _outline(brick: Brick, pose: Pose) -> str:
-    """The face that looks at us: planks here turn about the line of sight only."""
-    length, width, thickness = brick.size
+    """The corners of the face that looks at us, in order around it: planks here turn about the line of sight only."""
+    nearest = min(corner[1] for corner in brick.shape.corners)
+    face = [corner for corner in brick.shape.corners if corner[1] == nearest]
     found = []
-    for along, up in FACE:
-        corner = rotate(pose.orientation, (0.5 * along * length, -0.5 * width, 0.5 * up * thickness))
-        x, z = pose.position_W[0] + corner[0], pose.position_W[2] + corner[2]
+    for corner in sorted(face, key=lambda corner: atan2(corner[2], corner[0])):
+        moved = rotate(pose.orientation, corner)
+        x, z = pose.position_W[0] + moved[0], pose.position_W[2] + moved[2]
         found.append(f"{LEFT + SCALE * x:.1f},{GROUND - SCALE * z:.1f}")
     return " ".join(found)
 
