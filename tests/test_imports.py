@@ -19,6 +19,7 @@ LAYERS = {
     "stability": (
         {"model"},
         {"graph", "geometry"},
+        {"shapes"},
         {"mechanics"},
         {"statics"},
         {"engines"},

@@ -11,9 +11,9 @@ from stability.engines.own_bodies import OwnBodies
 from stability.engines.protocol import TOUCHING
 from stability.engines.settings import EngineSettings, Package
 from stability.engines.step_clock import StepClock
-from stability.geometry.boxes import box_corners
 from stability.geometry.vectors import add_scaled
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Shape, Vec3
+from stability.shapes.in_pose import corners_W
 from stackdsl.systems.systems import System
 
 
@@ -82,7 +82,7 @@ class ExampleWorld:
 
     def _bounds(self, name: BodyId) -> list[tuple[float, float]]:
         """The lowest and the highest x, y and z of a brick [m]."""
-        corners = box_corners(self.own.bricks[name].size, self._states[name].pose)
+        corners = corners_W(self.own.bricks[name].shape, self._states[name].pose)
         return [(min(values), max(values)) for values in zip(*corners, strict=True)]
 
     def masses(self) -> Mapping[BodyId, float]:

@@ -6,6 +6,7 @@ import pytest
 
 from stability.engines.opening import stepped_world
 from stability.model import GROUND, Brick, Plane, Pose, Vec3
+from stability.shapes.box import Box
 from stackdsl.playing.runner import play
 from stackdsl.systems.known_systems import missing, system_named
 from stackdsl.systems.worlds import settings_for
@@ -45,7 +46,7 @@ def test_a_thrown_plank_slides_v_squared_by_two_mu_g(peer: str, length: float, g
     world = stepped_world(settings, gravity, FRICTION, mass)
     try:
         world.add_plane(Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), FRICTION))
-        world.add_brick(Brick("plank", size, mass), Pose((0.0, 0.0, size[2] / 2.0)), (speed, 0.0, 0.0))
+        world.add_brick(Brick("plank", Box(size), mass), Pose((0.0, 0.0, size[2] / 2.0)), (speed, 0.0, 0.0))
         world.limit_travel(speed)
         for _ in range(round(1.2 * speed / (FRICTION * gravity) / settings.time_step)):
             world.step()
