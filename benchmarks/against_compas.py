@@ -1,9 +1,9 @@
 """Exact statics and compas_cra side by side, in one run, on the same towers and walls of 5 to 100 blocks.
 
 Run it with `python -m benchmarks.against_compas`. It needs the peer: pip install "compas_cra==0.8.0". Both are given
-boxes and find contacts and forces from nothing; times are medians, of processors. How the peer is asked, and what its two programs
-mean, is told in stackdsl/bench/assessors/compas.py. Everything runs on one thread: on a shared machine, several make
-the peer ten times slower, not faster.
+boxes and find contacts and forces from nothing; times are medians, of processors. How the peer is asked, and what its
+two programs mean, is told in stackdsl/bench/assessors/compas.py. Everything runs on one thread: on a shared machine,
+several make the peer ten times slower, not faster.
 """
 
 import sys
