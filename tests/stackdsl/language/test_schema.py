@@ -10,7 +10,8 @@ from pydantic import TypeAdapter, ValidationError
 from stackdsl.language.author_types import SYSTEMS
 from stackdsl.language.bricks import BrickKind
 from stackdsl.language.catalogue import CATALOGUE
-from stackdsl.language.layouts.registry import LAYOUTS, ColumnParams
+from stackdsl.language.layouts.column import ColumnParams
+from stackdsl.language.layouts.registry import LAYOUTS
 from stackdsl.language.schema import UNTIL_COLLAPSE, BuildStep, Scenario
 from stackdsl.language.tolerances import Tolerance
 from stackdsl.language.validation import json_schema, keys_at, schema_text
