@@ -14,7 +14,7 @@ from stackdsl.diagnostics import Diagnostic, did_you_mean, reading_order
 from stackdsl.language.author_types import EXPRESSION_PATTERN, PROVING
 from stackdsl.language.layouts.registry import place
 from stackdsl.language.mistakes import MistakeError, shown
-from stackdsl.language.schema import Scenario
+from stackdsl.language.schema import Scenario, models
 from stackdsl.language.variants import Variant
 from stackdsl.reading.source import Path, Source
 
@@ -64,7 +64,7 @@ def validate(source: Source, variant: Variant) -> tuple[Scenario | None, tuple[D
     scenario may be None without a diagnostic.
     """
     try:
-        scenario = Scenario.model_validate(variant.values)
+        scenario = models().Scenario.model_validate(variant.values)
     except ValidationError as error:
         details = error.errors(include_url=False)
         return None, _in_order(_diagnostic(source, detail) for detail in details if not _is_echo(detail))
@@ -191,12 +191,12 @@ def _unanswerable(source: Source, scenario: Scenario) -> Iterator[Diagnostic]:
     """Questions about proofs to systems that prove nothing."""
     for index, expectation in enumerate(scenario.expect):
         asked = [system for system in expectation.system or scenario.systems if system not in PROVING]
-        if expectation.needs_statics and asked:
+        if expectation.stated.needs_statics and asked:
             message = f"`{expectation.kind}` is known to statics alone, and not to '{asked[0]}'"
             span = source.key_span_of(("expect", index, expectation.kind))
             yield Diagnostic("SD104", span, message, f"say `system: {PROVING[0]}`, and name it in `systems`")
     for index, truth in enumerate(scenario.truth):
-        if truth.needs_statics and not set(PROVING).intersection(scenario.systems):
+        if truth.stated.needs_statics and not set(PROVING).intersection(scenario.systems):
             message = f"`{truth.kind}` is known to statics alone, so this would never be compared"
             span = source.key_span_of(("truth", index, truth.kind))
             yield Diagnostic("SD104", span, message, f"add {PROVING[0]} to systems")
@@ -232,10 +232,14 @@ def _or_expression(schema: JsonSchemaValue) -> JsonSchemaValue:
     return {"anyOf": [schema, {"type": "string", "pattern": EXPRESSION_PATTERN}]}
 
 
-@cache
 def json_schema() -> JsonSchemaValue:
     """What an author may write, as JSON Schema; expressions are not looked into."""
-    schema = Scenario.model_json_schema(schema_generator=_ForEditors)
+    return _json_schema_of(models().Scenario)
+
+
+@cache
+def _json_schema_of(scenario: type[Scenario]) -> JsonSchemaValue:
+    schema = scenario.model_json_schema(schema_generator=_ForEditors)
     return {"$schema": DIALECT, **schema, "title": "StackDSL scenario"}
 
 

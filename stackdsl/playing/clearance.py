@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from stability.geometry.separation import boxes_apart
 from stability.model import BodyId
 from stackdsl.playing.watch import Watch, Watched
-from stackdsl.timeline import Placement
+from stackdsl.timeline import Arrival, Placement
 
 # [m] a brick that is placed may lie this deep in one that was dropped: engines let bricks sink and creep by as much.
 MOST_OVERLAP = 1e-3
@@ -34,13 +34,13 @@ class BlockedPlacementError(RuntimeError):
 
 def keep_clear(placement: Placement, watch: Watch) -> None:
     """Raise the error if a brick has no room; one that is slid in may also be in the way of what gave a little."""
-    anywhere = placement.inserted or watch.hit or placement.thrown
+    anywhere = placement.arrival is Arrival.SLID_IN or watch.hit or placement.hits
     others = [watch.bricks[name] for name in watch.present] if anywhere else watch.dropped
     inside = {other.placement.brick.id: _depth(placement, other) for other in others}
     deepest = max(inside, key=inside.__getitem__, default=None)
     if deepest is not None and inside[deepest] > MOST_OVERLAP:
         name = placement.brick.id
-        raise BlockedPlacementError(Blocked(name, placement.time, deepest, inside[deepest], placement.thrown))
+        raise BlockedPlacementError(Blocked(name, placement.time, deepest, inside[deepest], placement.hits))
 
 
 def _depth(placement: Placement, other: Watched) -> float:

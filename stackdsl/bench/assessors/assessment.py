@@ -12,11 +12,11 @@ from typing import Protocol
 from stability.model import BodyId, Plane
 from stability.statics.facts import Contact, Placed, Tolerances
 from stability.statics.structure import Structure
-from stackdsl.judging.proofs import DISPROVED, leaves_to_engine, stands_until
+from stackdsl.judging.proofs import DISPROVED, stands_until
 from stackdsl.observations import KINDS, Seen
 from stackdsl.playing.after_collapse import time_of
 from stackdsl.systems.peers import Extra
-from stackdsl.timeline import Placement, Push, Removal, Timeline
+from stackdsl.timeline import Placement, Push, Removal, Timeline, leaves_to_engine
 from stackdsl.trace import NUMERICAL_COLLAPSE, Cost, Verdict
 
 MOVES = "something is dropped, thrown or pushed"

@@ -4,23 +4,19 @@ A layout is laid out in its own frame: z up, bricks lying flat with their length
 on z = 0. `origin` and `heading` then carry it to its place in the scenario. Bricks are listed in order of building.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import cos, sin
-from typing import Annotated, ClassVar, Final, TypeAlias, TypeVar, cast
+from typing import ClassVar, Final, TypeAlias, TypeVar, cast
 
-from pydantic import Field, GetJsonSchemaHandler, model_validator
+from pydantic import GetJsonSchemaHandler, model_validator
 from pydantic_core import CoreSchema
 
 from stability.model import Vec3
 from stackdsl.language.author_models import AuthorModel, default
-from stackdsl.language.author_types import Angle, JsonSchema, Length
+from stackdsl.language.author_types import MAX_BRICKS, MAX_LEVELS, Angle, JsonSchema, Length
+from stackdsl.language.kinds import Kinds
 from stackdsl.language.mistakes import MistakeError
-
-MAX_LEVELS: Final = 10_000  # beyond, a typo: the tallest plank towers have a few hundred levels
-MAX_BRICKS: Final = 20_000  # in one step of `build`; some seconds of computing
-
-Levels = Annotated[int, Field(strict=True, ge=1, le=MAX_LEVELS)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,8 +78,7 @@ class Layout:
     summary: str
 
 
-_registry: dict[str, Layout] = {}
-LAYOUTS: Final[Mapping[str, Layout]] = _registry
+LAYOUTS: Final = Kinds[Layout]("layout")
 
 
 def layout(name: str, params: type[Params]) -> Callable[[LayoutFunction[Params]], LayoutFunction[Params]]:
@@ -91,7 +86,7 @@ def layout(name: str, params: type[Params]) -> Callable[[LayoutFunction[Params]]
 
     def register(function: LayoutFunction[Params]) -> LayoutFunction[Params]:
         summary = (function.__doc__ or "").partition("\n")[0]
-        _registry[name] = Layout(params, cast("LayoutFunction[LayoutParams]", function), summary)
+        LAYOUTS.register(name, Layout(params, cast("LayoutFunction[LayoutParams]", function), summary))
         return function
 
     return register

@@ -7,8 +7,8 @@ from pydantic import Field
 
 from stability.model import Vec3
 from stackdsl.language.author_models import default
-from stackdsl.language.author_types import ShareOfLimit
-from stackdsl.language.layouts.registry import MAX_BRICKS, BrickSpec, LayoutParams, Levels, Specs, height, layout
+from stackdsl.language.author_types import MAX_BRICKS, Levels, ShareOfLimit
+from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Specs, height, layout
 from stackdsl.language.mistakes import MistakeError
 
 
