@@ -4,7 +4,6 @@ There are kinds of layouts, of claims and of impacts. Who meets one asks it, and
 """
 
 from collections.abc import Iterator, Mapping
-from inspect import isabstract
 from typing import Generic, TypeVar
 
 from pydantic import Field, create_model
@@ -31,12 +30,9 @@ class Kinds(Mapping[str, Entry], Generic[Entry]):
         return len(self._entries)
 
     def register(self, key: str, entry: Entry) -> None:
-        """Let a kind be known. Raises ValueError if its key is taken, TypeError if it leaves a question open."""
+        """Let a kind be known. Raises ValueError if its key is taken."""
         if key in self._entries:
             raise ValueError(f"there is a {self._noun} '{key}' already")
-        if isabstract(entry):
-            missing = ", ".join(sorted(getattr(entry, "__abstractmethods__", ())))
-            raise TypeError(f"the {self._noun} '{key}' does not answer {missing}")
         self._entries[key] = entry
 
     def forget(self, key: str) -> None:

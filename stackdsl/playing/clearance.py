@@ -6,6 +6,7 @@ from stability.geometry.separation import boxes_apart
 from stability.model import BodyId
 from stackdsl.playing.watch import Watch, Watched
 from stackdsl.timeline import Arrival, Placement
+from stackdsl.wording import mm
 
 # [m] a brick that is placed may lie this deep in one that was dropped: engines let bricks sink and creep by as much.
 MOST_OVERLAP = 1e-3
@@ -27,7 +28,7 @@ class BlockedPlacementError(RuntimeError):
     """A brick is to be placed where another one is by now."""
 
     def __init__(self, blocked: Blocked) -> None:
-        where = f"'{blocked.by}' has moved there ({1000.0 * blocked.depth:.3g} mm of overlap)"
+        where = f"'{blocked.by}' has moved there ({mm(blocked.depth, 3)} of overlap)"
         super().__init__(f"brick '{blocked.brick}' cannot be placed at {blocked.time:g} s: {where}")
         self.blocked = blocked
 

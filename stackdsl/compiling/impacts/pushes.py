@@ -12,6 +12,7 @@ from stackdsl.compiling.moment import Moment
 from stackdsl.language.impacts.push import Push as WrittenPush
 from stackdsl.language.quantities import SPEED
 from stackdsl.timeline import Push
+from stackdsl.wording import mm
 
 
 @actions_of.register
@@ -40,7 +41,7 @@ def _touch(point: Vec3, brick: Standing) -> None:
     sides = zip(brick.shape.axes_W, brick.shape.half_edges_W, strict=True)
     beyond = max(abs(dot(point, axis)) - norm(half) for axis, half in sides)
     if beyond > OVERLAP:
-        message = f"the point is {1000.0 * beyond:.4g} mm outside brick '{brick.name}'"
+        message = f"the point is {mm(beyond)} outside brick '{brick.name}'"
         raise MissError("point", "SD207", message, "write it from the centre of the brick, in the axes of the scene")
 
 

@@ -11,6 +11,7 @@ from stackdsl.compiling.fitting import OVERLAP
 from stackdsl.compiling.moment import START, Moment
 from stackdsl.language.impacts.aims import Aim
 from stackdsl.language.mistakes import MistakeError
+from stackdsl.wording import mm
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,5 +113,5 @@ def keep_out_of_planes(brick: Brick, pose: Pose, scene: Scene, key: str) -> None
     for plane in scene.planes:
         gap = block_above_plane(block(brick.size, pose), plane).gap
         if gap < -OVERLAP:
-            message = f"brick '{brick.id}' starts {-1000.0 * gap:.4g} mm inside {plane.id}"
+            message = f"brick '{brick.id}' starts {mm(-gap)} inside {plane.id}"
             raise MissError(key, "SD201", message, "let it start elsewhere, or turn it, or aim elsewhere")

@@ -7,6 +7,7 @@ judges a trace. What it names is known from the types of its values (`BodyName` 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from inspect import isabstract
 from typing import ClassVar, Final, Literal, Self, TypeVar
 
 from stability.model import BodyId
@@ -103,9 +104,11 @@ Model = TypeVar("Model", bound=ClaimKind)
 
 
 def claim(key: str, summary: str) -> Callable[[type[Model]], type[Model]]:
-    """Register the class below as what an author writes under a key."""
+    """Register the class below as what an author writes under a key. Raises TypeError if it cannot be judged."""
 
     def register(model: type[Model]) -> type[Model]:
+        if isabstract(model):
+            raise TypeError(f"the claim '{key}' does not say how it is judged")
         CLAIMS.register(key, KindOfClaim(model, summary))
         return model
 

@@ -9,6 +9,7 @@ from stackdsl.language.author_models import default
 from stackdsl.language.author_types import MAX_BRICKS, Levels, NonNegativeLength
 from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Specs, height, layout
 from stackdsl.language.mistakes import MistakeError
+from stackdsl.wording import mm
 
 
 class WallParams(LayoutParams):
@@ -34,9 +35,7 @@ def wall(params: WallParams, size: Vec3) -> Specs:
     """
     length, width, thickness = size
     if params.gap >= length:
-        raise MistakeError(
-            "SD104", f"the gap is longer than a plank of {1000 * length:g} mm", "write less, such as 0.2 mm"
-        )
+        raise MistakeError("SD104", f"the gap is longer than a plank of {mm(length, 6)}", "write less, such as 0.2 mm")
     pitch, half_plank = length + params.gap, ((length - params.gap) / 2, width, thickness)
     end = (
         params.bricks * pitch - params.gap - half_plank[0]
