@@ -137,7 +137,7 @@ def test_a_case_with_them_may_be_sent_to_another_process(tmp_path: Path) -> None
     assert type(sent.scenario) is models().Scenario
 
 
-def test_what_is_forgotten_is_unknown_again() -> None:
+def test_the_models_are_made_once_for_the_kinds_there_are() -> None:
     known = models()
     assert isinstance(known.Impact.model_validate({"shake": {"level": 1, "impulse": ["0 N*s"] * 3}}).done, Shake)
     assert known is models()
