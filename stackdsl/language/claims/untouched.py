@@ -33,7 +33,8 @@ class Untouched(Choice, ClaimKind):
 
     def judge(self, trace: Trace) -> Finding:
         """Whether bricks are exactly where they came to rest, at the end."""
-        meant = [track for _, track in remaining(trace) if self._means(track)]
+        named = frozenset(trace.tracks if self.bricks is None else self.bricks).difference(self.except_ or ())
+        meant = [track for name, track in remaining(trace) if name in named and self._reaches(track.level)]
         if not meant or any(track.state is BrickState.UNPLACED for track in meant):
             return Finding("never placed", 0.0, "mm", passed=False)
         moved = [track for track in meant if not _is_where_it_was(track)]
@@ -43,12 +44,8 @@ class Untouched(Choice, ClaimKind):
         measured = f"{len(moved)} of {len(meant)} bricks moved, {worst.brick.id} by {mm(_moved_by(worst))}"
         return Finding(measured, -MILLIMETRES * _moved_by(worst), "mm", passed=False)
 
-    def _means(self, track: BrickTrack) -> bool:
-        return (
-            track.brick.id not in (self.except_ or ())
-            and (self.bricks is None or track.brick.id in self.bricks)
-            and (self.levels is None or track.level <= self.levels)
-        )
+    def _reaches(self, level: int) -> bool:
+        return self.levels is None or level <= self.levels
 
 
 def _is_where_it_was(track: BrickTrack) -> bool:
