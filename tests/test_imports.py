@@ -19,6 +19,7 @@ LAYERS = {
     "stability": (
         {"model"},
         {"graph", "geometry"},
+        {"shapes"},
         {"mechanics"},
         {"statics"},
         {"engines"},
@@ -26,7 +27,7 @@ LAYERS = {
         {"published", "exact"},
     ),
     "stackdsl": (
-        {"diagnostics", "timeline", "wording"},
+        {"diagnostics", "entry_points", "timeline", "wording"},
         {"reading", "trace"},  # a claim judges a trace, so what happened is plain data below the language
         {"language"},
         {"compiling", "systems"},

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from stability.model import Brick, Plane
+from stability.shapes.box import Box
 from stackdsl.compiling.built_bricks import BuiltBrick, built_bricks
 from stackdsl.compiling.moment import Moment
 from stackdsl.compiling.scheduling import Schedule, scheduled
@@ -55,7 +56,9 @@ def missiles_of(scenario: Scenario) -> dict[int, Brick]:
         missile = impact.done.missile
         if missile is not None:
             kind = missile.brick or scenario.brick
-            found[number] = Brick(missile.name or f"{missile.how}-{number + 1}", kind.size, kind.mass_of(kind.size))
+            found[number] = Brick(
+                missile.name or f"{missile.how}-{number + 1}", Box(kind.size), kind.mass_of(kind.size)
+            )
     return found
 
 

@@ -30,7 +30,7 @@ def _sited(bricks: Sequence[BuiltBrick], built: Built) -> list[Sited]:
     return [
         Sited(
             turns[brick.placed],
-            brick.written.size,
+            brick.written.shape,
             brick.written.pose,
             inf if brick.gone is None else turns[brick.gone],
         )

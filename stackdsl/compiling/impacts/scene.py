@@ -4,8 +4,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import fsum
 
-from stability.geometry.separation import Block, block, block_above_plane
+from stability.geometry.separation import Block
 from stability.model import BodyId, Brick, Plane, Pose, Quaternion, Vec3
+from stability.shapes.apart import apart_from_plane, solid_block
 from stackdsl.compiling.built import Built
 from stackdsl.compiling.fitting import OVERLAP
 from stackdsl.compiling.moment import START, Moment
@@ -74,7 +75,7 @@ def scene_of(built: Built, gravity: float, tilt: Quaternion) -> Scene:
 def _standing(built: Built) -> Iterator[Standing]:
     for brick in built.bricks:
         made = brick.written
-        shape = block(made.size, made.pose)
+        shape = solid_block(made.shape, made.pose)
         yield Standing(brick.name, brick.level, shape, made.mass, brick.placed, brick.gone, made.drop)
 
 
@@ -111,7 +112,7 @@ def middle_of(bricks: Sequence[Standing]) -> Vec3:
 def keep_out_of_planes(brick: Brick, pose: Pose, scene: Scene, key: str) -> None:
     """Raise MissError if a brick starts inside the ground or a wall."""
     for plane in scene.planes:
-        gap = block_above_plane(block(brick.size, pose), plane).gap
+        gap = apart_from_plane(brick.shape, pose, plane).gap
         if gap < -OVERLAP:
             message = f"brick '{brick.id}' starts {mm(-gap)} inside {plane.id}"
             raise MissError(key, "SD201", message, "let it start elsewhere, or turn it, or aim elsewhere")

@@ -63,7 +63,7 @@ def all_of(parts: Sequence[Finding]) -> Finding:
 
 def margin_to_collapse(track: BrickTrack) -> tuple[float, str]:
     """How much further a brick may shift, or sink after a hit, or turn if that is closer, before it has collapsed."""
-    limit = COLLAPSE_SHARE_OF_SMALLEST_SIDE * min(track.brick.size)
+    limit = COLLAPSE_SHARE_OF_SMALLEST_SIDE * track.brick.shape.least_thickness
     lost = track.shift if track.sunk is None else track.sunk
     if track.tilt / COLLAPSE_TILT > lost / limit:
         return degrees(COLLAPSE_TILT - track.tilt), "deg"

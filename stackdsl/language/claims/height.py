@@ -4,7 +4,7 @@ from typing import ClassVar
 
 from pydantic import Field
 
-from stability.geometry.boxes import box_top
+from stability.shapes.in_pose import top_W
 from stackdsl.language import author_types as t
 from stackdsl.language.author_models import Shorthand
 from stackdsl.language.claims.claim_kind import ClaimKind, claim
@@ -30,5 +30,5 @@ class Height(Shorthand, ClaimKind):
             return Finding("never placed", 0.0, "mm", passed=False)
         if self.of is None:
             meant = [track for track in meant if track.state not in (BrickState.FALLEN, BrickState.UNSETTLED)]
-        top = max((box_top(track.brick.size, track.final) for track in meant), default=0.0)
+        top = max((top_W(track.brick.shape, track.final) for track in meant), default=0.0)
         return within(self.within, top, "mm", mm(top))
