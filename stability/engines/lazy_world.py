@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
-from stability.engines.protocol import TOUCHING, World
+from stability.engines.protocol import World
 from stability.engines.settings import EngineSettings
 from stability.model import AT_REST, BodyId, BodyState, Box, Brick, ContactPoint, HalfSpace, Plane, Pose, Shape, Vec3
 
@@ -98,7 +98,7 @@ class RestingWorld:
     def shape(self, body: BodyId) -> Shape:
         return HalfSpace(self._planes[body].normal_W) if body in self._planes else Box(self._bricks[body][0].size)
 
-    def near(self, brick: BodyId, within: float = TOUCHING) -> Sequence[BodyId]:
+    def near(self, brick: BodyId, within: float) -> Sequence[BodyId]:
         return self._engine().near(brick, within)
 
     def states(self, bodies: Collection[BodyId]) -> Mapping[BodyId, BodyState]:

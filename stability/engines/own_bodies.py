@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 from math import ceil, sqrt
 from types import MappingProxyType
 
-from stability.engines.protocol import TOUCHING
 from stability.engines.settings import EngineSettings
 from stability.geometry.bounding_boxes import BoundingBoxes
 from stability.geometry.vectors import cross, dot
@@ -64,7 +63,7 @@ class KeptBodies(ABC):
     def shape(self, body: BodyId) -> Shape:
         return HalfSpace(self._planes[body].normal_W) if body in self._planes else Box(self._bricks[body].size)
 
-    def near(self, brick: BodyId, within: float = TOUCHING) -> Sequence[BodyId]:
+    def near(self, brick: BodyId, within: float) -> Sequence[BodyId]:
         boxes = self._boxes()
         planes = [name for name, plane in self._planes.items() if boxes.reaches_plane(brick, plane, within)]
         return sorted([*boxes.near(brick, within), *planes])

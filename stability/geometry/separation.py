@@ -32,6 +32,7 @@ class Block:
     axes_W: tuple[Vec3, Vec3, Vec3]
     half_edges_W: tuple[Vec3, Vec3, Vec3]  # half of each edge, along its axis [m]
     reach: Vec3  # half of the upright box around it [m]
+    thickness: float  # its smallest side [m]
 
     @property
     def is_level(self) -> bool:
@@ -54,7 +55,7 @@ def block(size: Vec3, pose: Pose) -> Block:
         (0.5 * length * x, 0.5 * length * y, 0.5 * length * z) for length, (x, y, z) in zip(size, axes, strict=True)
     )
     reach = (abs(a[0]) + abs(b[0]) + abs(c[0]), abs(a[1]) + abs(b[1]) + abs(c[1]), abs(a[2]) + abs(b[2]) + abs(c[2]))
-    return Block(pose.position_W, axes, (a, b, c), reach)
+    return Block(pose.position_W, axes, (a, b, c), reach, min(size))
 
 
 def boxes_apart(size_a: Vec3, pose_a: Pose, size_b: Vec3, pose_b: Pose) -> Separation:

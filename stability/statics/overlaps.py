@@ -1,6 +1,7 @@
 """Bodies that are too deep in each other to touch: no verdict can hold there, and its reason should say so."""
 
 from stability.geometry.separation import box_above_plane, boxes_apart
+from stability.geometry.touching import reach_between
 from stability.model import BodyId
 from stability.statics.structure import Structure
 
@@ -11,10 +12,15 @@ def told_overlap(structure: Structure, brick: BodyId) -> str:
     """The body that a brick is deepest in, in words; empty if it is in none by more than still counts as touching."""
     placed = structure.bricks[brick]
     size, pose = placed.brick.size, placed.pose
-    found = [(-box_above_plane(size, pose, plane).gap, plane.id) for plane in structure.planes]
+    share, thickness = structure.tolerances.gap, min(size)
+    found = [
+        (-box_above_plane(size, pose, plane).gap, plane.id, reach_between(thickness, share=share))
+        for plane in structure.planes
+    ]
     for other in structure.near(brick):
-        found.append((-boxes_apart(size, pose, other.brick.size, other.pose).gap, other.brick.id))
-    depth, deepest = max(found, default=(0.0, ""))
-    if depth <= structure.tolerances.gap * min(size):
+        reach = reach_between(thickness, min(other.brick.size), share)
+        found.append((-boxes_apart(size, pose, other.brick.size, other.pose).gap, other.brick.id, reach))
+    depth, deepest = max(((depth, other) for depth, other, reach in found if depth > reach), default=(0.0, ""))
+    if not deepest:
         return ""
     return f"{brick} is {MILLIMETRES * depth:.3g} mm deep in {deepest}, so they are not taken to touch"

@@ -32,6 +32,7 @@ from stackdsl.reading.source import Path, Source
 from stackdsl.timeline import Action, Placement, Removal, Timeline, World
 
 MAX_BRICKS = 50_000  # in all steps together; some seconds of compiling
+USUAL_DIGITS, ALL_DIGITS = 4, 17  # of a length in words, and those that tell any two lengths apart
 HOLD = 2.0  # [s] watched after the last action unless an expectation says for how long
 
 
@@ -159,7 +160,7 @@ def _misfit(
         message = f"brick '{name}' is {_mm(fit.depth)} inside {other or plane}"
         return "SD201", message, f"move it out by at least {_mm(fit.depth)}{', such as by `origin`' * brick.of_layout}"
     if fit.in_the_air and not brick.drop:
-        above = "" if fit.clearance == inf else f"; the nearest body below is {_mm(fit.clearance)} away"
+        above = "" if fit.clearance == inf else f"; the nearest body below is {_away(fit.clearance, fit.reach)}"
         hint = "place it on something, or say `drop: true` to let it fall"
         if brick.of_layout:
             hint = "give the layout measures with which every brick lies on another, or an `origin` on top of something"
@@ -167,5 +168,12 @@ def _misfit(
     return None
 
 
-def _mm(length: float) -> str:
-    return f"{1000.0 * length:.4g} mm"
+def _away(clearance: float, reach: float) -> str:
+    """A distance and the lesser one that it should be, in so many digits that they differ."""
+    texts = ((_mm(clearance, digits), _mm(reach, digits)) for digits in range(USUAL_DIGITS, ALL_DIGITS + 1))
+    away, most = next(pair for pair in texts if pair[0] != pair[1])
+    return f"{away} away, and what is up to {most} away touches"
+
+
+def _mm(length: float, digits: int = USUAL_DIGITS) -> str:
+    return f"{1000.0 * length:.{digits}g} mm"

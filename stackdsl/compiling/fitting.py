@@ -7,11 +7,13 @@ from itertools import product
 from math import floor, hypot, inf
 from statistics import median
 
-from stability.engines.protocol import TOUCHING
 from stability.geometry.separation import Block, Separation, block, block_above_plane, blocks_apart
+from stability.geometry.touching import TOUCHING, reach_between
 from stability.model import Plane, Pose, Vec3
 
-OVERLAP = 1e-4  # [m] what rounding in a file may cost; far below what a plank is made to
+# [m] What rounding in a file may cost; far below what a plank is made to. Bodies that are so thin that they would no
+# longer touch are forgiven less: see `forgiven`.
+OVERLAP = 1e-4
 MOST_CELLS = 256  # that a box of usual size can reach; a plank on end amid flat ones reaches some sixty
 TWO_SIDES = 2
 LEAST_UPWARD = 0.05  # z of a contact normal that carries something; less is a touch of two upright faces
@@ -39,6 +41,7 @@ class Fit:
     beside_boxes: tuple[int, ...] = ()  # those that touch it from the side or from above
     beside_planes: tuple[int, ...] = ()
     clearance: float = inf  # [m] to the nearest body below; infinite if none is near
+    reach: float = 0.0  # from which it would still touch that body [m]
 
     @property
     def overlaps(self) -> bool:
@@ -75,24 +78,33 @@ def _fit(index: int, grid: "_Grid", planes: Sequence[Plane]) -> Fit:
     own = grid.blocks[index]
     on_planes = [block_above_plane(own, plane) for plane in planes]
     for number, apart in enumerate(on_planes):
-        if apart.gap < -OVERLAP:
+        if apart.gap < -forgiven(own.thickness):
             return Fit(overlaps_plane=number, depth=-apart.gap)
-    on_boxes = grid.apart_from(index, TOUCHING)
+    on_boxes = grid.apart_from(index, reach_between(own.thickness))
     for other, apart in on_boxes:
-        if apart.gap < -OVERLAP and other < index:
+        if apart.gap < -forgiven(own.thickness, grid.blocks[other].thickness) and other < index:
             return Fit(overlaps_box=other, depth=-apart.gap)
-    below = [apart.gap for apart in (*on_planes, *(apart for _, apart in on_boxes)) if _is_below(apart)]
-    if min(below, default=inf) > TOUCHING:  # in the air; how far above what is of interest only here
-        below += [apart.gap for _, apart in grid.apart_from(index, hypot(*grid.cell)) if _is_below(apart)]
-    touching = [(other, apart) for other, apart in on_boxes if apart.gap <= TOUCHING]
-    at_planes = [(number, apart) for number, apart in enumerate(on_planes) if apart.gap <= TOUCHING]
+    touching = [(other, apart) for other, apart in on_boxes if apart.gap <= grid.reach(index, other)]
+    at_planes = [(number, apart) for number, apart in enumerate(on_planes) if apart.gap <= reach_between(own.thickness)]
+    below = [(apart.gap, reach_between(own.thickness)) for apart in on_planes if _is_below(apart)]
+    below += [(apart.gap, grid.reach(index, other)) for other, apart in on_boxes if _is_below(apart)]
+    if all(gap > reach for gap, reach in below):  # in the air; how far above what is of interest only here
+        around = grid.apart_from(index, hypot(*grid.cell))
+        below += [(apart.gap, grid.reach(index, other)) for other, apart in around if _is_below(apart)]
+    clearance, reach = min(below, default=(inf, 0.0))
     return Fit(
         on_boxes=tuple(other for other, apart in touching if _is_below(apart)),
         on_planes=tuple(number for number, apart in at_planes if _is_below(apart)),
         beside_boxes=tuple(other for other, apart in touching if not _is_below(apart)),
         beside_planes=tuple(number for number, apart in at_planes if not _is_below(apart)),
-        clearance=min(below, default=inf),
+        clearance=clearance,
+        reach=reach,
     )
+
+
+def forgiven(thickness: float, other: float = inf) -> float:
+    """How deep a body may be in another [m]: what rounding costs, and never so much that they do not touch."""
+    return min(OVERLAP, reach_between(thickness, other))
 
 
 def _is_below(apart: Separation) -> bool:
@@ -117,7 +129,7 @@ class _Grid:
     def suiting(cls, blocks: Sequence[Block]) -> "_Grid":
         """An empty grid with cells as wide as the usual box is, along each axis of the world."""
         reaches = [each.reach for each in blocks] or [(1.0, 1.0, 1.0)]
-        x, y, z = (2.0 * (median(along) + TOUCHING) for along in zip(*reaches, strict=True))
+        x, y, z = (2.0 * (1.0 + TOUCHING) * median(along) for along in zip(*reaches, strict=True))
         return cls(blocks, (x, y, z))
 
     def add(self, index: int) -> None:
@@ -129,6 +141,10 @@ class _Grid:
             return
         for cell in product(*ranges):
             self.cells[cell].append(index)
+
+    def reach(self, index: int, other: int) -> float:
+        """How far apart these two still touch [m]."""
+        return reach_between(self.blocks[index].thickness, self.blocks[other].thickness)
 
     def apart_from(self, index: int, margin: float) -> list[tuple[int, Separation]]:
         """Those whose bounds come as close to a box as a margin [m], by number, and how it is apart from them."""

@@ -7,7 +7,6 @@ from typing import Self
 from stability.engines.mujoco.mujoco_model import Body, Model, Scene, made
 from stability.engines.mujoco.mujoco_settings import MuJoCoSettings
 from stability.engines.own_bodies import KeptBodies
-from stability.engines.protocol import TOUCHING
 from stability.geometry.bounding_boxes import BoundingBoxes
 from stability.mechanics.impulse import pushed
 from stability.mechanics.rigid_group import RigidGroup, grouped, member_state
@@ -58,7 +57,7 @@ class MuJoCoWorld(KeptBodies):
     def _is_there(self, body: BodyId) -> bool:
         return body in self._bricks or body in self._planes
 
-    def near(self, brick: BodyId, within: float = TOUCHING) -> Sequence[BodyId]:
+    def near(self, brick: BodyId, within: float) -> Sequence[BodyId]:
         fellows = self._groups[brick][1].bricks.keys() if brick in self._groups else ()
         return [other for other in super().near(brick, within) if other not in fellows]
 

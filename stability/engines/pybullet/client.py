@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 from math import sqrt
 from typing import Any
 
-from stability.engines.protocol import TOUCHING
 from stability.engines.pybullet.pybullet_binding import pybullet
 from stability.geometry.vectors import add_scaled, scale
 from stability.model import IDENTITY, BodyId, BodyState, Box, ContactPoint, HalfSpace, Pose, Shape
@@ -95,7 +94,7 @@ class PyBulletBodies:
             return Box(scale(1.0 / self.scale, dimensions))
         return HalfSpace(dimensions) if kind == pybullet.GEOM_PLANE else None
 
-    def near(self, brick: BodyId, within: float = TOUCHING) -> Sequence[BodyId]:
+    def near(self, brick: BodyId, within: float) -> Sequence[BodyId]:
         low, high = pybullet.getAABB(self._bodies[brick], -1, self.client)
         margin = within * self.scale
         return sorted(self._around([x - margin for x in low], [x + margin for x in high]) - {brick})

@@ -8,7 +8,6 @@ parted stays with the client until it is closed: PyBullet counts it as used for 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 
-from stability.engines.protocol import TOUCHING
 from stability.engines.pybullet.friction_cones import ConeWorld
 from stability.engines.pybullet.planes import ALL
 from stability.engines.pybullet.pybullet_binding import pybullet
@@ -161,7 +160,7 @@ class PyBulletWorld(ConeWorld):
             return body
         return self._groups[body].surfaces.brick_at(seen_from(poses[body], Pose(point_W)).position_W)
 
-    def near(self, brick: BodyId, within: float = TOUCHING) -> Sequence[BodyId]:
+    def near(self, brick: BodyId, within: float) -> Sequence[BodyId]:
         if not self._groups:
             return super().near(brick, within)
         low, high = self._bounds(brick, self.states([brick])[brick].pose, within)

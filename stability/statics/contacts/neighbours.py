@@ -6,9 +6,9 @@ from itertools import product
 from math import floor, log
 from typing import TypeAlias
 
+from stability.geometry.touching import TOUCHING, reach_between
 from stability.model import BodyId, Vec3
 from stability.statics.contacts.solids import Solid
-from stability.statics.facts import Tolerances
 
 Cell: TypeAlias = tuple[int, int, int]
 Scale: TypeAlias = tuple[int, int]  # powers of COARSER for the sides in plan and for the height of a cell
@@ -24,7 +24,7 @@ LEVELS = 2.0  # height of a cell in bricks: planks are flat
 class Neighbours:
     """The bricks that stand about, by where they are."""
 
-    gap: float = Tolerances().gap  # bodies that are this far apart are near; share of the smallest side
+    gap: float = TOUCHING  # bodies that are this far apart are near; share of the smallest side
     _solids: dict[BodyId, Solid] = field(default_factory=dict)
     _grids: dict[Scale, "_Grid"] = field(default_factory=dict)
     _unit: Vec3 | None = None  # size of a cell for bricks like the first [m]
@@ -41,7 +41,7 @@ class Neighbours:
 
     def near(self, solid: Solid) -> list[BodyId]:
         """The other bricks whose upright boxes are within the gap tolerance of that of this one, by name."""
-        return self.around(solid, self.gap * solid.shortest)
+        return self.around(solid, reach_between(solid.shortest, share=self.gap))
 
     def around(self, solid: Solid, reach: float) -> list[BodyId]:
         """The other bricks whose upright boxes come as close as this to that of this one [m], by name."""
