@@ -44,9 +44,14 @@ def lean_between(one: Pose, other: Pose) -> float:
 
 
 def body_axes(orientation: Quaternion) -> tuple[Vec3, Vec3, Vec3]:
-    """The three body axes in W."""
+    """The three body axes in W, of unit length whatever that of the quaternion."""
+    x, y, z, w = orientation
+    # A unit quaternion is one to rounding only, or to the digits that an author wrote.
+    s = 2.0 / (x * x + y * y + z * z + w * w)
+    xx, yy, zz, xy, xz, yz = s * x * x, s * y * y, s * z * z, s * x * y, s * x * z, s * y * z
+    xw, yw, zw = s * x * w, s * y * w, s * z * w
     return (
-        rotate(orientation, (1.0, 0.0, 0.0)),
-        rotate(orientation, (0.0, 1.0, 0.0)),
-        rotate(orientation, (0.0, 0.0, 1.0)),
+        (1.0 - yy - zz, xy + zw, xz - yw),
+        (xy - zw, 1.0 - xx - zz, yz + xw),
+        (xz + yw, yz - xw, 1.0 - xx - yy),
     )

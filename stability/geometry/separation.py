@@ -1,7 +1,7 @@
 """How far apart are two boxes, or a box and a plane, and along which direction?
 
-It is the largest gap over the separating axes. Where the boxes overlap, it is minus the shortest way out. Where they are
-apart, it is a lower bound of the distance, exact when a face is closest.
+It is the largest gap over the separating axes. Where the boxes overlap, it is minus the shortest way out. Where they
+are apart, it is a lower bound of the distance, exact when a face is closest.
 """
 
 from collections.abc import Iterator

@@ -17,6 +17,7 @@ from stability.geometry.rotations import body_axes, multiply
 from stability.geometry.separation import boxes_apart
 from stability.geometry.vectors import add, add_scaled, cross, dot, norm, scale, subtract, unit
 from stability.mechanics.impulse import moments
+from stability.mechanics.integration import runge_kutta
 from stability.model import BodyId, BodyState, Plane, Pose, Vec3
 from stability.statics.facts import UP, Contact, Motion, Placed, Problem
 
@@ -78,20 +79,8 @@ class Leaning:
         return Pressed(turning, pressing, x * square - goes_x * turning + floor * pressing)
 
     def after(self, turn: float, rate: float, duration: float) -> tuple[float, float]:
-        """Turn [rad] and its rate [rad/s] a short time [s] later: one step of the classical Runge-Kutta method."""
-        half = 0.5 * duration
-        pull = self.pressed(turn, rate).turning
-        rate_2 = rate + half * pull
-        pull_2 = self.pressed(turn + half * rate, rate_2).turning
-        rate_3 = rate + half * pull_2
-        pull_3 = self.pressed(turn + half * rate_2, rate_3).turning
-        rate_4 = rate + duration * pull_3
-        pull_4 = self.pressed(turn + duration * rate_3, rate_4).turning
-        sixth = duration / 6.0
-        return (
-            turn + sixth * (rate + 2.0 * (rate_2 + rate_3) + rate_4),
-            rate + sixth * (pull + 2.0 * (pull_2 + pull_3) + pull_4),
-        )
+        """Turn [rad] and its rate [rad/s] a short time [s] later."""
+        return runge_kutta(lambda at, going: self.pressed(at, going).turning, turn, rate, duration)
 
 
 @dataclass
