@@ -20,7 +20,7 @@ from stability.geometry.separating_axes import (
     half_extent,
     transposed,
 )
-from stability.geometry.vectors import cross, dot, scale, subtract
+from stability.geometry.vectors import add, cross, dot, scale, subtract
 from stability.model import HalfSpace, Plane, Pose, Vec3
 
 ORIGIN: Vec3 = (0.0, 0.0, 0.0)
@@ -51,13 +51,15 @@ class Block:
         """Whether its third axis is vertical, as that of a plank that lies flat."""
         return self.axes_W[2] == UP
 
-    def is_within(self, margin: float, other: "Block") -> bool:
-        """Whether the upright boxes around both come as close as a margin [m]; if not, they are farther apart."""
-        (ax, ay, az), (bx, by, bz) = self.p_WC, other.p_WC
-        (rx, ry, rz), (sx, sy, sz) = self.reach, other.reach
-        return (
-            abs(az - bz) - rz - sz <= margin and abs(ax - bx) - rx - sx <= margin and abs(ay - by) - ry - sy <= margin
-        )
+    @property
+    def low_W(self) -> Vec3:
+        """The lowest corner of the upright box around it [m]."""
+        return subtract(self.p_WC, self.reach)
+
+    @property
+    def high_W(self) -> Vec3:
+        """The highest corner of it [m]."""
+        return add(self.p_WC, self.reach)
 
 
 def block(size: Vec3, pose: Pose) -> Block:

@@ -1,20 +1,17 @@
 """Does every brick fit where it is placed: not inside another body, and not in the air?"""
 
-from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import product
-from math import floor, hypot, inf
-from statistics import median
+from math import hypot, inf
 
+from stability.geometry.neighbours import Neighbours
 from stability.geometry.separation import Block, Separation, block, block_above_plane, blocks_apart
-from stability.geometry.touching import TOUCHING, reach_between
+from stability.geometry.touching import reach_between
 from stability.model import Plane, Pose, Vec3
 
 # [m] What rounding in a file may cost; far below what a plank is made to. Bodies that are so thin that they would no
 # longer touch are forgiven less: see `forgiven`.
 OVERLAP = 1e-4
-MOST_CELLS = 256  # that a box of usual size can reach; a plank on end amid flat ones reaches some sixty
 TWO_SIDES = 2
 LEAST_UPWARD = 0.05  # z of a contact normal that carries something; less is a touch of two upright faces
 
@@ -60,37 +57,40 @@ def fits(boxes: Sequence[Sited], planes: Sequence[Plane]) -> list[Fit]:
     Those put at the same time may rest on one another. Of two that overlap, the later one in the order is blamed.
     """
     blocks = [block(box.size, box.pose) for box in boxes]
-    grid = _Grid.suiting(blocks)
+    site = _Site(blocks)
     found: list[Fit] = []
     going = sorted((index for index, box in enumerate(boxes) if box.until < inf), key=lambda index: -boxes[index].until)
     gathered = 0
     for index, box in enumerate(boxes):
         while going and boxes[going[-1]].until <= box.time:
-            grid.gone.add(going.pop())
+            gone = going.pop()
+            if gone in site.there:
+                site.there.remove(gone)
         while gathered < len(boxes) and boxes[gathered].time <= box.time:
-            grid.add(gathered)
+            if boxes[gathered].until > box.time:
+                site.there.add(gathered, blocks[gathered].low_W, blocks[gathered].high_W)
             gathered += 1
-        found.append(_fit(index, grid, planes))
+        found.append(_fit(index, site, planes))
     return found
 
 
-def _fit(index: int, grid: "_Grid", planes: Sequence[Plane]) -> Fit:
-    own = grid.blocks[index]
+def _fit(index: int, site: "_Site", planes: Sequence[Plane]) -> Fit:
+    own = site.blocks[index]
     on_planes = [block_above_plane(own, plane) for plane in planes]
     for number, apart in enumerate(on_planes):
         if apart.gap < -forgiven(own.thickness):
             return Fit(overlaps_plane=number, depth=-apart.gap)
-    on_boxes = grid.apart_from(index, reach_between(own.thickness))
+    on_boxes = site.apart_from(index, reach_between(own.thickness))
     for other, apart in on_boxes:
-        if apart.gap < -forgiven(own.thickness, grid.blocks[other].thickness) and other < index:
+        if apart.gap < -forgiven(own.thickness, site.blocks[other].thickness) and other < index:
             return Fit(overlaps_box=other, depth=-apart.gap)
-    touching = [(other, apart) for other, apart in on_boxes if apart.gap <= grid.reach(index, other)]
+    touching = [(other, apart) for other, apart in on_boxes if apart.gap <= site.reach(index, other)]
     at_planes = [(number, apart) for number, apart in enumerate(on_planes) if apart.gap <= reach_between(own.thickness)]
     below = [(apart.gap, reach_between(own.thickness)) for apart in on_planes if _is_below(apart)]
-    below += [(apart.gap, grid.reach(index, other)) for other, apart in on_boxes if _is_below(apart)]
+    below += [(apart.gap, site.reach(index, other)) for other, apart in on_boxes if _is_below(apart)]
     if all(gap > reach for gap, reach in below):  # in the air; how far above what is of interest only here
-        around = grid.apart_from(index, hypot(*grid.cell))
-        below += [(apart.gap, grid.reach(index, other)) for other, apart in around if _is_below(apart)]
+        around = site.apart_from(index, 2.0 * hypot(*own.reach))
+        below += [(apart.gap, site.reach(index, other)) for other, apart in around if _is_below(apart)]
     clearance, reach = min(below, default=(inf, 0.0))
     return Fit(
         on_boxes=tuple(other for other, apart in touching if _is_below(apart)),
@@ -112,35 +112,11 @@ def _is_below(apart: Separation) -> bool:
 
 
 @dataclass
-class _Grid:
-    """Boxes by the cells that the upright boxes around them reach, so that only near ones are compared.
-
-    The cell suits the usual box, in each direction; the few that are much larger are near everything.
-    """
+class _Site:
+    """All boxes, and which of them are there by now."""
 
     blocks: Sequence[Block]
-    cell: Vec3  # [m]
-    cells: dict[tuple[int, ...], list[int]] = field(default_factory=lambda: defaultdict(list))
-    large: list[int] = field(default_factory=list)
-    gone: set[int] = field(default_factory=set)  # taken away by now
-    count: int = 0
-
-    @classmethod
-    def suiting(cls, blocks: Sequence[Block]) -> "_Grid":
-        """An empty grid with cells as wide as the usual box is, along each axis of the world."""
-        reaches = [each.reach for each in blocks] or [(1.0, 1.0, 1.0)]
-        x, y, z = (2.0 * (1.0 + TOUCHING) * median(along) for along in zip(*reaches, strict=True))
-        return cls(blocks, (x, y, z))
-
-    def add(self, index: int) -> None:
-        """Let a box be found."""
-        self.count = index + 1
-        ranges = self._reached(index, 0.0)
-        if _cells_in(ranges) > MOST_CELLS:
-            self.large.append(index)
-            return
-        for cell in product(*ranges):
-            self.cells[cell].append(index)
+    there: Neighbours[int] = field(default_factory=Neighbours)
 
     def reach(self, index: int, other: int) -> float:
         """How far apart these two still touch [m]."""
@@ -148,25 +124,6 @@ class _Grid:
 
     def apart_from(self, index: int, margin: float) -> list[tuple[int, Separation]]:
         """Those whose bounds come as close to a box as a margin [m], by number, and how it is apart from them."""
-        own, blocks = self.blocks[index], self.blocks
-        others = [other for other in self._near(index, margin) if other != index and other not in self.gone]
-        near = sorted(other for other in others if own.is_within(margin, blocks[other]))
-        return [(other, blocks_apart(own, blocks[other])) for other in near]
-
-    def _near(self, index: int, margin: float) -> Iterable[int]:
-        ranges = self._reached(index, margin)
-        if _cells_in(ranges) > self.count:  # then looking at all boxes is less work
-            return range(self.count)
-        return {*self.large, *(other for cell in product(*ranges) for other in self.cells.get(cell, ()))}
-
-    def _reached(self, index: int, margin: float) -> tuple[range, range, range]:
         own = self.blocks[index]
-        x, y, z = (
-            range(floor((at - reach - margin) / cell), floor((at + reach + margin) / cell) + 1)
-            for at, reach, cell in zip(own.p_WC, own.reach, self.cell, strict=True)
-        )
-        return x, y, z
-
-
-def _cells_in(ranges: tuple[range, range, range]) -> int:
-    return len(ranges[0]) * len(ranges[1]) * len(ranges[2])
+        around = self.there.around(own.low_W, own.high_W, margin)
+        return [(other, blocks_apart(own, self.blocks[other])) for other in around if other != index]
