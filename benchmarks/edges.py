@@ -19,7 +19,7 @@ from rich.table import Table
 from stability.engines.edge_normals import wrong_normals
 from stability.engines.pybullet import PyBulletWorld
 from stability.engines.settings import EngineSettings
-from stability.geometry.rotations import multiply, rotate
+from stability.geometry.rotations import about, multiply, rotate
 from stability.model import GROUND, BodyId, BodyState, Brick, Plane, Pose, Quaternion, Vec3
 from stackdsl.systems.systems import MOVING
 
@@ -161,11 +161,11 @@ def _speed_kept(scene: Scene, crossing: float, height: float) -> float:
 
 
 def _about_x(angle: float) -> Quaternion:
-    return (sin(angle / 2.0), 0.0, 0.0, cos(angle / 2.0))
+    return about((1.0, 0.0, 0.0), angle)
 
 
 def _about_z(angle: float) -> Quaternion:
-    return (0.0, 0.0, sin(angle / 2.0), cos(angle / 2.0))
+    return about((0.0, 0.0, 1.0), angle)
 
 
 def tipped() -> Table:

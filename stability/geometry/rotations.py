@@ -1,7 +1,8 @@
 """Turns in space, as unit quaternions (x, y, z, w)."""
 
-from math import atan2, hypot
+from math import atan2, cos, hypot, sin
 
+from stability.geometry.vectors import scale
 from stability.model import Pose, Quaternion, Vec3
 
 
@@ -14,6 +15,17 @@ def rotate(orientation: Quaternion, vector: Vec3) -> Vec3:
     q = z * a - x * c + w * b
     r = x * b - y * a + w * c
     return (a + 2.0 * (y * r - z * q), b + 2.0 * (z * p - x * r), c + 2.0 * (x * q - y * p))
+
+
+def inverse(orientation: Quaternion) -> Quaternion:
+    """The turn that undoes another."""
+    x, y, z, w = orientation
+    return (-x, -y, -z, w)
+
+
+def about(axis: Vec3, angle: float) -> Quaternion:
+    """The turn about a unit axis by an angle [rad]."""
+    return (*scale(sin(0.5 * angle), axis), cos(0.5 * angle))
 
 
 def multiply(second: Quaternion, first: Quaternion) -> Quaternion:
@@ -30,16 +42,14 @@ def multiply(second: Quaternion, first: Quaternion) -> Quaternion:
 
 def turn_between(one: Pose, other: Pose) -> float:
     """The angle of the turn from one orientation to another [rad]."""
-    x, y, z, w = one.orientation
-    a, b, c, part = multiply(other.orientation, (-x, -y, -z, w))
+    a, b, c, part = multiply(other.orientation, inverse(one.orientation))
     # Not by the cosine, which cannot tell a turn of 1e-8 from none.
     return 2.0 * atan2(hypot(a, b, c), abs(part))
 
 
 def lean_between(one: Pose, other: Pose) -> float:
     """The angle by which what was upright in one pose leans in another [rad]: a turn about the vertical is none."""
-    x, y, z, w = one.orientation
-    a, b, c = rotate(other.orientation, rotate((-x, -y, -z, w), (0.0, 0.0, 1.0)))
+    a, b, c = rotate(other.orientation, rotate(inverse(one.orientation), (0.0, 0.0, 1.0)))
     return atan2(hypot(a, b), c)
 
 

@@ -8,10 +8,10 @@ stands act where the axis goes through them, all others of these have opened.
 
 from collections.abc import Collection, Mapping, Set
 from dataclasses import dataclass
-from math import cos, dist, hypot, sin
+from math import dist, hypot
 
 from stability.geometry.boxes import box_corners
-from stability.geometry.rotations import body_axes, multiply, rotate
+from stability.geometry.rotations import about, body_axes, inverse, multiply, rotate
 from stability.geometry.separation import boxes_apart
 from stability.geometry.vectors import add, add_scaled, cross, dot, norm, scale, subtract, unit
 from stability.mechanics.impulse import moments
@@ -125,7 +125,7 @@ def _lowest(size: Vec3, pose: Pose, plane: Plane) -> float:
 
 
 def _turned(placed: Placed, turn: Turn, angle: float) -> Placed:
-    around = (*scale(sin(0.5 * angle), turn.axis_W), cos(0.5 * angle))
+    around = about(turn.axis_W, angle)
     return Placed(
         placed.brick, Pose(_point(placed.pose.position_W, turn, angle), multiply(around, placed.pose.orientation))
     )
@@ -136,7 +136,7 @@ def _point(point_W: Vec3, turn: Turn, angle: float) -> Vec3:
 
 
 def _direction(vector_W: Vec3, turn: Turn, angle: float) -> Vec3:
-    return rotate((*scale(sin(0.5 * angle), turn.axis_W), cos(0.5 * angle)), vector_W)
+    return rotate(about(turn.axis_W, angle), vector_W)
 
 
 def _foot(turn: Turn, point_W: Vec3) -> Vec3:
@@ -162,8 +162,7 @@ def _about(turn: Turn, placed: Placed) -> float:
 
 def _inertia_times(placed: Placed, vector_W: Vec3) -> Vec3:
     """The inertia of a brick about its centre, times a vector."""
-    x, y, z, w = placed.pose.orientation
-    a, b, c = rotate((-x, -y, -z, w), vector_W)
+    a, b, c = rotate(inverse(placed.pose.orientation), vector_W)
     one, two, three = moments(placed.brick.size, placed.brick.mass)
     return rotate(placed.pose.orientation, (one * a, two * b, three * c))
 

@@ -13,7 +13,7 @@ from math import cos, hypot, inf, sin
 from typing import NamedTuple
 
 from stability.geometry.boxes import box_corners
-from stability.geometry.rotations import body_axes, multiply
+from stability.geometry.rotations import about, body_axes, multiply
 from stability.geometry.separation import boxes_apart
 from stability.geometry.vectors import add, add_scaled, cross, dot, norm, scale, subtract, unit
 from stability.mechanics.impulse import moments
@@ -114,11 +114,10 @@ class Slip:
         }
 
     def _state(self, placed: Placed, towards_W: Vec3, gone: Flat, goes: Flat) -> BodyState:
-        axis_W, half = cross(UP, towards_W), 0.5 * self.turn
+        axis_W = cross(UP, towards_W)
         position_W = add_scaled(add_scaled(placed.pose.position_W, gone.x, towards_W), gone.z, UP)
-        around = (*scale(sin(half), axis_W), cos(half))
         velocity_W = add(scale(self.rate * goes.x, towards_W), scale(self.rate * goes.z, UP))
-        pose = Pose(position_W, multiply(around, placed.pose.orientation))
+        pose = Pose(position_W, multiply(about(axis_W, self.turn), placed.pose.orientation))
         return BodyState(pose, velocity_W, scale(self.rate, axis_W))
 
     def _moved(self, turn: float) -> float:

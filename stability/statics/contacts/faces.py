@@ -7,6 +7,7 @@ from math import dist, inf
 from typing import Self
 
 from stability.geometry.clipping import within_rectangle
+from stability.geometry.polygons import doubled_area
 from stability.geometry.vectors import add_scaled, dot, scale, subtract
 from stability.model import Vec3
 from stability.statics.contacts.axes import NEARLY_PARALLEL, Closeness
@@ -109,7 +110,7 @@ def _placed(on: Face, corners: Sequence[Vec3], slack: float) -> tuple[Vec3, ...]
     """The corners in W, in the plane of the face, counter-clockwise seen from outside; doubled ones once."""
     body = on.body
     first, second = body.axes[(on.axis + 1) % 3], body.axes[(on.axis + 2) % 3]
-    area = sum(ax * by - ay * bx for (ax, ay, _), (bx, by, _) in pairwise([*corners, corners[0]]))
+    area, _ = doubled_area([(x, y) for x, y, _ in corners])
     points: list[Vec3] = []
     # The frame of the face is right-handed where its normal is a body axis, and left-handed where it is minus that.
     for x, y, _ in corners if area * on.sign > 0.0 else corners[::-1]:

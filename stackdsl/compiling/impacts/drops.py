@@ -2,7 +2,7 @@
 
 from math import atan2, sqrt
 
-from stability.geometry.rotations import rotate
+from stability.geometry.rotations import inverse, rotate
 from stability.geometry.separation import block, meeting
 from stability.geometry.vectors import add_scaled
 from stability.model import Brick, Pose, Quaternion
@@ -18,8 +18,7 @@ def dropped(brick: Brick, drop: Drop, scene: Scene) -> Placement:
     """The brick where it is let go. Raises MissError."""
     below = aimed_at(drop.onto, scene, "onto")
     orientation = _along(below[0]) if drop.rotate is None else about_axes(drop.rotate)
-    x, y, z, w = scene.tilt
-    down = rotate((-x, -y, -z, w), (0.0, 0.0, -1.0))  # in the frame of the scene
+    down = rotate(inverse(scene.tilt), (0.0, 0.0, -1.0))  # in the frame of the scene
     middle = middle_of(below)
     falling = block(brick.size, Pose(middle, orientation))
     ways = [(other, meeting(falling, other.shape, down, OVERLAP)) for other in scene.resting]
