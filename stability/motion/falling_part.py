@@ -13,6 +13,7 @@ from math import dist, hypot
 from stability.geometry.boxes import box_corners
 from stability.geometry.rotations import about, body_axes, inverse, multiply, rotate
 from stability.geometry.separation import boxes_apart
+from stability.geometry.touching import TOUCHING
 from stability.geometry.vectors import add, add_scaled, cross, dot, norm, scale, subtract, unit
 from stability.mechanics.impulse import moments
 from stability.mechanics.pendulum import Pendulum
@@ -23,7 +24,7 @@ from stability.statics.solvers.equilibrium import balance
 
 DOWN: Vec3 = (0.0, 0.0, -1.0)
 PITCH = 1e-6  # of the speed: more of it along the axis, and it is a screw
-ON_AXIS = Tolerances().gap  # share of the smallest side: nearer points stay where they are
+ON_AXIS = TOUCHING  # share of the smallest side: nearer points stay where they are
 ALONG = 1.0 - 1e-9  # cosine: edges run along the axis
 
 

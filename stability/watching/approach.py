@@ -12,11 +12,12 @@ from math import hypot, inf, sqrt
 from stability.engines.protocol import Engine
 from stability.geometry.rotations import multiply
 from stability.geometry.separation import Separation, boxes_apart
+from stability.geometry.touching import TOUCHING
 from stability.geometry.vectors import add_scaled, scale
 from stability.model import BodyId, BodyState, Box, Pose, Vec3
 
 # Shares of the smallest side of the flying brick.
-IN_TOUCH = 0.03  # closer, two bricks press on each other: what engines leave between bricks at rest, and a little more
+IN_TOUCH = 1.5 * TOUCHING  # closer, two bricks press on each other: what touches at rest, and a little more
 CLOSE = 0.125  # a millimetre for a plank: so much closer than its speed brings it, a brick counts as about to hit
 AHEAD = 1.0  # how far around a brick is looked
 GLANCE = 0.05  # of the time ahead, over which the speed of closing is taken
