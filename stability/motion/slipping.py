@@ -27,7 +27,7 @@ PAIR = 2  # bricks that lean on each other
 
 
 class Flat(NamedTuple):
-    """A vector in the upright plane across the wall [m]."""
+    """A vector in the vertical plane across the wall [m]."""
 
     x: float  # towards the wall
     z: float  # up
@@ -37,7 +37,7 @@ class Flat(NamedTuple):
 class Pressed:
     """What happens while both ends slide, by mass."""
 
-    turning: float  # how fast the rate of the turn grows [rad/s2]
+    angular_acceleration: float  # [rad/s2]
     floor: float  # force of the ground, up [N/kg]
     wall: float  # force of the wall, away from it [N/kg]
 
@@ -54,11 +54,11 @@ class Leaning:
     gravity: float  # [m/s2]
 
     def centre(self, turn: float) -> Flat:
-        """From where ground and wall meet to the centre of mass."""
+        """The vector from where ground and wall meet to the centre of mass."""
         return Flat(-turned_down(self.top, turn).x, -turned_down(self.foot, turn).z)
 
     def centre_goes(self, turn: float) -> Flat:
-        """The way of the centre for a radian."""
+        """The derivative of the centre by the angle [m/rad]."""
         return Flat(-turned_down(self.top, turn).z, turned_down(self.foot, turn).x)
 
     def pressed(self, turn: float, rate: float) -> Pressed:
@@ -74,13 +74,13 @@ class Leaning:
         by_turning, at_rest = (goes_z + wall * goes_x) / both, (self.gravity - (z + wall * x) * square) / both
         arm, high = foot_x - floor * foot_z, top_z + wall * top_x
         resisting = self.inertia + (arm + floor * high) * by_turning - high * goes_x
-        turning = -((arm + floor * high) * at_rest + high * x * square) / resisting
-        pressing = by_turning * turning + at_rest
-        return Pressed(turning, pressing, x * square - goes_x * turning + floor * pressing)
+        angular_acceleration = -((arm + floor * high) * at_rest + high * x * square) / resisting
+        pressing = by_turning * angular_acceleration + at_rest
+        return Pressed(angular_acceleration, pressing, x * square - goes_x * angular_acceleration + floor * pressing)
 
     def after(self, turn: float, rate: float, duration: float) -> tuple[float, float]:
         """Turn [rad] and its rate [rad/s] a short time [s] later."""
-        return runge_kutta(lambda at, going: self.pressed(at, going).turning, turn, rate, duration)
+        return runge_kutta(lambda at, going: self.pressed(at, going).angular_acceleration, turn, rate, duration)
 
 
 @dataclass
@@ -99,7 +99,11 @@ class Slip:
         """Slip for a short time [s]; False, and not at all, if something else happens."""
         turn, rate = self.leaning.after(self.turn, self.rate, duration)
         now = self.leaning.pressed(turn, rate)
-        if min(now.turning, now.floor, now.wall) <= 0.0 or self._moved(turn) >= self.room or not self._on_edges(turn):
+        if (
+            min(now.angular_acceleration, now.floor, now.wall) <= 0.0
+            or self._moved(turn) >= self.room
+            or not self._on_edges(turn)
+        ):
             return False
         self.turn, self.rate = turn, rate
         return True
@@ -121,12 +125,12 @@ class Slip:
         return BodyState(pose, velocity_W, scale(self.rate, axis_W))
 
     def _moved(self, turn: float) -> float:
-        """How far no point of a brick can have got [m]."""
+        """An upper bound on how far any point of a brick has moved [m]."""
         before, now = self.leaning.centre(0.0), self.leaning.centre(turn)
         return hypot(now.x - before.x, now.z - before.z) + turn * max(hypot(*corner) for corner in self.corners)
 
     def _on_edges(self, turn: float) -> bool:
-        """Whether it still stands and leans on the edges that it began with."""
+        """Whether the brick still stands and leans on the edges on which it began to slip."""
         corners = [turned_down(corner, turn) for corner in self.corners]
         foot, top = turned_down(self.leaning.foot, turn), turned_down(self.leaning.top, turn)
         slack = ALIKE * hypot(*self.corners[0])
@@ -153,7 +157,7 @@ def slip_of(
     if not leans or len(leans) != len(names) or not (_against_a_wall(leans) or _against_each_other(leans)):
         return None
     first, now = leans[0], leans[0].leaning.pressed(0.0, 0.0)
-    if min(now.turning, now.floor, now.wall) <= 0.0:
+    if min(now.angular_acceleration, now.floor, now.wall) <= 0.0:
         return None
     bricks = {name: problem.bricks[name] for name in names}
     touched = {body for contact in contacts for body in (contact.lower, contact.upper)}

@@ -8,10 +8,9 @@ import pytest
 from stability.engines.pybullet import PyBulletWorld
 from stability.model import BodyId, Brick, Plane, Pose, Vec3
 from stability.published.direct_hits import DirectHits
-from stability.watching.freezing import RestLimits
-from stackdsl.systems.systems import SYSTEMS
+from stability.watching.rest import RestLimits
+from stackdsl.systems.systems import HELD
 
-SETTINGS = SYSTEMS["thesis"].engine
 CUBE = 0.02  # [m]
 GROUND = Plane("ground", (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5)
 
@@ -38,11 +37,11 @@ class Scene:
 
 @pytest.fixture
 def scene() -> Iterator[Scene]:
-    world = PyBulletWorld.opened(SETTINGS, 9.81, friction=0.5, heaviest=0.01)
+    world = PyBulletWorld.opened(HELD, 9.81, friction=0.5, heaviest=0.01)
     found = Scene(world, DirectHits(world, RestLimits()))
     found.put("target", -CUBE, (0.0, 0.0, 0.0))
     world.freeze("target")
-    found.hits.joined("target")
+    found.hits.frozen(["target"])
     yield found
     world.close()
 
@@ -87,13 +86,13 @@ def test_a_brick_that_has_parted_may_hit_again(scene: Scene) -> None:
 
 
 def test_what_is_or_was_part_of_the_stack_hits_nothing(scene: Scene) -> None:
-    scene.hits.joined("shot")
+    scene.hits.frozen(["shot"])
     scene.put("shot", 0.001, (-1.0, 0.0, 0.0))
     assert scene.coming() == []
 
 
 def test_another_brick_of_the_same_name_is_a_stranger(scene: Scene) -> None:
-    scene.hits.joined("shot")
-    scene.hits.forget("shot")
+    scene.hits.frozen(["shot"])
+    scene.hits.gone(["shot"])
     scene.put("shot", 0.001, (-1.0, 0.0, 0.0))
     assert scene.coming() == [("shot", "target")]
