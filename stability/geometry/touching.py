@@ -9,6 +9,7 @@ from math import inf
 # Share of the smallest side: what engines leave. Less than a fifth of a millimetre for a plank of 7.8 mm, below the
 # 0.2 mm that walls leave between the ends of planks.
 TOUCHING = 0.02
+LIMIT_ITSELF = 1.0 + 1e-9  # so that what is written as the limit touches, whatever rounding makes of it
 
 
 def reach_between(thickness: float, other: float = inf, share: float = TOUCHING) -> float:
@@ -16,4 +17,4 @@ def reach_between(thickness: float, other: float = inf, share: float = TOUCHING)
 
     No body reaches farther than to a plane, so whatever a body may touch is that near to it.
     """
-    return share * (thickness if thickness < other else other)
+    return LIMIT_ITSELF * share * (thickness if thickness < other else other)

@@ -6,7 +6,7 @@ from math import hypot, inf
 
 from stability.geometry.neighbours import Neighbours
 from stability.geometry.separation import Block, Separation, block, block_above_plane, blocks_apart
-from stability.geometry.touching import reach_between
+from stability.geometry.touching import LIMIT_ITSELF, reach_between
 from stability.model import Plane, Pose, Vec3
 
 # [m] What rounding in a file may cost; far below what a plank is made to. Bodies that are so thin that they would no
@@ -104,7 +104,7 @@ def _fit(index: int, site: "_Site", planes: Sequence[Plane]) -> Fit:
 
 def forgiven(thickness: float, other: float = inf) -> float:
     """How deep a body may be in another [m]: what rounding costs, and never so much that they do not touch."""
-    return min(OVERLAP, reach_between(thickness, other))
+    return min(LIMIT_ITSELF * OVERLAP, reach_between(thickness, other))
 
 
 def _is_below(apart: Separation) -> bool:
