@@ -9,8 +9,8 @@ from stability.geometry.separation import Block, Separation, block, block_above_
 from stability.geometry.touching import LIMIT_ITSELF, reach_between
 from stability.model import Plane, Pose, Vec3
 
-# [m] What rounding in a file may cost; far below what a plank is made to. Bodies that are so thin that they would no
-# longer touch are forgiven less: see `forgiven`.
+# [m] What rounding in a file may cost; far below what a plank is made to. Of bodies so thin that they would no longer
+# touch, less is forgiven.
 OVERLAP = 1e-4
 TWO_SIDES = 2
 LEAST_UPWARD = 0.05  # z of a contact normal that carries something; less is a touch of two upright faces
@@ -74,41 +74,51 @@ def fits(boxes: Sequence[Sited], planes: Sequence[Plane]) -> list[Fit]:
     return found
 
 
+@dataclass(frozen=True, slots=True)
+class _Near:
+    """Another body, by number, and how a box is apart from it."""
+
+    number: int
+    apart: Separation
+    reach: float  # from which they still touch [m]
+
+    @property
+    def touches(self) -> bool:
+        return self.apart.gap <= self.reach
+
+    @property
+    def is_below(self) -> bool:
+        return self.apart.normal_BA_W[2] > LEAST_UPWARD
+
+    @property
+    def overlaps(self) -> bool:
+        """Whether it is deeper in the box than rounding costs, or so deep that statics would not let them touch."""
+        return -self.apart.gap > min(LIMIT_ITSELF * OVERLAP, self.reach)
+
+
 def _fit(index: int, site: "_Site", planes: Sequence[Plane]) -> Fit:
     own = site.blocks[index]
-    on_planes = [block_above_plane(own, plane) for plane in planes]
-    for number, apart in enumerate(on_planes):
-        if apart.gap < -forgiven(own.thickness):
-            return Fit(overlaps_plane=number, depth=-apart.gap)
-    on_boxes = site.apart_from(index, reach_between(own.thickness))
-    for other, apart in on_boxes:
-        if apart.gap < -forgiven(own.thickness, site.blocks[other].thickness) and other < index:
-            return Fit(overlaps_box=other, depth=-apart.gap)
-    touching = [(other, apart) for other, apart in on_boxes if apart.gap <= site.reach(index, other)]
-    at_planes = [(number, apart) for number, apart in enumerate(on_planes) if apart.gap <= reach_between(own.thickness)]
-    below = [(apart.gap, reach_between(own.thickness)) for apart in on_planes if _is_below(apart)]
-    below += [(apart.gap, site.reach(index, other)) for other, apart in on_boxes if _is_below(apart)]
-    if all(gap > reach for gap, reach in below):  # in the air; how far above what is of interest only here
-        around = site.apart_from(index, 2.0 * hypot(*own.reach))
-        below += [(apart.gap, site.reach(index, other)) for other, apart in around if _is_below(apart)]
-    clearance, reach = min(below, default=(inf, 0.0))
+    reach = reach_between(own.thickness)
+    on_planes = [_Near(n, block_above_plane(own, plane), reach) for n, plane in enumerate(planes)]
+    for near in on_planes:
+        if near.overlaps:
+            return Fit(overlaps_plane=near.number, depth=-near.apart.gap)
+    on_boxes = site.near(index, reach)
+    for near in on_boxes:
+        if near.overlaps and near.number < index:
+            return Fit(overlaps_box=near.number, depth=-near.apart.gap)
+    below = [near for near in (*on_planes, *on_boxes) if near.is_below]
+    if not any(near.touches for near in below):  # in the air; how far above what is of interest only here
+        below += [near for near in site.near(index, 2.0 * hypot(*own.reach)) if near.is_below]
+    nearest = min(below, key=lambda near: near.apart.gap, default=None)
     return Fit(
-        on_boxes=tuple(other for other, apart in touching if _is_below(apart)),
-        on_planes=tuple(number for number, apart in at_planes if _is_below(apart)),
-        beside_boxes=tuple(other for other, apart in touching if not _is_below(apart)),
-        beside_planes=tuple(number for number, apart in at_planes if not _is_below(apart)),
-        clearance=clearance,
-        reach=reach,
+        on_boxes=tuple(near.number for near in on_boxes if near.touches and near.is_below),
+        on_planes=tuple(near.number for near in on_planes if near.touches and near.is_below),
+        beside_boxes=tuple(near.number for near in on_boxes if near.touches and not near.is_below),
+        beside_planes=tuple(near.number for near in on_planes if near.touches and not near.is_below),
+        clearance=nearest.apart.gap if nearest is not None else inf,
+        reach=nearest.reach if nearest is not None else 0.0,
     )
-
-
-def forgiven(thickness: float, other: float = inf) -> float:
-    """How deep a body may be in another [m]: what rounding costs, and never so much that they do not touch."""
-    return min(LIMIT_ITSELF * OVERLAP, reach_between(thickness, other))
-
-
-def _is_below(apart: Separation) -> bool:
-    return apart.normal_BA_W[2] > LEAST_UPWARD
 
 
 @dataclass
@@ -118,12 +128,11 @@ class _Site:
     blocks: Sequence[Block]
     there: Neighbours[int] = field(default_factory=Neighbours)
 
-    def reach(self, index: int, other: int) -> float:
-        """How far apart these two still touch [m]."""
-        return reach_between(self.blocks[index].thickness, self.blocks[other].thickness)
-
-    def apart_from(self, index: int, margin: float) -> list[tuple[int, Separation]]:
-        """Those whose bounds come as close to a box as a margin [m], by number, and how it is apart from them."""
-        own = self.blocks[index]
-        around = self.there.around(own.low_W, own.high_W, margin)
-        return [(other, blocks_apart(own, self.blocks[other])) for other in around if other != index]
+    def near(self, index: int, margin: float) -> list[_Near]:
+        """Those whose bounds come as close to a box as a margin [m], in order."""
+        own, blocks = self.blocks[index], self.blocks
+        return [
+            _Near(other, blocks_apart(own, blocks[other]), reach_between(own.thickness, blocks[other].thickness))
+            for other in self.there.around(own.low_W, own.high_W, margin)
+            if other != index
+        ]
