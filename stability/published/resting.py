@@ -12,11 +12,13 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from stability.engines.protocol import Engine
-from stability.geometry.boxes import box_corners
-from stability.geometry.separation import boxes_apart, in_world
+from stability.geometry.separation import in_world
 from stability.geometry.touching import reach_between
-from stability.model import BodyId, BodyState, Box, ContactPoint, HalfSpace, Plane, Pose, Shape, Vec3
+from stability.model import BodyId, BodyState, ContactPoint, ConvexShape, HalfSpace, Plane, Pose, Shape, Vec3, convex
 from stability.published.face_patch import face_patch
+from stability.shapes.apart import apart
+from stability.shapes.box import Box
+from stability.shapes.in_pose import corners_W
 
 # [m] For how thick a body is taken whose shape nobody knows: engines keep their margins around such shapes, and report
 # points up to half a millimetre early.
@@ -33,7 +35,8 @@ class ContactLimits:
 
 def reach_of(shape: Shape) -> float:
     """How far away what a brick touches may at most be [m]."""
-    return reach_between(min(shape.size) if isinstance(shape, Box) else UNKNOWN_THICKNESS)
+    known = convex(shape)
+    return reach_between(UNKNOWN_THICKNESS if known is None else known.least_thickness)
 
 
 def resting_points(
@@ -59,26 +62,27 @@ def corners_on(upper: Shape, at: Pose, lower: Shape, below: Pose, limits: Contac
 
     None if their shapes alone do not tell.
     """
-    if not isinstance(upper, Box):
-        return None
-    match lower:
-        case Box():
-            apart = boxes_apart(upper.size, at, lower.size, below)
-            if abs(apart.gap) > reach_between(min(upper.size), min(lower.size)) or apart.normal_BA_W[2] < limits.upward:
+    match upper, lower:
+        case Box(), Box():
+            between = apart(upper, at, lower, below)
+            reach = reach_between(upper.least_thickness, lower.least_thickness)
+            if abs(between.gap) > reach or between.normal_BA_W[2] < limits.upward:
                 return ()
             return face_patch(upper.size, at, lower.size, below) or None
-        case HalfSpace():
+        case (None | HalfSpace(), _):
+            return None
+        case _, HalfSpace():
             return _lowest_corners(upper, at, in_world(lower, below), limits)
         case _:
             return None
 
 
-def _lowest_corners(upper: Box, at: Pose, plane: Plane, limits: ContactLimits) -> Sequence[Vec3]:
+def _lowest_corners(upper: ConvexShape, at: Pose, plane: Plane, limits: ContactLimits) -> Sequence[Vec3]:
     nx, ny, nz = plane.normal_W
     px, py, pz = plane.point_W
     if nz < limits.upward:
         return ()
-    heights = {(x, y, z): (x - px) * nx + (y - py) * ny + (z - pz) * nz for x, y, z in box_corners(upper.size, at)}
+    heights = {(x, y, z): (x - px) * nx + (y - py) * ny + (z - pz) * nz for x, y, z in corners_W(upper, at)}
     reach = reach_of(upper)
     if min(heights.values()) < -reach:
         return ()

@@ -19,10 +19,9 @@ from stackdsl.checking.gathering import Case, Gathered, cases_of, gather
 from stackdsl.checking.processes import INTERRUPTS
 from stackdsl.checking.selection import Selection, why_nothing
 from stackdsl.commands.bench import bench_command
-from stackdsl.commands.options import playable
+from stackdsl.commands.options import SYSTEM_CHOICE, playable
 from stackdsl.commands.terminal import paper, progress, show_error, silence, tell, write
 from stackdsl.diagnostics import Diagnostic
-from stackdsl.language.author_types import SYSTEMS
 from stackdsl.language.validation import schema_text
 from stackdsl.outcome import ExitCode, Report, VariantResult, exit_code
 from stackdsl.playing.clearance import BlockedPlacementError
@@ -33,7 +32,6 @@ from stackdsl.report.json import report_json
 from stackdsl.report.run_text import run_text
 from stackdsl.report.text import report_text
 from stackdsl.snapshots.golden import GoldenWriteRefusedError, refuse_in_ci
-from stackdsl.systems.peers import PEERS
 
 FilePath = click.Path(path_type=Path)
 ONE_FILE = click.argument("file", type=FilePath)
@@ -41,7 +39,7 @@ ON_SYSTEMS = click.option(
     "--system",
     "systems",
     multiple=True,
-    type=click.Choice([*SYSTEMS, *PEERS]),
+    type=SYSTEM_CHOICE,
     callback=lambda *given: playable(given[-1]),
     help="Only these systems. Those on other engines than PyBullet are played wherever they are asked for.",
 )

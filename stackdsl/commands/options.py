@@ -5,7 +5,29 @@ from collections.abc import Iterable
 import click
 
 from stability.engines.settings import Package
-from stackdsl.systems.known_systems import needs_of
+from stackdsl.systems.known_systems import KNOWN, needs_of
+
+
+class SystemChoice(click.Choice[str]):
+    """The name of a system: one of those that are listed, or of one that another package offers."""
+
+    def convert(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """The name. What other packages offer is looked up only if it is none of ours."""
+        if value in self.choices:
+            return value
+        from stackdsl.systems.foreign import ForeignSystemError, foreign_names, foreign_system  # noqa: PLC0415 -- rare
+
+        try:
+            others = foreign_names()
+            if value in others:
+                return foreign_system(value).name
+        except ForeignSystemError as error:
+            self.fail(str(error), param, ctx)
+        listed = ", ".join(f"'{name}'" for name in (*self.choices, *others))
+        self.fail(f"'{value}' is not one of {listed}", param, ctx)
+
+
+SYSTEM_CHOICE = SystemChoice(list(KNOWN))
 
 
 def refuse_missing(needs: Iterable[tuple[str, Package]]) -> None:

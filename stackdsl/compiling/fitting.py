@@ -5,9 +5,10 @@ from dataclasses import dataclass, field
 from math import hypot, inf
 
 from stability.geometry.neighbours import Neighbours
-from stability.geometry.separation import Block, Separation, block, block_above_plane, blocks_apart
+from stability.geometry.separation import Block, Separation, block_above_plane, blocks_apart
 from stability.geometry.touching import LIMIT_ITSELF, reach_between
-from stability.model import Plane, Pose, Vec3
+from stability.model import ConvexShape, Plane, Pose
+from stability.shapes.apart import solid_block
 
 # [m] What rounding in a file may cost; far below what a plank is made to. Of bodies so thin that they would no longer
 # touch, less is forgiven.
@@ -18,10 +19,10 @@ LEAST_UPWARD = 0.05  # z of a contact normal that carries something; less is a t
 
 @dataclass(frozen=True, slots=True)
 class Sited:
-    """A box, where and when it is put."""
+    """A shape, where and when it is put."""
 
     time: float  # [s], or any number that orders what happens
-    size: Vec3  # [m]
+    shape: ConvexShape
     pose: Pose
     until: float = inf  # when it is taken away again
 
@@ -56,7 +57,7 @@ def fits(boxes: Sequence[Sited], planes: Sequence[Plane]) -> list[Fit]:
 
     Those put at the same time may rest on one another. Of two that overlap, the later one in the order is blamed.
     """
-    blocks = [block(box.size, box.pose) for box in boxes]
+    blocks = [solid_block(box.shape, box.pose) for box in boxes]
     site = _Site(blocks)
     found: list[Fit] = []
     going = sorted((index for index, box in enumerate(boxes) if box.until < inf), key=lambda index: -boxes[index].until)

@@ -16,9 +16,10 @@ from stability.engines.mujoco.mujoco_binding import mujoco
 from stability.engines.mujoco.mujoco_settings import MuJoCoSettings
 from stability.engines.shortest_turn import shortest_turn
 from stability.geometry.bounding_boxes import BoundingBoxes
-from stability.geometry.rotations import rotate
+from stability.geometry.rotations import inverse, rotate
 from stability.geometry.vectors import add, add_scaled, scale
 from stability.model import BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Quaternion, Vec3
+from stability.shapes.box import as_box
 
 UP = (0.0, 0.0, 1.0)
 SLIDING = 3  # dimensions of a contact force: normal and friction, no resistance to spin or rolling
@@ -161,7 +162,7 @@ def _add_body(world: mujoco.MjsBody, body: Body, scene: Scene) -> None:
     for brick, place in body.bricks:
         added.add_geom(
             type=mujoco.mjtGeom.mjGEOM_BOX,
-            size=scale(0.5, brick.size),
+            size=scale(0.5, as_box(brick.shape, "MuJoCo").size),
             pos=place.position_W,
             quat=_as_wxyz(place.orientation),
             mass=brick.mass,
@@ -182,7 +183,7 @@ def _contact(settings: MuJoCoSettings, friction: float) -> Mapping[str, object]:
 def _set_state(data: mujoco.MjData, turn: int, state: BodyState) -> None:
     x, y, z, w = state.pose.orientation
     data.qpos[7 * turn : 7 * turn + 7] = (*state.pose.position_W, w, x, y, z)
-    spin = rotate((-x, -y, -z, w), state.angular_velocity_W)
+    spin = rotate(inverse(state.pose.orientation), state.angular_velocity_W)
     data.qvel[6 * turn : 6 * turn + 6] = (*state.velocity_W, *spin)
 
 

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from stability.geometry.separation import boxes_apart
 from stability.model import Brick, Pose, Quaternion, Vec3
+from stability.shapes.box import Box
 from stability.statics.contacts.axes import closeness
 from stability.statics.contacts.solids import solid
 from stability.statics.facts import Placed
@@ -21,7 +22,7 @@ TURN = st.tuples(PART, PART, PART, PART).filter(lambda turn: sum(part * part for
 @given(st.tuples(*[st.floats(-0.1, 0.1)] * 3), TURN, TURN)
 def test_the_gap_of_a_contact_is_that_of_the_separation(place: Vec3, turn_a: Quaternion, turn_b: Quaternion) -> None:
     a, b = Pose(place, unit(turn_a)), Pose((0.0, 0.0, 0.0), unit(turn_b))
-    close = closeness(solid(Placed(Brick("a", PLANK, 1.0), a)), solid(Placed(Brick("b", CUBE, 1.0), b)), FAR)
+    close = closeness(solid(Placed(Brick("a", Box(PLANK), 1.0), a)), solid(Placed(Brick("b", Box(CUBE), 1.0), b)), FAR)
     assert close is not None
     assert close.gap == pytest.approx(boxes_apart(PLANK, a, CUBE, b).gap, abs=2e-9)  # faces win ties by a nanometre
 
