@@ -28,7 +28,7 @@ from stability.statics.assembly import Assembly
 from stability.statics.facts import Motion, Placed, Problem
 from stability.watching.extension import Extension
 from stackdsl.checking.gathering import gather
-from stackdsl.judging.falling import largest_difference, seen_displacements, widest_angle
+from stackdsl.language.claims.onset_motion import largest_difference, seen_displacements, widest_angle
 from stackdsl.playing.energy import kinetic_energy
 from stackdsl.systems.systems import HELD, MOVING, SYSTEMS, System
 from stackdsl.systems.worlds import extension_for

@@ -16,7 +16,7 @@ from benchmarks.plank_structures import LENGTH, THICKNESS, four_stack
 from stability.model import GROUND, Brick, Plane, Pose
 from stackdsl.playing.runner import play
 from stackdsl.systems.systems import MOVING, SYSTEMS, System
-from stackdsl.timeline import Placement, Timeline, World
+from stackdsl.timeline import Arrival, Placement, Timeline, World
 from stackdsl.trace import Trace
 
 GRAVITY, DISTANCE, THROWN_AT, WATCHED = 9.81, 0.01, 0.2, 1.0  # [m/s2], [m], [s], [s]
@@ -34,7 +34,7 @@ def timeline(throw: Throw) -> Timeline:
         0,
         pose,
         velocity_W=(0.0, -throw.speed, rise),
-        thrown=True,
+        arrival=Arrival.THROWN,
     )
     ground = Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5)
     return Timeline(World(GRAVITY, 0.5, (ground,)), (*placed, shot), hold=WATCHED)

@@ -10,9 +10,16 @@ from math import degrees
 
 from stability.model import BodyId
 from stackdsl.language.tolerances import Tolerance
-from stackdsl.trace import NO_PART, BrickState, BrickTrack, Trace
+from stackdsl.trace import (
+    COLLAPSE_SHARE_OF_SMALLEST_SIDE,
+    COLLAPSE_TILT,
+    NO_PART,
+    BrickState,
+    BrickTrack,
+    Trace,
+)
+from stackdsl.wording import MILLIMETRES
 
-MILLIMETRES = 1000.0
 PERCENT = 100.0
 SHOWN_PER_SI = {"mm": MILLIMETRES, "deg": degrees(1.0), "%": PERCENT}  # by the unit of a margin
 
@@ -54,6 +61,10 @@ def all_of(parts: Sequence[Finding]) -> Finding:
     return replace(worst, measured=measured, passed=all(part.passed for part in parts))
 
 
-def mm(length: float) -> str:
-    """A length as it is shown."""
-    return f"{MILLIMETRES * length:.4g} mm"
+def margin_to_collapse(track: BrickTrack) -> tuple[float, str]:
+    """How much further a brick may shift, or sink after a hit, or turn if that is closer, before it has collapsed."""
+    limit = COLLAPSE_SHARE_OF_SMALLEST_SIDE * track.brick.shape.least_thickness
+    lost = track.shift if track.sunk is None else track.sunk
+    if track.tilt / COLLAPSE_TILT > lost / limit:
+        return degrees(COLLAPSE_TILT - track.tilt), "deg"
+    return MILLIMETRES * (limit - lost), "mm"

@@ -1,4 +1,4 @@
-"""How a fall begins, and where it ends.
+"""How a fall begins: how far bricks were proven to go, and how far they were seen to.
 
 A proof names velocities, and a fall is seen after a finite turn. A body that turns about a fixed axis moves along an
 arc; its chord lies half the turn away from where it set out to, and is shorter than the arc. So the velocities are
@@ -6,45 +6,22 @@ followed as far as the brick that turns fastest was seen to turn, each brick alo
 is compared with what was seen.
 """
 
-from math import acos, cos, degrees, inf, pi, remainder, sin
+from math import acos, cos, pi, sin
+from typing import TypeAlias
 
 from stability.geometry.rotations import turn_between
 from stability.geometry.vectors import add, cross, dot, norm, scale, subtract
 from stability.model import Vec3
 from stability.statics.facts import Motion
-from stackdsl.judging.finding import PERCENT, Finding, all_of, at_most, mm, within
-from stackdsl.language.claims import Lands, Pivots
-from stackdsl.trace import Onset, Trace
+from stackdsl.trace import Onset
 
 SMALL = 0.05  # share of the largest displacement: the directions of smaller ones are noise
 STRAIGHT = 1e-6  # [rad] a turn whose chord is its arc
 
-
-def pivots(claim: Pivots, trace: Trace) -> Finding:
-    """Whether what falls begins to as the proof says: about what, in which directions, in which proportions."""
-    onset = trace.onset
-    if onset is None:
-        named = trace.statics is not None and trace.statics.motion is not None
-        why = "nothing that was proven to fall turned by 5 deg" if named else "no proof names a motion"
-        return Finding(why, -1.0, "", passed=False)
-    pairs = seen_displacements(onset)
-    if pairs is None:
-        return Finding("the motion that the proof names does not turn", -1.0, "", passed=False)
-    parts = []
-    if claim.about is not None:
-        found = ", ".join(onset.about) or "nothing"
-        held = claim.about in onset.about
-        parts.append(Finding(f"about {found}", inf if held else -1.0, "" if held else "bodies", passed=held))
-    if claim.within is not None:
-        angle = widest_angle(pairs)
-        parts.append(at_most(claim.within, angle, "deg", f"within {degrees(angle):.3g} deg"))
-    if claim.proportions is not None:
-        off = largest_difference(pairs)
-        parts.append(at_most(claim.proportions, off, "%", f"proportions within {PERCENT * off:.3g} %"))
-    return all_of(parts)
+Pairs: TypeAlias = list[tuple[Vec3, Vec3]]  # a proven displacement, and the one seen [m]
 
 
-def seen_displacements(onset: Onset) -> list[tuple[Vec3, Vec3]] | None:
+def seen_displacements(onset: Onset) -> Pairs | None:
     """How far each brick gets by so much of the proven motion, and how far it was seen to [m]; None without a turn."""
     motion = Motion({name: onset.motion.velocity[name] for name in onset.poses})
     fastest = max(motion.velocity, key=lambda name: norm(motion.velocity[name][1]))
@@ -70,7 +47,7 @@ def along_screw(velocity_W: Vec3, spin_W: Vec3, lasts: float) -> Vec3:
     return add(straight, add(sideways, scale((angle - sin(angle)) / angle**3, cross(turn, across))))
 
 
-def widest_angle(pairs: list[tuple[Vec3, Vec3]]) -> float:
+def widest_angle(pairs: Pairs) -> float:
     """Between proven and seen displacements, of the bricks that go far enough to have a direction [rad]."""
     far = SMALL * max(norm(proven) for proven, _ in pairs)
     return max(_angle(proven, seen) for proven, seen in pairs if norm(proven) >= far)
@@ -81,23 +58,9 @@ def _angle(one: Vec3, other: Vec3) -> float:
     return acos(max(-1.0, min(1.0, dot(one, other) / lengths))) if lengths > 0.0 else pi
 
 
-def largest_difference(pairs: list[tuple[Vec3, Vec3]]) -> float:
+def largest_difference(pairs: Pairs) -> float:
     """Between how far bricks were proven and seen to go, both as shares of the brick that was proven to go furthest."""
     furthest, seen_of_it = max(pairs, key=lambda pair: norm(pair[0]))
     if norm(seen_of_it) == 0.0:
         return 1.0
     return max(abs(norm(seen) / norm(seen_of_it) - norm(proven) / norm(furthest)) for proven, seen in pairs)
-
-
-def lands(claim: Lands, trace: Trace) -> Finding:
-    """How far sideways, and which way, the centre of mass of what fell gets until the ground takes it."""
-    landing = trace.landing
-    if landing is None:
-        return Finding("nothing fell", -1.0, "", passed=False)
-    parts = []
-    if claim.reach is not None:
-        parts.append(within(claim.reach, landing.reach, "mm", f"reach {mm(landing.reach)}"))
-    if claim.bearing is not None:
-        off = abs(remainder(landing.bearing - claim.bearing, 2.0 * pi))
-        parts.append(at_most(claim.within, off, "deg", f"bearing {degrees(landing.bearing):.3g} deg"))
-    return all_of(parts)
