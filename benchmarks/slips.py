@@ -21,7 +21,7 @@ from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
 from benchmarks.slipping import Leaning, needed_friction, slides, slip, time_to_slide
 from stability.engines.protocol import World
-from stability.geometry.rotations import multiply, rotate
+from stability.geometry.rotations import about, multiply, rotate
 from stability.geometry.vectors import add, cross, dot, scale, subtract
 from stability.model import GROUND, BodyState, Brick, Plane, Pose, Vec3
 from stability.motion.known_motion import FallingParts
@@ -96,12 +96,8 @@ def leaning_pose(size: Vec3, angle: float, side: float, yaw: float) -> Pose:
     length, _, thickness = size
     out = 0.5 * side * (length * cos(angle) + thickness * sin(angle))
     up = 0.5 * (length * sin(angle) + thickness * cos(angle))
-    turn = multiply(_about((0.0, 0.0, 1.0), yaw), _about((0.0, 1.0, 0.0), side * angle))
+    turn = multiply(about((0.0, 0.0, 1.0), yaw), about((0.0, 1.0, 0.0), side * angle))
     return Pose((out * cos(yaw), out * sin(yaw), up), turn)
-
-
-def _about(axis_W: Vec3, angle: float) -> tuple[float, float, float, float]:
-    return (*scale(sin(0.5 * angle), axis_W), cos(0.5 * angle))
 
 
 def timeline(case: Case) -> Timeline:
@@ -111,7 +107,7 @@ def timeline(case: Case) -> Timeline:
         ux, uy, _ = towards(yaw)
         normal_W = (sin(angle) * ux, sin(angle) * uy, cos(angle))
         planes = [Plane(GROUND, (0.0, 0.0, 0.0), normal_W, case.friction)]
-        poses = {"left": Pose(scale(0.5 * case.size[2], normal_W), _about((-uy, ux, 0.0), angle))}
+        poses = {"left": Pose(scale(0.5 * case.size[2], normal_W), about((-uy, ux, 0.0), angle))}
     else:
         planes = [Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), case.friction)]
         poses = {"left": leaning_pose(case.size, angle, -1.0, yaw)}

@@ -11,6 +11,8 @@ from stackdsl.language.schema import Scenario
 from stackdsl.reading.source import Path, Source
 from stackdsl.wording import mm
 
+USUAL_DIGITS, ALL_DIGITS = 4, 17  # of a length in words, and those that tell any two lengths apart
+
 
 def misfits(built: Built, _scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     """Bricks inside others or in the air; one of a kind for each place in the file, since a layout fails as a whole."""
@@ -46,9 +48,16 @@ def _misfit(fit: Fit, brick: BuiltBrick, bricks: Sequence[BuiltBrick], built: Bu
         message = f"brick '{brick.name}' is {mm(fit.depth)} inside {other or plane}"
         return "SD201", message, f"move it out by at least {mm(fit.depth)}{', such as by `origin`' * of_layout}"
     if fit.in_the_air and not brick.written.drop:
-        above = "" if fit.clearance == inf else f"; the nearest body below is {mm(fit.clearance)} away"
+        above = "" if fit.clearance == inf else f"; the nearest body below is {_away(fit.clearance, fit.reach)}"
         hint = "place it on something, or say `drop: true` to let it fall"
         if of_layout:
             hint = "give the layout measures with which every brick lies on another, or an `origin` on top of something"
         return "SD202", f"nothing is under brick '{brick.name}'{above}", hint
     return None
+
+
+def _away(clearance: float, reach: float) -> str:
+    """A distance and the lesser one that it should be, in so many digits that they differ."""
+    texts = ((mm(clearance, digits), mm(reach, digits)) for digits in range(USUAL_DIGITS, ALL_DIGITS + 1))
+    away, most = next(pair for pair in texts if pair[0] != pair[1])
+    return f"{away} away, and what is up to {most} away touches"

@@ -2,7 +2,7 @@
 
 from math import atan2, sqrt
 
-from stability.geometry.rotations import rotate
+from stability.geometry.rotations import inverse, rotate
 from stability.geometry.separation import meeting
 from stability.geometry.vectors import add_scaled
 from stability.model import Pose, Quaternion
@@ -23,8 +23,7 @@ def dropped(drop: Drop, scene: Scene) -> tuple[Placement, ...]:
     assert brick is not None  # the kind says that it has one
     below = aimed_at(drop.onto, scene, "onto")
     orientation = _along(below[0]) if drop.rotate is None else about_axes(drop.rotate)
-    x, y, z, w = scene.tilt
-    down = rotate((-x, -y, -z, w), (0.0, 0.0, -1.0))  # in the frame of the scene
+    down = rotate(inverse(scene.tilt), (0.0, 0.0, -1.0))  # in the frame of the scene
     middle = middle_of(below)
     falling = solid_block(brick.shape, Pose(middle, orientation))
     ways = [(other, meeting(falling, other.shape, down, OVERLAP)) for other in scene.resting]
