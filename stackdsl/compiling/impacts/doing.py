@@ -7,14 +7,16 @@ from stability.model import BodyId
 from stackdsl.compiling.built import Built
 from stackdsl.compiling.impacts.actions import actions_of
 from stackdsl.compiling.impacts.flights import Coming, Crossing, crossings
-from stackdsl.compiling.impacts.scene import MissError, scene_of
+from stackdsl.compiling.impacts.pushes import limit_push
+from stackdsl.compiling.impacts.scene import MissError, Scene, scene_of
 from stackdsl.compiling.moment import Moment
 from stackdsl.compiling.site import tilt_of
 from stackdsl.diagnostics import Diagnostic
+from stackdsl.language.impacts.impact_kind import ImpactKind
 from stackdsl.language.named import named_in
 from stackdsl.language.schema import Scenario
 from stackdsl.reading.source import Source
-from stackdsl.timeline import Action, Placement
+from stackdsl.timeline import Action, Placement, Push
 from stackdsl.wording import mm
 
 
@@ -38,7 +40,7 @@ def done(built: Built, scenario: Scenario, source: Source) -> Done:
         if any(named.name not in known for named in named_in(impact)):
             continue  # a brick that nobody builds is told elsewhere
         try:
-            actions = actions_of(impact.done, replace(scene, moment=moment, missile=built.missiles.get(number)))
+            actions = _actions(impact.done, replace(scene, moment=moment, missile=built.missiles.get(number)))
         except MissError as miss:
             span = source.span_of(("impacts", number, impact.kind, miss.key))
             found.mistakes.append(Diagnostic(miss.code, span, miss.message, miss.hint))
@@ -48,6 +50,15 @@ def done(built: Built, scenario: Scenario, source: Source) -> Done:
     blocked = crossings(coming, _struck(built, scenario), scene.gravity)
     found.mistakes += [_blocked(crossing, scenario, source) for crossing in blocked]
     return found
+
+
+def _actions(done: ImpactKind, scene: Scene) -> tuple[Action, ...]:
+    """What an impact comes to, within the limits that hold for every kind. Raises MissError."""
+    actions = actions_of(done, scene)
+    for action in actions:
+        if isinstance(action, Push):
+            limit_push(action, scene)
+    return actions
 
 
 def _struck(built: Built, scenario: Scenario) -> Mapping[BodyId, Moment]:

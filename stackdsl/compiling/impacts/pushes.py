@@ -14,6 +14,8 @@ from stackdsl.language.quantities import SPEED
 from stackdsl.timeline import Push
 from stackdsl.wording import mm
 
+TURNED = 1e-12  # how much longer the rounding of a turn may make an impulse
+
 
 @actions_of.register
 def pushed(push: WrittenPush, scene: Scene) -> tuple[Push, ...]:
@@ -25,7 +27,6 @@ def pushed(push: WrittenPush, scene: Scene) -> tuple[Push, ...]:
         raise missing(push.brick, scene, "brick")
     elif not brick.let_go:
         _touch(push.point, brick)
-    _limit(push, scene.flying[push.brick].brick.mass if brick is None else brick.mass)
     impulse_W, offset_W = rotate(scene.tilt, push.impulse), rotate(scene.tilt, push.point)
     return (Push(scene.moment.time, push.brick, impulse_W, offset_W),)
 
@@ -45,10 +46,12 @@ def _touch(point: Vec3, brick: Standing) -> None:
         raise MissError("point", "SD207", message, "write it from the centre of the brick, in the axes of the scene")
 
 
-def _limit(push: WrittenPush, mass: float) -> None:
-    """Raise MissError if a push gives a brick no speed, or more than a thrown one may have."""
-    speed, most = norm(push.impulse) / mass, float(SPEED.most)
-    if 0.0 < speed <= most:
+def limit_push(push: Push, scene: Scene) -> None:
+    """Raise MissError if a push gives a brick no speed, or more than a thrown one may have, whatever kind it is of."""
+    brick = next((brick for brick in scene.bricks if brick.name == push.brick), None)
+    mass = scene.flying[push.brick].brick.mass if brick is None else brick.mass
+    speed, most = norm(push.impulse_W) / mass, float(SPEED.most)
+    if 0.0 < speed <= most * (1.0 + TURNED):
         return
     message = f"the push gives brick '{push.brick}' {speed:.4g} m/s, and it must be more than 0, at most {most:g} m/s"
     hint = f"write more than 0, at most {_rounded_down(1000.0 * mass * most)} mN*s"
