@@ -65,7 +65,7 @@ def _reasons(selection: Selection, cases: Sequence[Case]) -> Iterator[str]:
     for tag in selection.tags:
         if not tag.startswith("!") and tag not in known:
             yield f"no scenario has the tag '{tag}'{_in_brackets(did_you_mean(tag, known))}"
-    if selection.systems and not any(replace(selection, keyword="", tags=()).takes(case) for case in cases):
+    if selection.systems and not replace(selection, keyword="", tags=()).of(cases):
         yield f"none is played on {' or '.join(selection.systems)}, which a scenario says by `systems:`"
 
 

@@ -31,6 +31,12 @@ def test_what_no_case_has_is_named(selection: Selection, told: str) -> None:
     assert "--list" in text
 
 
+def test_a_peer_is_played_wherever_it_is_asked_for_so_it_is_no_reason() -> None:
+    asked = Selection(("mujoco",), keyword="goood")
+    assert asked.of(CASES) == []
+    assert "played on" not in why_nothing(asked, CASES, [])
+
+
 @pytest.mark.parametrize("form", ["text", "json"])
 def test_a_directory_without_scenarios_is_told_and_is_wrong_usage(
     stackdsl: Stackdsl, tmp_path: Path, form: str
