@@ -4,7 +4,7 @@ import os
 import shlex
 import signal
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib.resources import files
 from io import TextIOWrapper
 from itertools import groupby
@@ -46,6 +46,10 @@ ON_SYSTEMS = click.option(
 ON_KEYWORD = click.option("-k", "keyword", default="", help="Only cases whose name contains this.")
 LONGEST_LIMIT = 1e6  # [s] eleven days; waiting takes a number of milliseconds in 31 bits
 GOLDEN = Path("golden")
+FORMATS: Mapping[str, Callable[[Report], str]] = {
+    "text": lambda report: report_text(report, *paper()),
+    "json": report_json,
+}  # of the report of `check`
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -60,7 +64,7 @@ def app() -> None:
 @ON_KEYWORD
 @click.option("--tag", "tags", multiple=True, help="Only scenarios with this tag; with ! in front, without it.")
 @click.option("--list", "list_only", is_flag=True, help="Print the names of the selected cases and stop.")
-@click.option("--format", "form", type=click.Choice(["text", "json"]), default="text", show_default=True)
+@click.option("--format", "form", type=click.Choice(list(FORMATS)), default="text", show_default=True)
 @click.option("--update", is_flag=True, help="Accept what comes out as the new snapshots. Refused in CI.")
 @click.option("--refine", is_flag=True, help="Play again at half the step and twice the iterations; tell what moves.")
 @click.option("--golden", type=FilePath, default=GOLDEN, show_default=True, help="Directory of the snapshots.")
@@ -103,7 +107,7 @@ def check_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
         context.exit(_code_without_runs(gathered, selected))
     with progress(len(selected)) as on_result:
         report = check(gathered, selected, is_whole_set(paths, golden), terms, on_result)
-    write(report_json(report) if form == "json" else report_text(report, *paper()))
+    write(FORMATS[form](report))
     context.exit(exit_code(report))
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from stackdsl.commands.main import FORMATS
 from tests.command_line import GOOD, Result, Stackdsl, ended, write
 from tests.paths import ROOT
 
@@ -164,6 +165,12 @@ def test_json_goes_to_stdout_alone(stackdsl: Stackdsl, tmp_path: Path) -> None:
     report = json.loads(result.out)
     assert report["results"][0]["scenario"] == "good"
     assert report["results"][0]["verdict"] == "stands"
+
+
+def test_every_format_is_on_the_page_of_the_command() -> None:
+    page = (ROOT / "docs" / "command.md").read_text(encoding="utf-8")
+    (row,) = [line for line in page.splitlines() if line.startswith("| `--format")]
+    assert [form for form in FORMATS if f"`{form}`" not in row] == []
 
 
 def test_selecting_nothing_is_wrong_usage(stackdsl: Stackdsl, tmp_path: Path) -> None:
