@@ -1,1 +1,1 @@
-"""Timeline -> trace: the systems, the world, and the watch over every brick."""
+"""Timeline -> trace: the run, what is measured of it, and the watch over every brick."""

@@ -9,6 +9,8 @@ from tests.docs.pages import PAGES
 from tests.paths import ROOT
 
 LINK = re.compile(r"\]\((?!https?:|mailto:)([^)#\s]*)(?:#([^)\s]*))?\)")
+# Modules, tests and rooms by their path.
+CODE = re.compile(r"(?<![\w/.])((?:stability|stackdsl|tests|benchmarks)/(?:[\w/]*/|[\w/]+\.(?:py|json|yaml)))(?![\w<])")
 
 
 def headings(page: Path) -> set[str]:
@@ -31,3 +33,20 @@ def test_the_index_names_every_page() -> None:
     index = (ROOT / "docs" / "README.md").read_text(encoding="utf-8")
     pages = {page.name for page in (ROOT / "docs").glob("*.md")} - {"README.md"}
     assert {name for name in pages if f"({name})" not in index} == set()
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_paths_of_code_lead_somewhere(page: Path) -> None:
+    if page.name.startswith("0004"):  # superseded: it tells of a tree that is gone
+        return
+    named = CODE.findall(page.read_text(encoding="utf-8"))
+    assert [path for path in named if not (ROOT / path).exists()] == []
+
+
+@pytest.mark.parametrize("room", ["stability", "stackdsl", "tests", "benchmarks"])
+def test_paths_that_comments_name_lead_somewhere(room: str) -> None:
+    texts = {path: path.read_text(encoding="utf-8") for path in (ROOT / room).rglob("*.py")}
+    lost = {
+        path: [named for named in CODE.findall(text) if not (ROOT / named).exists()] for path, text in texts.items()
+    }
+    assert {path.name: named for path, named in lost.items() if named} == {}
