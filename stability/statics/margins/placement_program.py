@@ -1,7 +1,7 @@
 """The program behind the placement margin: how far may loads be displaced, with patches inset by a given error?
 
 Every number is scaled, forces by what a brick may carry and lengths by its half diagonal, so that size, density and
-gravity do not matter. The rule of recourse and the inequalities are those that `placement_margin` explains.
+gravity do not matter. The rule of recourse and the inequalities are those that `placement` explains.
 """
 
 from collections.abc import Sequence

@@ -9,6 +9,7 @@ from click.testing import CliRunner
 from stackdsl.checking.selection import Selection
 from stackdsl.commands.main import app
 from stackdsl.judging.judge import judge
+from stackdsl.language import author_types
 from stackdsl.playing.runner import play
 from stackdsl.systems.known_systems import missing, system_named
 from stackdsl.systems.peers import PEERS
@@ -43,6 +44,10 @@ def mujoco_exact(build: str, rest: str = "") -> Trace:
 
 def test_no_peer_has_the_name_of_a_system_of_the_language() -> None:
     assert not PEERS.keys() & SYSTEMS.keys()
+
+
+def test_a_scenario_can_name_every_system_of_ours() -> None:
+    assert tuple(SYSTEMS) == author_types.SYSTEMS
 
 
 def test_a_scenario_cannot_name_a_peer() -> None:
