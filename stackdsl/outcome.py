@@ -3,25 +3,14 @@
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from enum import IntEnum, StrEnum
+from enum import StrEnum
 
 from stackdsl.diagnostics import Diagnostic, Span
+from stackdsl.exits import ExitCode
 from stackdsl.observations import Change
 from stackdsl.trace import NUMERICAL_COLLAPSE, Collapse, Cost, WrongEdges
 
 REFERENCE_SYSTEM = "tuned"  # what speed-ups are told against: PyBullet with the settings that stack best
-
-
-class ExitCode(IntEnum):
-    """What `stackdsl check` says to its caller."""
-
-    OK = 0
-    FAILED = 1  # an expectation failed
-    INVALID = 2  # a scenario is invalid, or what it says cannot be done when its time comes
-    GOLDEN = 3  # a golden file is missing, different, unreadable or obsolete
-    USAGE = 4  # wrong usage, or nothing selected
-    CRASHED = 5  # the engine crashed or ran out of time
-    INTERRUPTED = 130
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,8 @@ from time import perf_counter
 from typing import TypeVar
 
 from stackdsl.checking.gathering import Case, Gathered
-from stackdsl.checking.processes import Task, TaskResult, TaskStatus, run_supervised
+from stackdsl.checking.processes import OnWait, run_supervised
+from stackdsl.checking.worker import Task, TaskResult, TaskStatus
 from stackdsl.compiling.compiler import where_placed
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.judging.judge import compare_with_truth, judge
@@ -49,6 +50,7 @@ class Terms:
     time_limit: float = TIME_LIMIT  # [s] of wall time a case
     update_command: str = ""  # the same call, with an update of the golden files
     refine: bool = False  # play each case again at half the step and twice the iterations
+    on_wait: OnWait = lambda: None  # called several times a second while cases are played
 
 
 Played = TypeVar("Played")
@@ -56,7 +58,11 @@ OnResult = Callable[[VariantResult], None]
 
 
 def check(
-    gathered: Gathered, selected: Sequence[Case], whole_set: bool, terms: Terms, on_result: OnResult = lambda _: None
+    gathered: Gathered,
+    selected: Sequence[Case],
+    whole_set: bool,
+    terms: Terms,
+    on_result: OnResult = lambda _: None,
 ) -> Report:
     """Play the selected cases and judge them; `on_result` hears of each as it is done.
 
@@ -71,7 +77,7 @@ def check(
 
     playing, limit = (play_refined, REFINED_COST * terms.time_limit) if terms.refine else (play_case, terms.time_limit)
     tasks = [Task(played_or_blocked, (playing, case.timeline, case.system), limit) for case in selected]
-    pool = run_supervised(tasks, terms.workers, done)
+    pool = run_supervised(tasks, terms.workers, done, terms.on_wait)
     for index, left in enumerate(pool.results):
         if index not in results:
             results[index] = checked(selected[index], left, terms)

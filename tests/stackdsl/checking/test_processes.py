@@ -12,7 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from stackdsl.checking.processes import INTERRUPTS, PoolResult, Task, TaskResult, TaskStatus, run_supervised
+from stackdsl.checking.processes import PoolResult, run_supervised
+from stackdsl.checking.worker import Task, TaskResult, TaskStatus
+from stackdsl.exits import INTERRUPTS
 from tests.paths import ROOT
 
 AMPLE = 60.0  # [s]

@@ -8,7 +8,8 @@ import pytest
 from stability.model import Brick, Pose
 from stackdsl.checking.check import held_up, play_case, play_refined, played_or_blocked
 from stackdsl.checking.gathering import Case
-from stackdsl.outcome import ExitCode, Report, RunStatus, exit_code
+from stackdsl.exits import ExitCode
+from stackdsl.outcome import Report, RunStatus, exit_code
 from stackdsl.playing.clearance import Blocked, BlockedPlacementError, keep_clear
 from stackdsl.playing.watch import Watch
 from stackdsl.report.text import report_text
