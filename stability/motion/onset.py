@@ -7,7 +7,6 @@ that begins to move, and what is to be seen of it is how.
 from dataclasses import replace
 
 from stability.model import BodyId
-from stability.motion.least_constraint import onset
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Stability, Verdict
 from stability.statics.solvers.fall_words import described
@@ -19,6 +18,8 @@ def as_it_begins(assembly: Assembly, verdict: Verdict) -> Verdict:
     """The verdict, naming all bricks that begin to move, and how; as it was if nothing falls or none was proven."""
     if verdict.stability is not Stability.UNSTABLE or verdict.motion is None:
         return verdict
+    from stability.motion.least_constraint import onset  # noqa: PLC0415 -- it brings numpy, and what stands does without
+
     problem = assembly.problem(_around(assembly, verdict.moving))
     motion = onset(problem, verdict.motion)
     if motion is None:

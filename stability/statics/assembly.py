@@ -23,7 +23,6 @@ from stability.statics.cascade import Partners, judge
 from stability.statics.certificate import total_forces
 from stability.statics.facts import Contact, Forces, Placed, Problem, Stability, Stage, Tolerances, Verdict
 from stability.statics.ledger import Ledger
-from stability.statics.proof import check_forces
 from stability.statics.structure import Structure
 
 LEVEL_GROUND = Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), friction=0.5)
@@ -269,6 +268,8 @@ class Assembly:
         """
         if self._unproven:
             return None
+        from stability.statics.proof import check_forces  # noqa: PLC0415 -- it brings numpy, and verdicts do without
+
         problem = self.problem()
         forces = total_forces(self._structure, self._ledger, list(problem.contacts))
         check = check_forces(problem, forces, self._rounded(problem))

@@ -11,8 +11,6 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
-import numpy as np
-
 from stability.geometry.plan import Point2
 from stability.geometry.polygons import depth, extent, hull
 from stability.model import BodyId
@@ -180,6 +178,8 @@ def _on_a_line(load: Point2, corners: Sequence[Point2]) -> list[float] | None:
     """The same where all corners lie on a line, or are one: by least squares, if that pushes only."""
     if not corners:
         return None
+    import numpy as np  # noqa: PLC0415 -- it takes longer to load than most scenes to judge, and hardly any comes here
+
     matrix = np.array([[1.0] * len(corners), [x - load[0] for x, _ in corners], [y - load[1] for _, y in corners]])
     scale = float(np.abs(matrix[1:]).max()) or 1.0
     matrix[1:] /= scale

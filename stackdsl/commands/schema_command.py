@@ -3,7 +3,7 @@
 import click
 
 from stackdsl.commands.terminal import write
-from stackdsl.language.validation import schema_text
+from stackdsl.language.editor_schema import schema_text
 
 
 @click.command("schema")

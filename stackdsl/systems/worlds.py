@@ -9,7 +9,6 @@ from stability.engines.mujoco.mujoco_settings import MuJoCoSettings
 from stability.engines.protocol import World
 from stability.engines.sapien.sapien_settings import SapienSettings
 from stability.engines.settings import EngineSettings
-from stability.published.stack_stability import StackStability
 from stability.watching.extension import Extension
 from stability.watching.freezing import RestLimits
 from stackdsl.systems.systems import Method, System
@@ -133,6 +132,8 @@ def extension_for(timeline: Timeline, system: System, world: World) -> Extension
                 world, scene.planes, scene.friction, scene.gravity, limits, guard=False, joiner=world
             )
         case Method.PUBLISHED:
+            from stability.published.stack_stability import StackStability  # noqa: PLC0415 -- likewise
+
             return StackStability(
                 world, limits, guard=False, friction=scene.friction, planes=scene.planes, gravity=scene.gravity
             )

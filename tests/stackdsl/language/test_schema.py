@@ -10,10 +10,10 @@ from pydantic import TypeAdapter, ValidationError
 from stackdsl.language.author_types import SYSTEMS
 from stackdsl.language.bricks import BrickKind
 from stackdsl.language.catalogue import CATALOGUE
+from stackdsl.language.editor_schema import json_schema, keys_at, schema_text
 from stackdsl.language.layouts.registry import LAYOUTS, ColumnParams
 from stackdsl.language.schema import UNTIL_COLLAPSE, BuildStep, Scenario
 from stackdsl.language.tolerances import Tolerance
-from stackdsl.language.validation import json_schema, keys_at, schema_text
 from stackdsl.language.variants import expand
 from stackdsl.reading.source import parse
 from tests.paths import ROOT
@@ -199,7 +199,7 @@ def accepted_by_editors(text: str) -> bool:
 
 def test_the_schema_file_is_current() -> None:
     assert SCHEMA_FILE.read_text(encoding="utf-8") == schema_text(), (
-        "python -c 'from stackdsl.language.validation import schema_text; print(schema_text(), end=\"\")' "
+        "python -c 'from stackdsl.language.editor_schema import schema_text; print(schema_text(), end=\"\")' "
         "> stackdsl/scenario.schema.json"
     )
 
