@@ -1,9 +1,11 @@
 """The command line: finds the command that is called, and says with its exit code how it went."""
 
+import gc
 import os
 import signal
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from importlib import import_module
 from io import TextIOWrapper
 from types import FrameType
@@ -27,6 +29,17 @@ COMMANDS: Final[Mapping[str, str]] = {
 }
 
 
+@contextmanager
+def _kept() -> Iterator[None]:
+    """Let the collector of garbage pass over what is made meanwhile, for good, here and in copies of this process."""
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.freeze()
+        gc.enable()
+
+
 class CommandsOnCall(click.Group):
     """A group of commands that are imported when they are called."""
 
@@ -36,7 +49,8 @@ class CommandsOnCall(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in COMMANDS:
             return None
-        command = getattr(import_module(f"stackdsl.commands.{cmd_name}_command"), f"{cmd_name}_command")
+        with _kept():
+            command = getattr(import_module(f"stackdsl.commands.{cmd_name}_command"), f"{cmd_name}_command")
         assert isinstance(command, click.Command)
         return command
 
