@@ -42,7 +42,7 @@ class Answer:
 
 def main() -> None:
     """Measure, and print the table."""
-    if not Compas(CRA).extra.installed:
+    if not Compas(CRA).package.installed:
         sys.exit(INSTALL)
     Compas(CRA).load()
     table = Table("structure", "exact", "ms", "error", "rbe", "ms", "times slower", "cra", "ms", "times slower")

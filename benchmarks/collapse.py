@@ -15,8 +15,8 @@ from time import perf_counter
 from rich.console import Console
 from rich.table import Table
 
+from stability.engines.opening import stepped_world
 from stability.engines.protocol import World
-from stability.engines.pybullet import PyBulletWorld
 from stability.geometry.rotations import turn_between
 from stability.geometry.vectors import cross, dot, norm, subtract
 from stability.model import BodyId, BodyState
@@ -102,7 +102,7 @@ def motion_of(timeline: Timeline) -> tuple[Problem, Motion]:
 def fall(timeline: Timeline, system: System) -> Fall:
     """Let a tower fall on a system."""
     scene, started = timeline.world, perf_counter()
-    world = PyBulletWorld.opened(system.engine, scene.gravity, scene.friction, timeline.placements[0].brick.mass)
+    world = stepped_world(system.engine, scene.gravity, scene.friction, timeline.placements[0].brick.mass)
     for plane in scene.planes:
         world.add_plane(plane)
     for placed in timeline.placements:

@@ -18,7 +18,10 @@ from rich.table import Table
 
 from stability.engines.edge_normals import wrong_normals
 from stability.engines.pybullet import PyBulletWorld
-from stability.engines.settings import EngineSettings
+from stability.engines.pybullet.brick_bodies import BrickBodies
+from stability.engines.pybullet.joined_groups import JoinedGroups
+from stability.engines.pybullet.pybullet_settings import PyBulletSettings
+from stability.engines.pybullet.reshaping import EdgeReshaper
 from stability.geometry.rotations import multiply, rotate
 from stability.model import GROUND, BodyId, BodyState, Brick, Plane, Pose, Quaternion, Vec3
 from stackdsl.systems.systems import MOVING
@@ -34,10 +37,13 @@ SPIN = 2.0  # [rad/s] of planks that are tipped
 CROSSINGS = (0.0, 0.3, 1.0, 3.0, 10.0, 90.0)  # angles between edges that meet [deg]
 
 
-class Sharp(PyBulletWorld):
-    """A world whose bricks keep the edges with which they were set down."""
+class KeptEdges:
+    """Leaves bricks the edges with which they were set down."""
 
-    def _reshape(self, states: Mapping[BodyId, BodyState]) -> None:
+    def __init__(self, bricks: BrickBodies, groups: JoinedGroups) -> None:
+        """Whatever the bricks are."""
+
+    def reshape(self, states: Mapping[BodyId, BodyState]) -> None:
         """Nothing changes."""
 
 
@@ -51,7 +57,7 @@ class Scene:
     friction: float
 
     @property
-    def settings(self) -> EngineSettings:
+    def settings(self) -> PyBulletSettings:
         """Those of `exact`, at this rate."""
         lively = (MOVING.lively_speed or 0.0) * sqrt(self.size[0] / USUAL)
         return replace(MOVING, time_step=1.0 / self.rate, lively_speed=lively)
@@ -65,8 +71,8 @@ class Scene:
     @contextmanager
     def opened(self, ground: float = 0.0) -> Iterator[PyBulletWorld]:
         """A world with the ground at a height [m]."""
-        world = Sharp if self.kind == "sharp" else PyBulletWorld
-        engine = world.opened(self.settings, GRAVITY, self.friction, self.brick_mass)
+        reshaper = KeptEdges if self.kind == "sharp" else EdgeReshaper
+        engine = PyBulletWorld.opened(self.settings, GRAVITY, self.friction, self.brick_mass, reshaper)
         try:
             engine.add_plane(Plane(GROUND, (0.0, 0.0, ground), (0.0, 0.0, 1.0), self.friction))
             yield engine
@@ -207,7 +213,7 @@ def _set_upright(engine: PyBulletWorld, scene: Scene, name: str, side: float, me
     pose = Pose((foot + aside, 0.0, pose.position_W[2]), pose.orientation)
     engine.add_brick(Brick(name, scene.size, scene.brick_mass), pose)
     turn = -side * SPIN  # about y, at the foot's inner edge
-    engine._set_motion(engine._bodies[name], (turn * pose.position_W[2], 0.0, -turn * aside), (0.0, turn, 0.0))
+    engine.bodies.set_motion(name, (turn * pose.position_W[2], 0.0, -turn * aside), (0.0, turn, 0.0))
 
 
 if __name__ == "__main__":

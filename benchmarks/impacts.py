@@ -16,7 +16,7 @@ from rich.table import Table
 
 from benchmarks.plank_structures import LENGTH, THICKNESS, WIDTH, four_stack
 from stability.engines.pybullet import PyBulletWorld
-from stability.engines.settings import EngineSettings
+from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stability.geometry.vectors import norm
 from stability.model import GROUND, BodyId, Brick, Plane, Pose
 from stability.statics.facts import Placed
@@ -66,7 +66,7 @@ def thrown(throw: Throw) -> Pose:
     return Pose((0.0, 0.5 * LENGTH + away, height), TURNED)
 
 
-def played(settings: EngineSettings, tower: Iterable[Placed], throw: Throw | None) -> dict[BodyId, Pose]:
+def played(settings: PyBulletSettings, tower: Iterable[Placed], throw: Throw | None) -> dict[BodyId, Pose]:
     """Where everything is a while after the throw."""
     tower = list(tower)
     world = PyBulletWorld.opened(settings, 9.81, friction=0.5, heaviest=tower[0].brick.mass)
@@ -85,7 +85,7 @@ def played(settings: EngineSettings, tower: Iterable[Placed], throw: Throw | Non
     return found
 
 
-def outcome(settings: EngineSettings, throw: Throw, drift: float) -> Outcome:
+def outcome(settings: PyBulletSettings, throw: Throw, drift: float) -> Outcome:
     """Throw, and measure."""
     tower = four_stack(2 * LEVELS)
     began = perf_counter()
@@ -103,7 +103,7 @@ def outcome(settings: EngineSettings, throw: Throw, drift: float) -> Outcome:
     )
 
 
-def creep(settings: EngineSettings) -> float:
+def creep(settings: PyBulletSettings) -> float:
     """How far a plank of the tower moves in the time although nothing hits it [m]."""
     tower = four_stack(2 * LEVELS)
     after = played(settings, tower, None)
@@ -130,7 +130,7 @@ def main() -> None:
     console.print(table)
 
 
-def _row(throw: Throw, settings: EngineSettings, found: Outcome) -> list[str]:
+def _row(throw: Throw, settings: PyBulletSettings, found: Outcome) -> list[str]:
     return [
         f"{throw.level}",
         f"{throw.bearing}",

@@ -25,7 +25,6 @@ from stability.geometry.vectors import add, cross, dot, scale, subtract
 from stability.model import GROUND, BodyState, Brick, Plane, Pose, Vec3
 from stability.motion.known_motion import FallingParts
 from stability.watching.extension import Extension
-from stackdsl.systems.resolution import system_at_step
 from stackdsl.systems.systems import MOVING, SYSTEMS, System
 from stackdsl.systems.worlds import extension_for, opened_world
 from stackdsl.timeline import Placement, Timeline
@@ -224,7 +223,7 @@ def main() -> None:
     headings = (f"{100.0 * (1.0 - share):.0f} % too little" for share in SHARES)
     table = Table("", "system", "step", *headings, "median", "speed", "stuck", "cost of 1/7680 s")
     for kind, name, part in track(rows, "slips", console=Console(stderr=True), transient=True):
-        system = system_at_step(SYSTEMS[name], part)
+        system = SYSTEMS[name].at_step(part)
         found = [errors(case, system) for case in _cases(kind)]
         cost = _cost([one for one in found if one.case.yaw == 0.0])
         table.add_row(kind, name, f"1/{1.0 / system.engine.time_step:.0f} s", *_row(found), f"{fine[kind] / cost:.1f}")

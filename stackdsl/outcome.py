@@ -33,10 +33,11 @@ class GoldenStatus(StrEnum):
     MISSING = "missing"
     DIFFERENT = "different"
     WRITTEN = "written"
+    NEWER = "newer"  # a newer version of stackdsl wrote it, so that it is neither read nor rewritten
     UNREADABLE = "unreadable"
 
 
-GOLDEN_FAILURES = (GoldenStatus.MISSING, GoldenStatus.DIFFERENT, GoldenStatus.UNREADABLE)
+GOLDEN_FAILURES = (GoldenStatus.MISSING, GoldenStatus.DIFFERENT, GoldenStatus.UNREADABLE, GoldenStatus.NEWER)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,13 +1,15 @@
 """What stability needs from a physics engine, and nothing more. SI units, world frame W, z up."""
 
 from collections.abc import Collection, Mapping, Sequence, Set
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 from stability.engines.settings import EngineSettings
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Shape, Vec3
 
 # [m] Bodies this far apart still touch: engines keep a gap or report points early, and planks are not made truer.
 TOUCHING = 5e-4
+
+Settings_contra = TypeVar("Settings_contra", bound=EngineSettings, contravariant=True)
 
 
 class Engine(Protocol):
@@ -100,3 +102,16 @@ class World(Engine, Joining, Protocol):
 
     def close(self) -> None:
         """End the world; nothing of it is left."""
+
+
+class OpensWorlds(Protocol[Settings_contra]):
+    """The class of an engine's worlds, as settings name it."""
+
+    def opened(
+        self, settings: Settings_contra, gravity: float, friction: float, heaviest: float | None = None
+    ) -> World:
+        """A new, empty world, with settings of the engine's own class; close it after use.
+
+        Gravity [m/s2] is along -z, friction that of brick on brick, `heaviest` the mass of the heaviest brick that is
+        to come [kg], if that is known.
+        """

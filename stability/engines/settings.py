@@ -1,56 +1,73 @@
-"""All settings of a rigid-body engine that change what comes out, in one value: nothing is left to defaults."""
+"""What the settings of every engine have in common; each engine adds its own, and nothing is left to defaults."""
 
-from dataclasses import dataclass
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from importlib.util import find_spec
+from math import ceil
+from typing import ClassVar, Self
+
+from stability.engines.scene_scale import SceneScale, power_of_two
 
 
 @dataclass(frozen=True, slots=True)
-class EngineSettings:
-    """How the engine steps. Times and lengths are those of the scene; `scale` is applied inside the adapter."""
+class Package:
+    """A Python package that not everybody has."""
+
+    name: str  # as it is imported
+    remedy: str  # what brings it, as one types it
+
+    @property
+    def installed(self) -> bool:
+        """Whether the package is there; it is not imported."""
+        return find_spec(self.name) is not None
+
+
+@dataclass(frozen=True, kw_only=True)
+class EngineSettings(ABC):
+    """How an engine steps, which engine it is, and how its settings follow the scene. Times and lengths are in SI.
+
+    Settings can be made, scaled and told where the engine is not installed: a world is imported when it is opened.
+    """
+
+    package: ClassVar[Package]  # what the engine comes with
+    world: ClassVar[str]  # `module:class` of its worlds, which is an `OpensWorlds` of `stability.engines.protocol`
 
     time_step: float  # [s]
-    iterations: int  # of the contact solver, per step
-    contact_erp: float  # share of a contact's overlap that one step takes back
-    # Contacts further apart than this share of half the diagonal of a brick are dropped. (PyBullet makes the threshold
-    # that it is told relative to the size of a shape.)
-    breaking_threshold: float
-    # Froude scaling: the engine sees lengths x scale and times x sqrt(scale), which leaves gravity and physics as they
-    # are and lifts small bricks clear of the solver's absolute thresholds.
-    scale: float = 1.0
-    # Shares of a velocity lost in a second of the engine, which is 1 / sqrt(scale) of a second of the scene. PyBullet
-    # takes 1 + velocity times as much, in its own units.
-    linear_damping: float = 0.0
-    angular_damping: float = 0.0
-    residual_threshold: float = 0.0  # the solver stops early below this; 0 makes it use all its iterations
-    friction_anchor: bool = False  # springs in the contact plane that hold resting contacts in place
-    friction_erp: float = 0.2  # share of the slip of such a contact that one step takes back
-    contact_slop: float = 1e-5  # [engine m] overlap that is let be
     # [m] A body must not get further in one step, or it passes through a plank; steps are split while one is that fast.
     most_travel: float | None = None
-    # Bricks get edges rounded by this share of their smallest side, within their outer size, so that what touches along
-    # an edge is pushed in the right direction; 0 leaves them sharp, and edges are then taken for faces.
-    edge_rounding: float = 0.0
-    # Bricks with rounded edges meet planes as half-spaces while all is slow, and not as large boxes.
-    half_spaces: bool = False
-    # Bricks with rounded edges sink by this share of their smallest side under their own weight, so that all points
-    # that touch carry their share, though one a step is found; 0 makes contacts hard.
-    sinking: float = 0.0
-    # What leans at rest is held by no more friction than Coulomb's cone allows, not by a pyramid about it.
-    friction_cones: bool = False
-    # Bodies by themselves, not as roots of trees of links: another solver, whose friction acts against the sliding
-    # whatever its direction, which steps in half the time, and which keeps warm starts.
-    maximal_coordinates: bool = False
-    warm_start: float = 0.1  # share of the last step's contact impulses that a step starts from, in maximal coordinates
-    # A body that is let go is given half a step of gravity in its first one, so that the way that it falls is exact.
-    exact_fall: bool = False
-    # [m/s] While something is faster, what overlaps is parted without being given speed, by this many iterations.
-    lively_speed: float | None = None
-    lively_iterations: int = 0
-    lively_parts: int = 1  # into so many at least steps are then split
-    # Steps are split while the heaviest that is awake has more than this many times the mass of the lightest, by the
-    # root of what it has more, into no more than so many parts.
-    most_mass_ratio: float | None = None
-    most_parts: int = 16
-    # Contact forces start from nothing, so that bodies which begin to press fall freely for a step, and the kick by
-    # which that is taken back grows with the step: so many of the first steps are split into so many parts.
-    first_steps: int = 0
-    first_parts: int = 1
+
+    @abstractmethod
+    def numerics(self) -> Iterator[str]:
+        """What matters of the settings beside the time step, each in a few words."""
+
+    def summary(self) -> str:
+        """The settings in words."""
+        return ", ".join((f"step 1/{1.0 / self.time_step:g} s", *self.numerics()))
+
+    def at_step(self, factor: float) -> Self:
+        """So many times the time step; all else as it was."""
+        return replace(self, time_step=factor * self.time_step)
+
+    def refined(self) -> Self:
+        """Settings that err less: half the time step, and twice the iterations where an engine iterates."""
+        return self.at_step(0.5)
+
+    def scaled(self, scene: SceneScale) -> Self:
+        """Settings that were chosen for the usual scene, for one of another size or gravity (Froude).
+
+        The time that a brick takes to topple goes with its diagonal, and how deep it may be struck with its smallest
+        side. All go by powers of two, so that scenes which hardly differ are stepped alike.
+        """
+        travel = self.most_travel
+        return replace(
+            self,
+            time_step=self.time_step * power_of_two(scene.slower),
+            most_travel=None if travel is None else travel * power_of_two(scene.smallest_side),
+        )
+
+    def parts_for_travel(self, fastest: float) -> int:
+        """Into how many parts a step is split while a body is so fast [m/s], so that none passes through another."""
+        if self.most_travel is None:
+            return 1
+        return max(1, ceil(fastest * self.time_step / self.most_travel))

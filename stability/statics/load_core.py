@@ -9,7 +9,7 @@ above the brick is used, so stepped and counterweighted stacks need another proo
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import sqrt
+from math import hypot
 
 from stability.geometry.plan import Point2, Polygon
 from stability.geometry.polygons import clip, depth, extent, holds, hull
@@ -78,10 +78,10 @@ def upright_normal(contact: Contact) -> int | None:
     Where friction is above 1, a contact may be so steep that lifting the body would not open it: then upright forces
     may be self-stress, which other stages look for.
     """
-    for index, (_, _, nz) in enumerate(contact.normals_W):
-        if nz == 1.0:
+    for index, (nx, ny, nz) in enumerate(contact.normals_W):
+        if nx == 0.0 and ny == 0.0 and nz > 0.0:
             return index
-        across = sqrt(max(0.0, 1.0 - nz * nz))
+        across = hypot(nx, ny)  # not by nz, which is 1 to the last digit for all that lean by less than 1e-8
         if nz > 0.0 and across <= contact.friction * nz + UPRIGHT and contact.friction * across < nz:
             return index
     return None

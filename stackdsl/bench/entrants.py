@@ -4,12 +4,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Protocol
 
+from stability.engines.settings import Package
 from stackdsl.bench.assessors.assessment import Assessment, Assessor, Setting, assessed, refusal, why_numerical
 from stackdsl.bench.assessors.compas import ASSESSORS
 from stackdsl.judging.numerical import with_numerical_collapse
-from stackdsl.systems.peers import NEEDS, PEERS, Extra
-from stackdsl.systems.resolution import system_at_step
-from stackdsl.systems.systems import SYSTEMS, System
+from stackdsl.systems.known_systems import KNOWN
+from stackdsl.systems.systems import System
 from stackdsl.systems.worlds import settings_for
 from stackdsl.timeline import Timeline
 from stackdsl.trace import Trace
@@ -22,6 +22,10 @@ Result = Trace | Assessment
 
 class Entrant(Protocol):
     """What a bench may hold against the others, at so many times its time step."""
+
+    @property
+    def package(self) -> Package:
+        """What must be installed."""
 
     def factors(self, asked: Sequence[float]) -> Sequence[float]:
         """Which of the time steps that were asked for make a difference to it."""
@@ -48,13 +52,18 @@ class Player:
 
     system: System
 
+    @property
+    def package(self) -> Package:
+        """That of its engine."""
+        return self.system.engine.package
+
     def factors(self, asked: Sequence[float]) -> Sequence[float]:
         """All of them."""
         return asked
 
     def settings(self, timeline: Timeline, factor: float) -> Mapping[str, Setting]:
         """Of its engine, in this scene."""
-        return asdict(settings_for(timeline, system_at_step(self.system, factor)))
+        return asdict(settings_for(timeline, self.system.at_step(factor)))
 
     def refusal(self, timeline: Timeline) -> str:
         """None."""
@@ -70,7 +79,7 @@ class Player:
         """A trace."""
         from stackdsl.playing.runner import play  # noqa: PLC0415 -- it imports an engine
 
-        return play(timeline, system_at_step(self.system, factor))
+        return play(timeline, self.system.at_step(factor))
 
     def checked(self, result: Result, timeline: Timeline) -> Result:
         """A collapse that statics disprove is marked."""
@@ -82,6 +91,11 @@ class Judge:
     """An assessor, which says whether it stands after each placement, and has no time step."""
 
     assessor: Assessor
+
+    @property
+    def package(self) -> Package:
+        """That of the assessor."""
+        return self.assessor.package
 
     def factors(self, asked: Sequence[float]) -> Sequence[float]:
         """One run says all."""
@@ -110,14 +124,11 @@ class Judge:
         return replace(result, numerical=why_numerical(result, timeline))
 
 
-PLAYERS: Mapping[str, Entrant] = {
-    system.name: Player(system) for system in (*SYSTEMS.values(), *(peer.system for peer in PEERS.values()))
-}
+PLAYERS: Mapping[str, Entrant] = {name: Player(system) for name, system in KNOWN.items()}
 JUDGES: Mapping[str, Entrant] = {name: Judge(assessor) for name, assessor in ASSESSORS.items()}
 ENTRANTS: Mapping[str, Entrant] = {**PLAYERS, **JUDGES}  # by name
-NEEDED: Mapping[str, Extra] = {**NEEDS, **{name: assessor.extra for name, assessor in ASSESSORS.items()}}
 
 
 def installed() -> tuple[str, ...]:
     """The names of those that can take part here."""
-    return tuple(name for name in ENTRANTS if name not in NEEDED or NEEDED[name].installed)
+    return tuple(name for name, entrant in ENTRANTS.items() if entrant.package.installed)

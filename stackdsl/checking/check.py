@@ -19,8 +19,8 @@ from stackdsl.playing.clearance import Blocked, BlockedPlacementError
 from stackdsl.snapshots.golden import check_golden, current_stamp, golden_name, obsolete, remove_obsolete
 from stackdsl.snapshots.record import Snapshot
 from stackdsl.snapshots.snapshot import take
-from stackdsl.systems.peers import PEERS, system_named
-from stackdsl.systems.resolution import refined_system
+from stackdsl.systems.known_systems import system_named
+from stackdsl.systems.systems import SYSTEMS
 from stackdsl.timeline import Timeline
 from stackdsl.trace import Event, Trace
 
@@ -124,7 +124,7 @@ def play_refined(timeline: Timeline, name: str) -> Refinement:
     trace = play_case(timeline, name)
     if trace.cost.steps == 0:
         return Refinement(trace)
-    system = refined_system(system_named(name))
+    system = system_named(name).refined()
     try:
         fine = play(timeline, system)
     except BlockedPlacementError as error:
@@ -168,7 +168,7 @@ def _in_the_way(case: Case, blocked: Blocked) -> Diagnostic:
 
 
 def _compared(case: Case, trace: Trace, terms: Terms) -> VariantResult:
-    if case.system in PEERS:  # what came with another package is nobody's snapshot
+    if case.system not in SYSTEMS:  # what came with another package is nobody's snapshot
         return judged(case, trace)
     golden = check_golden(snapshot_of(case, trace, current_stamp()), terms.golden, terms.update)
     return replace(judged(case, trace), golden=golden)

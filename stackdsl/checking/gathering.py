@@ -7,10 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stackdsl.compiling.compiler import compile_timeline
-from stackdsl.diagnostics import Diagnostic
+from stackdsl.diagnostics import Diagnostic, Span
 from stackdsl.language.schema import Scenario
 from stackdsl.language.validation import validate
 from stackdsl.language.variants import Variant, compact, expand
+from stackdsl.reading.characters import visible
 from stackdsl.reading.source import Loaded, Source, load
 from stackdsl.snapshots.record import Identity
 from stackdsl.timeline import Timeline
@@ -54,8 +55,8 @@ class Gathered:
 def gather(paths: Iterable[Path]) -> Gathered:
     """Read, validate and compile everything under these paths; a directory stands for the YAML files below it."""
     cases: list[Case] = []
-    diagnostics: list[Diagnostic] = []
-    files = [load(path) for path in files_under(paths)]
+    meant, diagnostics = files_under(paths)
+    files = [load(path) for path in meant]
     first = _first_of_shared_names(source for loaded in files for source in loaded.sources)
     for loaded in files:
         found, mistakes = cases_of(loaded)
@@ -69,14 +70,43 @@ def gather(paths: Iterable[Path]) -> Gathered:
     return Gathered(tuple(cases), tuple(diagnostics))
 
 
-def files_under(paths: Iterable[Path]) -> list[Path]:
-    """The files meant by these paths, each once, by name within a directory; what is no directory is left as it is."""
+def files_under(paths: Iterable[Path]) -> tuple[list[Path], list[Diagnostic]]:
+    """The files meant by these paths, each once, by name within a directory, and what below them cannot be read.
+
+    What is no directory is left as it is: somebody named it.
+    """
     found: dict[str, Path] = {}  # by its one true path, as it was spelled first
+    unreadable: list[Diagnostic] = []
     for path in paths:
-        inside = sorted(entry for entry in path.rglob("*") if entry.suffix in SUFFIXES) if _is_folder(path) else [path]
-        for file in inside:
+        for file in _inside(path, unreadable) if _is_folder(path) else [path]:
             found.setdefault(os.path.realpath(file), file)
-    return list(found.values())
+    return list(found.values()), unreadable
+
+
+def _inside(folder: Path, unreadable: list[Diagnostic]) -> list[Path]:
+    """The scenario files below a directory, by name; what cannot be read is added to `unreadable`."""
+    found = []
+
+    def missed(error: OSError) -> None:
+        why = f"cannot read the directory: {error.strerror}"
+        unreadable.append(_unreadable(str(error.filename), why, "let it be read, or name the files that are meant"))
+
+    for parent, folders, names in os.walk(folder, onerror=missed):
+        named_alike = [name for name in folders if Path(name).suffix in SUFFIXES]  # a mistake worth telling
+        found += [Path(parent, name) for name in (*names, *named_alike) if Path(name).suffix in SUFFIXES]
+    return [file for file in sorted(found) if _can_be_read(file, unreadable)]
+
+
+def _can_be_read(file: Path, unreadable: list[Diagnostic]) -> bool:
+    """Whether it is no pipe and no device, of which nobody knows when they end; those are added to `unreadable`."""
+    if file.is_file() or file.is_dir() or not file.exists():  # the latter two are told when they are read
+        return True
+    unreadable.append(_unreadable(file.as_posix(), "it is no regular file", "move it elsewhere, or rename it"))
+    return False
+
+
+def _unreadable(file: str, why: str, hint: str) -> Diagnostic:
+    return Diagnostic("SD001", Span(visible(file), 1, 1, 1), why, hint)
 
 
 def _is_folder(path: Path) -> bool:

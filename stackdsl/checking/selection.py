@@ -7,7 +7,7 @@ from pathlib import Path
 
 from stackdsl.checking.gathering import SUFFIXES, Case
 from stackdsl.diagnostics import did_you_mean
-from stackdsl.systems.peers import PEERS
+from stackdsl.systems.systems import SYSTEMS
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,7 +20,7 @@ class Selection:
 
     def of(self, cases: Sequence[Case]) -> list[Case]:
         """The cases selected, and where a peer is asked for, each variant on it as well, after its own systems."""
-        peers = [system for system in self.systems if system in PEERS]
+        peers = [system for system in self.systems if system not in SYSTEMS]
         return [
             case
             for _, own in groupby(cases, key=lambda case: (case.scenario.scenario, case.variant.parameters))

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from stackdsl.bench.conduct import Bench, Job, Plan, bench, jobs_of
-from stackdsl.bench.entrants import ENTRANTS, NEEDED, installed
+from stackdsl.bench.entrants import ENTRANTS, installed
 from stackdsl.bench.journal import Journal
 from stackdsl.bench.page import bench_page
 from stackdsl.bench.plot import PlotMissingError, draw
@@ -15,7 +15,7 @@ from stackdsl.bench.summary import bench_json
 from stackdsl.bench.table import bench_text
 from stackdsl.checking.gathering import gather
 from stackdsl.checking.selection import Selection, why_nothing
-from stackdsl.commands.options import LONGEST_LIMIT, ON_KEYWORD, ON_TAGS, FilePath, playable
+from stackdsl.commands.options import LONGEST_LIMIT, ON_KEYWORD, ON_TAGS, FilePath, refuse_missing
 from stackdsl.commands.terminal import paper, progress, tell, write
 from stackdsl.exits import ExitCode
 from stackdsl.outcome import RunStatus
@@ -24,6 +24,11 @@ from stackdsl.report.diagnostic_text import diagnostic_text
 RESOLUTIONS = "2,1,1/2,1/4"
 FINEST, COARSEST = Fraction(1, 64), Fraction(64)
 TIME_LIMIT = 300.0  # [s] a run
+
+
+def _playable(names: tuple[str, ...]) -> tuple[str, ...]:
+    refuse_missing((name, ENTRANTS[name].package) for name in names)
+    return tuple(dict.fromkeys(names))
 
 
 def _factors(context: click.Context, parameter: click.Parameter, text: str) -> tuple[float, ...]:
@@ -44,7 +49,7 @@ def _factors(context: click.Context, parameter: click.Parameter, text: str) -> t
     "systems",
     multiple=True,
     type=click.Choice(list(ENTRANTS)),
-    callback=lambda *given: playable(given[-1], NEEDED),
+    callback=lambda *given: _playable(given[-1]),
     help="Only these systems; default: all that are installed.",
 )
 @ON_KEYWORD

@@ -1,21 +1,27 @@
 """Options that several commands have."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable
 from pathlib import Path
 
 import click
 
-from stackdsl.systems.peers import NEEDS, PEERS, Extra, missing
-from stackdsl.systems.systems import SYSTEMS
+from stability.engines.settings import Package
+from stackdsl.systems.known_systems import KNOWN, needs_of
 
 FilePath = click.Path(path_type=Path)
 
 
-def playable(systems: tuple[str, ...], needs: Mapping[str, Extra] = NEEDS) -> tuple[str, ...]:
-    """The systems that were asked for, if what they need is installed."""
-    for name, extra in missing(systems, needs):
-        told = f"'{name}' needs {extra.package}, which is not installed"
-        raise click.BadParameter(f"{told}; try: pip install 'stackdsl[{extra.name}]'")
+def refuse_missing(needs: Iterable[tuple[str, Package]]) -> None:
+    """Refuse what needs a package that is not installed, and say how to get it; `needs` are names and packages."""
+    for name, package in needs:
+        if not package.installed:
+            told = f"'{name}' needs {package.name}, which is not installed"
+            raise click.BadParameter(f"{told}; try: {package.remedy}")
+
+
+def playable(systems: tuple[str, ...]) -> tuple[str, ...]:
+    """The systems that were asked for, each once, if what they need is installed."""
+    refuse_missing(needs_of(systems))
     return tuple(dict.fromkeys(systems))
 
 
@@ -24,7 +30,7 @@ ON_SYSTEMS = click.option(
     "--system",
     "systems",
     multiple=True,
-    type=click.Choice([*SYSTEMS, *PEERS]),
+    type=click.Choice(list(KNOWN)),
     callback=lambda *given: playable(given[-1]),
     help="Only these systems. Those on other engines than PyBullet are played wherever they are asked for.",
 )

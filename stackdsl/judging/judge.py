@@ -10,7 +10,7 @@ from stackdsl.language.schema import Scenario
 from stackdsl.language.variants import Variant, repeated
 from stackdsl.outcome import Outcome
 from stackdsl.reading.source import Path, Plain, Source
-from stackdsl.systems.peers import system_named
+from stackdsl.systems.known_systems import system_named
 from stackdsl.systems.systems import Method
 from stackdsl.trace import Trace
 

@@ -21,7 +21,7 @@ class Anchor:
     offset: float = 0.0  # after the event [s]
 
 
-_EVENT = rf"start|built|(?:level|impact)\s+[1-9]\d{{0,5}}|brick\s+{NAME}"
+_EVENT = rf"start|built|(?:level|impact)\s+[1-9][0-9]{{0,5}}|brick\s+{NAME}"
 
 
 def parse_anchor(written: object) -> Anchor:

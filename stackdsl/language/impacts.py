@@ -41,7 +41,7 @@ class Aim:
     level: int | None = None  # if no brick is meant
 
 
-_LEVEL: Final = r"level\s+([1-9]\d{0,5})"
+_LEVEL: Final = r"level\s+([1-9][0-9]{0,5})"
 
 
 def _read_aim(written: object) -> Aim:

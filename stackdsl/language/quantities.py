@@ -49,8 +49,9 @@ _IN_SI: Final[Mapping[str, Fraction]] = {
 _EVERYDAY: Final[Mapping[str, tuple[str, float]]] = {"m": ("mm", 1.0), "kg": ("g", 1.0), "rad": ("deg", inf)}
 _SPELLINGS = str.maketrans({"²": "2", "³": "3", "^": "", "·": "*", "°": "deg", "%": "percent"})
 
-# Digits are bounded: reading a number of a million digits takes minutes.
-NUMBER: Final = r"(?:\d{1,20}(?:\.\d{1,20})?|\.\d{1,20})(?:[eE][+-]?\d{1,3})?"
+# Digits are bounded: reading a number of a million digits takes minutes. And they are ASCII: Python takes the digits of
+# other scripts for numbers as well, and no other reader of the file does.
+NUMBER: Final = r"(?:[0-9]{1,20}(?:\.[0-9]{1,20})?|\.[0-9]{1,20})(?:[eE][+-]?[0-9]{1,3})?"
 _NAMES = "|".join(sorted([*UNITS, "%", "°"], key=len, reverse=True))
 _FACTOR = rf"(?:{_NAMES})(?:\^?[23]|[²³])?(?!\w)"
 UNIT: Final = rf"{_FACTOR}(?:[*/·]{_FACTOR})*"

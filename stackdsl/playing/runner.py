@@ -10,6 +10,7 @@ from math import hypot
 from time import perf_counter
 
 from stability.engines.protocol import World
+from stability.engines.scene_scale import SAMPLING
 from stability.geometry.vectors import add
 from stability.model import BodyId, BodyState
 from stability.motion.known_motion import FallingParts
@@ -23,7 +24,7 @@ from stackdsl.playing.event_log import EventLog, OnEvent, edges_of
 from stackdsl.playing.measuring import Measures
 from stackdsl.playing.tracks import tracks_of
 from stackdsl.systems.systems import System
-from stackdsl.systems.worlds import SAMPLING, extension_for, load, opened_world
+from stackdsl.systems.worlds import extension_for, load, opened_world
 from stackdsl.timeline import Moment, Placement, Push, Removal, Timeline
 from stackdsl.trace import STAND, BrickState, Collapse, Cost, Event, EventKind, Trace
 

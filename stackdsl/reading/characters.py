@@ -10,6 +10,21 @@ from stackdsl.diagnostics import Diagnostic, Page, Span
 # tabs, NEL, LS and PS (line breaks in YAML 1.1, text in 1.2), a byte order mark inside the text.
 UNREADABLE = re.compile("[^\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]")
 
+# What a terminal obeys or an eye cannot see, if it came in by an escape such as "\\e": control characters but for tabs
+# and line breaks, and what turns the direction of text.
+COMMANDING = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
+
+
+def commanding_character(text: str) -> str:
+    """The name of the first character of a value that a terminal would obey; empty if there is none."""
+    found = COMMANDING.search(text)
+    return _name(found.group()) if found else ""
+
+
+def visible(text: str) -> str:
+    """A text, such as the name of a file, with all that cannot be printed as it would be escaped."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
+
 
 def unreadable_characters(page: Page) -> Iterator[Diagnostic]:
     """The first character of each line that cannot stand in a scenario."""
@@ -21,5 +36,8 @@ def unreadable_characters(page: Page) -> Iterator[Diagnostic]:
 def _unreadable(character: str, span: Span) -> Diagnostic:
     if character == "\t":
         return Diagnostic("SD004", span, "a tab", "use spaces; in a double-quoted text, write \\t")
-    name = f"U+{ord(character):04X} {unicodedata.name(character, '')}".rstrip()
-    return Diagnostic("SD004", span, f"the character {name} cannot stand in a scenario", "delete it")
+    return Diagnostic("SD004", span, f"the character {_name(character)} cannot stand in a scenario", "delete it")
+
+
+def _name(character: str) -> str:
+    return f"U+{ord(character):04X} {unicodedata.name(character, '')}".rstrip()

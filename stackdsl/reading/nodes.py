@@ -12,6 +12,7 @@ from typing import Final, TypeAlias
 import yaml
 
 from stackdsl.diagnostics import Diagnostic, Page, Span, did_you_mean
+from stackdsl.reading.characters import commanding_character
 from stackdsl.reading.plain_scalars import QUOTE_WIDTH, Scalar, Trap, key_trap, plain_value, shown
 from stackdsl.reading.yaml_syntax import UNKNOWN_ESCAPE
 
@@ -168,6 +169,7 @@ def _leaf(reading: Reading, event: yaml.ScalarEvent, owner: Span | None) -> Leaf
     if re.search("[\ud800-\udfff]", event.value):  # only the pure parser lets such escapes pass
         raise StopReadingError(Diagnostic("SD004", span, *UNKNOWN_ESCAPE))
     if event.style:
+        _report_commands(reading, event.value, span)
         _report_swallowed_comparison(reading, event, span)
         return Leaf(span, event.value)
     value = plain_value(event.value)
@@ -178,6 +180,12 @@ def _leaf(reading: Reading, event: yaml.ScalarEvent, owner: Span | None) -> Leaf
     else:
         _report_missing(reading, event, owner)
     return Leaf(span, None)
+
+
+def _report_commands(reading: Reading, value: str, span: Span) -> None:
+    """An escape may bring in what nobody may write as it is: names and descriptions are shown in terminals."""
+    if name := commanding_character(value):
+        reading.report("SD004", span, f"an escape stands for {name}, which terminals obey", "leave it out")
 
 
 def _report_missing(reading: Reading, event: yaml.ScalarEvent, owner: Span | None) -> None:
@@ -252,6 +260,7 @@ def _key(reading: Reading, event: yaml.Event, depth: int) -> tuple[str | None, S
     if event.anchor is not None:
         reading.report("SD010", span, "an anchor on a key", f"move &{shown(event.anchor)} behind the colon")
     if event.style:
+        _report_commands(reading, event.value, span)
         return event.value, span
     if event.value == "<<":
         reading.report("SD010", span, "a merge key", "repeat the keys here")

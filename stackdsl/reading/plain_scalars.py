@@ -16,7 +16,8 @@ QUOTE_WIDTH: Final = 40  # [characters] of the author's text in a message
 
 INTEGER = re.compile(r"-?(0|[1-9]\d*)", re.ASCII)
 FLOAT = re.compile(r"-?(0|[1-9]\d*)(\.\d+)?([eE][-+]?\d+)?", re.ASCII)
-LOOSE_NUMBER = re.compile(r"[-+]?(\d[\d_]*\.?[\d_]*|\.\d[\d_]*)([eE][-+]?\d+)?", re.ASCII)
+# What may follow the digits begins with a dot, so that there is one way to read them: two ways take quadratic time.
+LOOSE_NUMBER = re.compile(r"[-+]?(\d[\d_]*(\.[\d_]*)?|\.\d[\d_]*)([eE][-+]?\d+)?", re.ASCII)
 
 
 @dataclass(frozen=True, slots=True)

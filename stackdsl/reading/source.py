@@ -13,7 +13,7 @@ from typing import Final, TypeAlias
 import yaml
 
 from stackdsl.diagnostics import Diagnostic, Page, Span, page_of
-from stackdsl.reading.characters import unreadable_characters
+from stackdsl.reading.characters import unreadable_characters, visible
 from stackdsl.reading.nodes import (
     BEGIN,
     MAX_DEPTH,
@@ -86,7 +86,7 @@ class Loaded:
 
 def load(path: FilePath) -> Loaded:
     """Read and parse a file; whatever goes wrong is a diagnostic, never an exception."""
-    file = path.as_posix()
+    file = visible(path.as_posix())
     try:
         with path.open("rb") as stream:
             data = stream.read(MAX_BYTES + 1)  # bounded, for `path` may be a device

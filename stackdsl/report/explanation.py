@@ -6,9 +6,6 @@ Where `exact` is one of them: which stage proved each placement, at what cost, a
 from collections.abc import Iterator, Mapping, Sequence
 from math import degrees, hypot, inf
 
-from stability.engines.mujoco.mujoco_settings import MuJoCoSettings
-from stability.engines.sapien.sapien_settings import SapienSettings
-from stability.engines.settings import EngineSettings
 from stability.geometry.rotations import body_axes
 from stability.model import BodyId, Vec3
 from stability.statics.facts import Stability
@@ -16,7 +13,7 @@ from stackdsl.checking.gathering import Case
 from stackdsl.compiling.fitting import Fit, Sited, fits
 from stackdsl.judging.margins import margins_of_assembly
 from stackdsl.judging.proofs import Judged, Proofs, proofs_of
-from stackdsl.systems.peers import system_named
+from stackdsl.systems.known_systems import system_named
 from stackdsl.systems.systems import Method
 from stackdsl.systems.worlds import settings_for
 from stackdsl.timeline import Placement, Push, Removal, Timeline
@@ -181,30 +178,11 @@ def _direction(placement: Placement) -> str:
 
 def _system(name: str, timeline: Timeline) -> Iterator[str]:
     system = system_named(name)
-    engine = settings_for(timeline, system)
     yield f"  {name}: {system.summary}"
-    yield f"    step 1/{1.0 / engine.time_step:g} s, {', '.join(_numerics(engine))}"
+    yield f"    {settings_for(timeline, system).summary()}"
     if system.method is Method.PROVEN:
         yield "    what statics proves to stand is frozen; there is no engine until something moves"
     elif system.method is Method.PUBLISHED:
         yield "    the extension freezes what its model finds stable; while all is frozen, time is skipped, not stepped"
     else:
         yield "    every brick is stepped all the time"
-
-
-def _numerics(engine: EngineSettings) -> Iterator[str]:
-    """What matters of an engine's settings, beside the step."""
-    yield f"{engine.iterations} iterations"
-    match engine:
-        case MuJoCoSettings():
-            yield f"contacts of {1000.0 * engine.contact_time:g} ms"
-            yield f"impedance {' '.join(f'{part:g}' for part in engine.impedance_range)}"
-            yield f"friction {engine.friction_impedance:g} times as stiff, tolerance {engine.tolerance:g}"
-        case SapienSettings():
-            yield f"{engine.velocity_iterations} of velocities"
-            yield f"contact offset {1000.0 * engine.contact_offset:g} mm"
-        case _:
-            yield f"contact ERP {engine.contact_erp:g}"
-            yield f"breaking threshold {engine.breaking_threshold:g} of half a diagonal, scale {engine.scale:g}"
-            yield f"friction anchor {'on' if engine.friction_anchor else 'off'}"
-            yield f"damping {engine.linear_damping:g} linear and {engine.angular_damping:g} angular"

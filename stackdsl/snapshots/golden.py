@@ -10,17 +10,25 @@ from dataclasses import replace
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from secrets import token_hex
+from time import time
 
 from stackdsl.outcome import GoldenResult, GoldenStatus
 from stackdsl.snapshots.canonical import canonical_text, document
-from stackdsl.snapshots.comparison import MalformedSnapshotError, compare_documents
-from stackdsl.snapshots.record import FORMAT, Identity, Snapshot
+from stackdsl.snapshots.comparison import compare_documents
+from stackdsl.snapshots.record import FORMAT, Identity, MalformedSnapshotError, Snapshot
 
 STAMPED = ("stackdsl", "pybullet")  # distributions whose versions may move a snapshot
 LONGEST_PART = 60  # characters of a scenario's or variant's name in a file name; two fit the 143 of encrypted disks
 WRITABLE = "make room for it, or name another directory by --golden"
 GOLDEN_NAME = re.compile(r"[^\[\]]+\[[^\[\]]*\]\.json")  # other JSON files are nobody's business here
+TEMPORARY = ".golden.tmp"  # ends the name of a file that is being written
+LEFT_OVER = 3600.0  # [s] a temporary file of this age belongs to a run that was killed
 NOT_CI = ("", "0", "false", "no")  # values of the environment variable CI that mean the opposite
+
+
+class NewerFormatError(MalformedSnapshotError):
+    """A newer version wrote a golden file: what it locks is not known here, so it is left alone."""
 
 
 class GoldenWriteRefusedError(RuntimeError):
@@ -72,7 +80,7 @@ def check_golden(snapshot: Snapshot, directory: Path, update: bool) -> GoldenRes
     if _holds(path, text):  # as most do; of a large scene, reading what it says takes three times as long
         return GoldenResult(GoldenStatus.SAME, path.as_posix())
     result = judge_golden(path, document(snapshot))
-    if not update or result.status is GoldenStatus.SAME:
+    if not update or result.status in (GoldenStatus.SAME, GoldenStatus.NEWER):
         return result
     try:
         write_golden(path, text)
@@ -84,13 +92,16 @@ def check_golden(snapshot: Snapshot, directory: Path, update: bool) -> GoldenRes
 def _holds(path: Path, text: str) -> bool:
     """Whether a file holds this very text."""
     with suppress(OSError):
-        return path.read_bytes() == text.encode("ascii")
+        return path.is_file() and path.read_bytes() == text.encode("ascii")
     return False
 
 
 def judge_golden(path: Path, got: Mapping[str, object]) -> GoldenResult:
     """The comparison of a snapshot's JSON value with a golden file."""
     file = path.as_posix()
+    # Reading a pipe may wait for ever, and a device may have no end.
+    if path.exists() and not path.is_file() and not path.is_dir():
+        return GoldenResult(GoldenStatus.UNREADABLE, file, note="it is no regular file")
     try:
         text = path.read_text(encoding="utf-8")
     except FileNotFoundError:
@@ -107,6 +118,8 @@ def judge_text(file: str, text: str, got: Mapping[str, object]) -> GoldenResult:
     try:
         expected = _parsed(text)
         differences = compare_documents(expected, got)
+    except NewerFormatError as error:
+        return GoldenResult(GoldenStatus.NEWER, file, note=str(error))
     except (ValueError, RecursionError) as error:
         return GoldenResult(GoldenStatus.UNREADABLE, file, note=f"it holds no snapshot: {error}")
     status = GoldenStatus.DIFFERENT if differences else GoldenStatus.SAME
@@ -120,8 +133,12 @@ def _parsed(text: str) -> Mapping[str, object]:
         raise MalformedSnapshotError("its JSON is no object")
     if "\\u" in text:  # an escaped half of a surrogate pair could be read but never be printed
         json.dumps(value, ensure_ascii=False).encode("utf-8")
-    if value.get("format") != FORMAT:
-        was = value.get("format", "none")
+    was = value.get("format", "none")
+    if isinstance(was, int) and not isinstance(was, bool) and was > FORMAT:
+        raise NewerFormatError(
+            f"its format is {was}, which a newer version wrote; this one reads {FORMAT}; update stackdsl"
+        )
+    if was is True or was != FORMAT:
         raise MalformedSnapshotError(f"its format is {was}, this version reads {FORMAT}; write it anew with --update")
     return value
 
@@ -150,15 +167,25 @@ def refuse_in_ci(environment: Mapping[str, str]) -> None:
 def write_golden(path: Path, text: str) -> None:
     """Replace a golden file as a whole, so that no reader and no crash ever sees half of it. Raises OSError."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{os.getpid()}.tmp")
+    _remove_left_over(path.parent)
+    # Not the process id: two containers that share a volume may both be number 7.
+    temporary = path.with_name(f".{token_hex(16)}{TEMPORARY}")
     try:
-        with temporary.open("wb") as file:
+        with temporary.open("xb") as file:
             file.write(text.encode("ascii"))
             file.flush()
             os.fsync(file.fileno())
         temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def _remove_left_over(directory: Path) -> None:
+    """Remove the temporary files of runs that were killed: no write takes as long as these are old."""
+    for file in directory.glob(f".*{TEMPORARY}"):
+        with suppress(OSError):  # another run may do the same
+            if time() - file.stat().st_mtime > LEFT_OVER:
+                file.unlink()
 
 
 def obsolete(directory: Path, expected: Iterable[str], whole_set: bool) -> tuple[str, ...]:

@@ -14,6 +14,10 @@ FORMAT = 1  # of the file; raise it whenever an older file can no longer be comp
 UNCLEAR = "unclear"  # too close to call; equal to anything
 
 
+class MalformedSnapshotError(ValueError):
+    """A golden file holds JSON, yet no snapshot; the message says where."""
+
+
 Number: TypeAlias = float | str  # text where a number is unclear or not finite: JSON has no infinity
 
 

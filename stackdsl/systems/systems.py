@@ -2,7 +2,9 @@
 
 from dataclasses import dataclass, replace
 from enum import Enum
+from typing import Self
 
+from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stability.engines.settings import EngineSettings
 
 
@@ -27,8 +29,16 @@ class System:
         """Whether a stability extension freezes what it finds stable."""
         return self.method is not None
 
+    def refined(self) -> Self:
+        """The same with settings that err less. What that changes of a result was no physics."""
+        return replace(self, engine=self.engine.refined())
 
-STOCK = EngineSettings(
+    def at_step(self, factor: float) -> Self:
+        """The same with so many times its time step."""
+        return replace(self, engine=self.engine.at_step(factor))
+
+
+STOCK = PyBulletSettings(
     time_step=1.0 / 240.0,
     iterations=50,
     contact_erp=0.2,
@@ -39,7 +49,7 @@ STOCK = EngineSettings(
 )
 
 # `thesis`: what stands is held by the extension, as published, and what it lets go is stepped by boxes of true size.
-HELD = EngineSettings(
+HELD = PyBulletSettings(
     time_step=1.0 / 960.0,  # half of it kicks a tower by millimetres
     iterations=50,
     contact_erp=0.4,

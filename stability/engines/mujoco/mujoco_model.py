@@ -14,7 +14,7 @@ import numpy as np
 
 from stability.engines.mujoco.mujoco_binding import mujoco
 from stability.engines.mujoco.mujoco_settings import MuJoCoSettings
-from stability.engines.own_bodies import shortest_turn
+from stability.engines.shortest_turn import shortest_turn
 from stability.geometry.bounding_boxes import BoundingBoxes
 from stability.geometry.rotations import rotate
 from stability.geometry.vectors import add, add_scaled, scale

@@ -1,9 +1,21 @@
 """PyBullet behind the protocols of `stability.engines.protocol`; nothing outside of this package knows the engine.
 
-`PyBulletBodies` attaches to a client that somebody else runs. `PyBulletWorld` runs one of its own.
+`PyBulletBodies` attaches to a client that somebody else runs. `PyBulletWorld` runs one of its own. The engine is
+imported with the first of them, not with the settings.
 """
 
-from stability.engines.pybullet.client import PyBulletBodies
-from stability.engines.pybullet.pybullet_world import PyBulletWorld
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from stability.engines.pybullet.client import PyBulletBodies
+    from stability.engines.pybullet.pybullet_world import PyBulletWorld
 
 __all__ = ["PyBulletBodies", "PyBulletWorld"]
+MODULES = {"PyBulletBodies": "client", "PyBulletWorld": "pybullet_world"}
+
+
+def __getattr__(name: str) -> object:
+    if name not in MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{MODULES[name]}"), name)

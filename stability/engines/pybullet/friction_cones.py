@@ -1,4 +1,4 @@
-"""A PyBullet world in which what leans is held by no more friction than Coulomb's cone allows.
+"""What leans is held by no more friction than Coulomb's cone allows.
 
 PyBullet has two friction forces at a contact point, along the sliding and across it, and each may be as strong as
 Coulomb allows by itself. Where nothing slides, "along" is the direction of whatever noise there is, and a ladder or an
@@ -9,8 +9,7 @@ above the noise, turns "along" to where the load pulls; if the cone does not hol
 from dataclasses import dataclass, field
 from math import hypot
 
-from stability.engines.pybullet.pybullet_binding import pybullet
-from stability.engines.pybullet.reshaping import ReshapingWorld
+from stability.engines.pybullet.brick_bodies import BrickBodies
 from stability.geometry.vectors import add_scaled, norm, scale, subtract
 from stability.model import BodyId, Vec3
 
@@ -21,40 +20,42 @@ NOTHING: Vec3 = (0.0, 0.0, 0.0)
 
 
 @dataclass
-class ConeWorld(ReshapingWorld):
-    """A world whose bricks with rounded edges, if the settings say so, slip as soon as Coulomb lets them."""
+class FrictionCones:
+    """Lets bricks with rounded edges slip as soon as Coulomb does, if the settings say so."""
 
+    bricks: BrickBodies
     _steps_to_look: int = field(default=EVERY, init=False)
 
-    def step(self) -> None:
-        super().step()
+    def look(self) -> None:
+        """Look after a step, if it is time to."""
         self._steps_to_look -= 1
-        if self.settings.friction_cones and self._steps_to_look <= 0:
+        if self.bricks.maker.settings.friction_cones and self._steps_to_look <= 0:
             self._steps_to_look = EVERY
-            self._let_slip()
+            if not self.bricks.stepper.lively:
+                self._let_slip()
 
     def _let_slip(self) -> None:
         """Nudge every brick that leans at rest and is held by too much, against what holds it."""
-        if self._told_stepping.lively:
-            return
-        for name in sorted(self._rounded & self._bodies.keys()):
+        bodies = self.bricks.bodies
+        for name in sorted(self.bricks.rounded & bodies.numbers.keys()):
             too_much_W = self._held_beyond(name)
-            if too_much_W != NOTHING and not self.holds(name):
-                body = self._bodies[name]
-                velocity, angular_velocity = pybullet.getBaseVelocity(body, self.client)
+            if too_much_W != NOTHING and not self.bricks.holds(name):
+                velocity, angular_velocity = bodies.raw_motion(name)
                 slips = add_scaled(velocity, -NUDGE / norm(too_much_W), too_much_W)
-                pybullet.resetBaseVelocity(body, slips, angular_velocity, physicsClientId=self.client)
+                bodies.set_raw_motion(name, slips, angular_velocity)
 
     def _held_beyond(self, name: BodyId) -> Vec3:
         """The sum of the friction forces on a brick that are outside of their cones [engine N]."""
         total_W = NOTHING
-        for point in pybullet.getContactPoints(bodyA=self._bodies[name], physicsClientId=self.client) or ():
+        for point in self.bricks.bodies.raw_contacts(name):
             normal_force, along, way, across, other_way = point[9:14]
-            if hypot(along, across) > BEYOND * self._friction_with(self.names[point[2]]) * normal_force:
+            friction = self._friction_with(self.bricks.bodies.names[point[2]])
+            if hypot(along, across) > BEYOND * friction * normal_force:
                 # PyBullet's friction acts on the other body.
                 total_W = subtract(total_W, add_scaled(scale(along, way), across, other_way))
         return total_W
 
     def _friction_with(self, other: BodyId) -> float:
         """The Coulomb coefficient of a brick on something else."""
-        return self._planes[other].friction if other in self._planes else self.friction
+        planes = self.bricks.own.planes
+        return planes[other].friction if other in planes else self.bricks.maker.friction

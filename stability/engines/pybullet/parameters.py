@@ -3,14 +3,27 @@
 from math import sqrt
 
 from stability.engines.pybullet.pybullet_binding import pybullet
-from stability.engines.settings import EngineSettings
-from stability.engines.stepping import Stepping
+from stability.engines.pybullet.pybullet_settings import PyBulletSettings
+from stability.engines.pybullet.stepping import Stepping
 
 # [engine m/s], for bodies as well as joints. By default PyBullet clamps speeds at 100, which is 10 m/s at scale 100.
 TOP_SPEED = 1e4
 
+# What all systems have in common; most of it belongs to the process and outlives its client.
+ALIKE = {
+    "restitutionVelocityThreshold": 0.2,
+    "globalCFM": 0.0,
+    "enableConeFriction": 1,
+    "deterministicOverlappingPairs": 1,
+    "constraintSolverType": pybullet.CONSTRAINT_SOLVER_LCP_SI,
+    "enableSAT": 0,
+    "collisionFilterMode": 0,
+    "minimumSolverIslandSize": 128,
+    "allowedCcdPenetration": 0.04,
+}
 
-def engine_parameters(settings: EngineSettings) -> dict[str, float]:
+
+def engine_parameters(settings: PyBulletSettings) -> dict[str, float]:
     """All that `setPhysicsEngineParameter` must be told: each belongs to the client or, worse, to the process.
 
     `contactBreakingThreshold` belongs to the process and outlives its client.
@@ -25,21 +38,13 @@ def engine_parameters(settings: EngineSettings) -> dict[str, float]:
         "contactBreakingThreshold": settings.breaking_threshold,
         "contactSlop": settings.contact_slop,
         "solverResidualThreshold": settings.residual_threshold,
-        "restitutionVelocityThreshold": 0.2,
-        "globalCFM": 0.0,
-        "enableConeFriction": 1,
-        "deterministicOverlappingPairs": 1,
-        "constraintSolverType": pybullet.CONSTRAINT_SOLVER_LCP_SI,
         "useSplitImpulse": 0 if settings.maximal_coordinates else 1,
         "warmStartingFactor": settings.warm_start,
-        "enableSAT": 0,
-        "collisionFilterMode": 0,
-        "minimumSolverIslandSize": 128,
-        "allowedCcdPenetration": 0.04,
+        **ALIKE,
     }
 
 
-def step_parameters(settings: EngineSettings, how: Stepping) -> dict[str, float]:
+def step_parameters(settings: PyBulletSettings, how: Stepping) -> dict[str, float]:
     """What `setPhysicsEngineParameter` must be told when the stepping changes."""
     parameters = {
         "fixedTimeStep": settings.time_step * sqrt(settings.scale) / how.parts,
@@ -57,7 +62,7 @@ def step_parameters(settings: EngineSettings, how: Stepping) -> dict[str, float]
     return parameters
 
 
-def body_parameters(settings: EngineSettings, own_friction: float) -> dict[str, float]:
+def body_parameters(settings: PyBulletSettings, own_friction: float) -> dict[str, float]:
     """All that `changeDynamics` must be told of a body but its mass."""
     return {
         "lateralFriction": own_friction,

@@ -1,189 +1,176 @@
-"""A PyBullet world of one's own in which bricks can be joined, to move as one rigid body.
+"""A PyBullet world of one's own, with every setting that matters made explicit; bricks can be joined in it.
 
-A group is a body of its own with the shapes of its bricks. The bodies of the bricks stay where they were, without mass,
-and collide with nothing until they are parted: that costs less than to make them anew. The shape of a group that was
-parted stays with the client until it is closed: PyBullet counts it as used for good, and refuses to remove it.
+The world owns its parts and does nothing itself: what each is for is said where it is.
 """
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence, Set
 from dataclasses import dataclass, field
+from math import log10
+from typing import Self, TypeAlias
 
+from stability.engines.own_bodies import OwnBodies
 from stability.engines.protocol import TOUCHING
-from stability.engines.pybullet.friction_cones import ConeWorld
-from stability.engines.pybullet.planes import ALL
+from stability.engines.pybullet.body_making import BodyMaker
+from stability.engines.pybullet.brick_bodies import BrickBodies
+from stability.engines.pybullet.client_bodies import ClientBodies
+from stability.engines.pybullet.free_fall import FreeFall
+from stability.engines.pybullet.friction_cones import FrictionCones
+from stability.engines.pybullet.joined_groups import JoinedGroups
+from stability.engines.pybullet.parameters import engine_parameters
+from stability.engines.pybullet.planes import Planes
 from stability.engines.pybullet.pybullet_binding import pybullet
-from stability.geometry.boxes import box_corners
-from stability.geometry.vectors import add, scale, subtract
-from stability.mechanics.rigid_group import (
-    RigidGroup,
-    Surfaces,
-    common_motion,
-    grouped,
-    member_state,
-    seen_from,
-    surfaces,
-)
-from stability.model import BodyId, BodyState, ContactPoint, Pose, Vec3
+from stability.engines.pybullet.pybullet_settings import PyBulletSettings
+from stability.engines.pybullet.reshaping import EdgeReshaper, EdgeWatch, Reshaper
+from stability.engines.pybullet.stepper import Stepper
+from stability.mechanics.impulse import pushed
+from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Shape, Vec3
 
+# [engine kg] for the heaviest brick: far above the thresholds, and even ten thousand press far below the cap of 1e10.
+HEAVIEST = 1e4
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Joined:
-    """A group in the engine."""
-
-    group: RigidGroup
-    surfaces: Surfaces
-    name: BodyId  # of its body
-    own_bodies: dict[BodyId, int]  # of its bricks
+MakesReshaper: TypeAlias = Callable[[BrickBodies, JoinedGroups], Reshaper]
 
 
 @dataclass
-class PyBulletWorld(ConeWorld):
-    """A world of its own for bricks and planes; close it after use."""
+class PyBulletWorld:
+    """A world of its own for bricks and planes; close it after use. `opened` makes it."""
 
-    _joined: dict[BodyId, Joined] = field(default_factory=dict, init=False)  # by brick
-    _groups: dict[BodyId, Joined] = field(default_factory=dict, init=False)  # by the name of the group's body
+    settings: PyBulletSettings
+    bricks: BrickBodies
+    groups: JoinedGroups
+    edges: EdgeWatch
+    cones: FrictionCones
+    own: OwnBodies = field(init=False)
+    bodies: ClientBodies = field(init=False)
+    planes: Planes = field(init=False)
+    stepper: Stepper = field(init=False)
 
-    _told_at: float = field(default=-1.0, init=False)  # the clock when these were asked for [s]
-    _told_points: dict[BodyId, list[ContactPoint]] = field(default_factory=dict, init=False)  # by body
+    def __post_init__(self) -> None:
+        self.own, self.bodies = self.bricks.own, self.bricks.bodies
+        self.planes, self.stepper = self.bricks.planes, self.bricks.stepper
 
-    def join(self, bricks: Collection[BodyId]) -> None:
-        states = self.states(bricks)
-        group = grouped((self._bricks[brick], states[brick].pose) for brick in bricks)
-        awake = [not self.holds(brick) for brick in group.bricks]
-        flew = self._flying >= group.bricks.keys()
-        for brick in group.bricks:
-            self.freeze(brick)
-        own = {brick: self._bodies.pop(brick) for brick in group.bricks}
-        for body in own.values():
-            pybullet.setCollisionFilterGroupMask(body, -1, 0, 0, self.client)
-        joined = Joined(group, surfaces(group), f"group of {next(iter(own))}", own)
-        self._add_group(joined)
-        self._groups[joined.name] = joined
-        if not any(awake) or flew:
-            self._comes_free(joined.name)
-        self._told_at = -1.0
-        self._joined |= dict.fromkeys(own, joined)
-        self._set_motion(self._bodies[joined.name], *common_motion(group, states))
+    @classmethod
+    def opened(
+        cls,
+        settings: PyBulletSettings,
+        gravity: float,
+        friction: float,
+        heaviest: float | None = None,
+        reshaper: MakesReshaper = EdgeReshaper,
+    ) -> Self:
+        """A new, empty world with gravity [m/s2] along -z.
 
-    def _add_group(self, joined: Joined) -> None:
-        group = joined.group
-        # PyBullet counts a shape as used for ever, so it goes only with the world.
-        shape = self._solids.rounded_boxes(
-            (scale(self.scale, group.bricks[brick].size), _scaled(self.scale, place))
-            for brick, place in group.places_G.items()
-        )
-        body = self._body(group.mass, shape, scale(self.scale, group.pose.position_W), group.pose.orientation)
-        self._name(body, joined.name, self._own_friction())
-        self._weigh(body, group.mass, group.moments)
+        Nothing depends on the unit of mass but the solver's absolute thresholds and its cap on impulses, so with scaled
+        settings it is chosen by the mass of the heaviest brick to come [kg]. `reshaper` decides about edges.
+        """
+        bodies = ClientBodies(_client(settings, gravity), {}, settings.scale, _mass_unit(settings, heaviest))
+        own, maker = OwnBodies(), BodyMaker(bodies, settings, gravity, friction)
+        stepper = Stepper(bodies.client, settings, FreeFall(bodies, gravity, settings.exact_fall))
+        bricks = BrickBodies(own, bodies, maker, Planes(maker, own.planes), stepper)
+        groups = JoinedGroups(bricks)
+        return cls(settings, bricks, groups, EdgeWatch(bricks, reshaper(bricks, groups)), FrictionCones(bricks))
 
-    def part(self, brick: BodyId) -> tuple[BodyId, ...]:
-        joined = self._joined[brick]
-        states, flew = self.states(joined.group.bricks), joined.name in self._flying
-        self._remove_group(joined)
-        for name, state in states.items():
-            body = self._bodies[name] = joined.own_bodies[name]
-            pybullet.setCollisionFilterGroupMask(body, -1, self._kind(name), ALL, self.client)
-            self.put_at(name, state.pose)
-            self.wake(name)
-            if not flew:
-                self._stays(name)  # as for falling: it does so already
-            self._set_motion(body, state.velocity_W, state.angular_velocity_W)
-        return tuple(states)
+    def close(self) -> None:
+        pybullet.disconnect(self.bodies.client)
 
-    def _remove_group(self, joined: Joined) -> None:
-        self._told_at = -1.0
-        body = self._bodies.pop(joined.name)
-        pybullet.removeBody(body, self.client)
-        self._stays(joined.name)
-        del self.names[body], self._groups[joined.name]
-        for name in joined.group.bricks:
-            del self._joined[name]
+    # --- time ---------------------------------------------------------------------------------------------------------
 
-    def _awake_masses(self) -> list[float]:
-        free = [mass for name, mass in self._masses.items() if name not in self._joined and not self.holds(name)]
-        return free + [joined.group.mass for joined in self._groups.values()]
+    def time(self) -> float:
+        return self.stepper.time
 
-    def freeze(self, brick: BodyId) -> None:
-        if brick in self._joined:
-            self.part(brick)
-        super().freeze(brick)
+    def step(self) -> None:
+        self.edges.look()
+        if self.stepper.suit(self.groups.mass_ratio):
+            self.bricks.anchors.choose(self.stepper.lively)
+            self.planes.choose(self.stepper.lively)
+        self.stepper.step()
+        self.cones.look()
 
-    def remove_brick(self, brick: BodyId) -> None:
-        if brick in self._joined:
-            self.part(brick)
-        super().remove_brick(brick)
-        self._told_at = -1.0
+    def limit_travel(self, fastest: float) -> None:
+        self.stepper.limit_travel(fastest)
 
-    def set_state(self, brick: BodyId, state: BodyState) -> None:
-        if brick in self._joined:
-            self.part(brick)
-        super().set_state(brick, state)
+    def ease_in(self) -> None:
+        self.stepper.ease_in()
 
-    def holds(self, brick: BodyId) -> bool:
-        return brick not in self._joined and super().holds(brick)
+    def skip(self, duration: float) -> None:
+        self.stepper.time += duration
 
-    def states(self, bodies: Collection[BodyId]) -> dict[BodyId, BodyState]:
-        own = [body for body in bodies if body not in self._joined]
-        found = super().states(own + sorted({self._joined[b].name for b in bodies if b in self._joined}))
-        return {body: found[body] if body in found else self._member_state(found, body) for body in bodies}
+    # --- what is there ------------------------------------------------------------------------------------------------
 
-    def _member_state(self, found: dict[BodyId, BodyState], brick: BodyId) -> BodyState:
-        joined = self._joined[brick]
-        return member_state(found[joined.name], joined.group.places_G[brick])
+    def masses(self) -> Mapping[BodyId, float]:
+        return self.own.masses
 
-    def contacts(self, brick: BodyId) -> Sequence[ContactPoint]:
-        if not self._groups:
-            return super().contacts(brick)
-        asked = self._joined[brick].name if brick in self._joined else brick
-        if self._told_at != self._clock:
-            self._told_at, self._told_points = self._clock, {}
-        if asked not in self._told_points:  # the members of a group have the same
-            poses = {name: state.pose for name, state in super().states(self._groups).items()}
-            self._told_points[asked] = [self._of_bricks(point, poses) for point in super().contacts(asked)]
-        points = self._told_points[asked]
-        return [point for point in points if brick in (point.a, point.b)]
+    def fixed(self) -> Set[BodyId]:
+        return self.own.fixed
 
-    def _of_bricks(self, point: ContactPoint, poses: dict[BodyId, Pose]) -> ContactPoint:
-        """A contact point by the names of bricks: PyBullet names groups."""
-        on_a = add(point.position_W, scale(point.gap, point.normal_BA_W))
-        return ContactPoint(
-            self._brick_at(point.a, on_a, poses),
-            self._brick_at(point.b, point.position_W, poses),
-            point.position_W,
-            point.normal_BA_W,
-            point.gap,
-            point.normal_force,
-            point.friction_W,
-        )
-
-    def _brick_at(self, body: BodyId, point_W: Vec3, poses: dict[BodyId, Pose]) -> BodyId:
-        if body not in self._groups:
-            return body
-        return self._groups[body].surfaces.brick_at(seen_from(poses[body], Pose(point_W)).position_W)
+    def shape(self, body: BodyId) -> Shape:
+        return self.own.shape(body) if body in self.own.bricks else self.planes.shape()
 
     def near(self, brick: BodyId, within: float = TOUCHING) -> Sequence[BodyId]:
-        if not self._groups:
-            return super().near(brick, within)
-        low, high = self._bounds(brick, self.states([brick])[brick].pose, within)
-        names = self._around(scale(self.scale, low), scale(self.scale, high))
-        others = {name for name in names if name in self._bodies} - self._groups.keys()
-        members = {member for name in names & self._groups.keys() for member in self._groups[name].group.bricks}
-        if brick in self._joined:
-            members -= self._joined[brick].group.bricks.keys()
-        return sorted((others | set(self._overlapping(members, low, high, within))) - {brick})
+        return self.groups.near(brick, within)
 
-    def _overlapping(self, bricks: Collection[BodyId], low: Vec3, high: Vec3, within: float) -> Iterator[BodyId]:
-        for brick, state in self.states(sorted(bricks)).items():
-            lowest, highest = self._bounds(brick, state.pose, within)
-            if max(subtract(lowest, high)) <= 0.0 and max(subtract(low, highest)) <= 0.0:
-                yield brick
+    def states(self, bodies: Collection[BodyId]) -> dict[BodyId, BodyState]:
+        return self.groups.states(bodies)
 
-    def _bounds(self, brick: BodyId, pose: Pose, within: float) -> tuple[Vec3, Vec3]:
-        """Lowest and highest coordinates of a brick, and so much more [m]."""
-        corners, around = box_corners(self._bricks[brick].size, pose), (within, within, within)
-        (a, b, c), (d, e, f) = map(min, zip(*corners, strict=True)), map(max, zip(*corners, strict=True))
-        return subtract((a, b, c), around), add((d, e, f), around)
+    def contacts(self, brick: BodyId) -> Sequence[ContactPoint]:
+        return self.groups.contacts(brick, self.time())
+
+    # --- what comes, goes and changes ---------------------------------------------------------------------------------
+
+    def add_plane(self, plane: Plane) -> None:
+        self.own.add_plane(plane)
+        self.planes.add(plane)
+
+    def add_brick(self, brick: Brick, pose: Pose, velocity_W: Vec3 = AT_REST) -> None:
+        self.bricks.add(brick, pose, velocity_W)
+
+    def remove_brick(self, brick: BodyId) -> None:
+        self.groups.part_from_others(brick)
+        self.bricks.remove(brick)
+        self.groups.forget_contacts()
+
+    def freeze(self, brick: BodyId) -> None:
+        self.groups.freeze(brick)
+
+    def holds(self, brick: BodyId) -> bool:
+        return self.groups.holds(brick)
+
+    def wake(self, brick: BodyId) -> None:
+        self.bricks.wake(brick)
+
+    def put_at(self, brick: BodyId, pose: Pose) -> None:
+        self.bricks.put_at(brick, pose)
+
+    def set_state(self, brick: BodyId, state: BodyState) -> None:
+        self.groups.part_from_others(brick)
+        self.bricks.set_state(brick, state)
+
+    def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:
+        size, mass = self.own.bricks[brick].size, self.own.bricks[brick].mass
+        after = pushed(self.states([brick])[brick], size, mass, impulse_W, at_W)
+        self.bodies.set_motion(brick, after.velocity_W, after.angular_velocity_W)
+        if brick in self.stepper.fall.flying:
+            self.bricks.comes_free(brick)
+
+    def join(self, bricks: Collection[BodyId]) -> None:
+        self.groups.join(bricks)
+
+    def part(self, brick: BodyId) -> tuple[BodyId, ...]:
+        return self.groups.part(brick)
 
 
-def _scaled(factor: float, pose: Pose) -> Pose:
-    return Pose(scale(factor, pose.position_W), pose.orientation)
+def _client(settings: PyBulletSettings, gravity: float) -> int:
+    """A new client, told all that belongs to it."""
+    client = int(pybullet.connect(pybullet.DIRECT))
+    if client < 0:
+        raise RuntimeError("PyBullet accepts no more clients in this process")
+    pybullet.setGravity(0.0, 0.0, -gravity, client)
+    pybullet.setPhysicsEngineParameter(**engine_parameters(settings), physicsClientId=client)
+    return client
+
+
+def _mass_unit(settings: PyBulletSettings, heaviest: float | None) -> float:
+    """Engine kilograms per scene kilogram."""
+    if heaviest is None or settings.scale == 1.0:
+        return 1.0
+    return float(10.0 ** round(log10(HEAVIEST / heaviest)))

@@ -1,4 +1,4 @@
-"""A PyBullet world in which a brick that comes to lean on another edge on edge gets rounded edges.
+"""A brick that comes to lean on another edge on edge gets rounded edges.
 
 PyBullet finds the normal of sharp edges that cross, but takes a face for edges that run along each other. It cannot
 give a body another shape, so the brick gets another body: in the same place, with the same motion and mass. What the
@@ -8,15 +8,14 @@ last step pressed with is forgotten with the old one, which is why only those br
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import cos, hypot, radians
+from typing import Protocol
 
 from stability.engines.edge_normals import FACE_ON, leans, nearest_points, velocity_at
-from stability.engines.pybullet.plain_world import PlainWorld
-from stability.engines.pybullet.planes import ROUNDED as ROUND
-from stability.engines.pybullet.planes import SHARP
-from stability.engines.pybullet.pybullet_binding import pybullet
+from stability.engines.pybullet.brick_bodies import BrickBodies
+from stability.engines.pybullet.joined_groups import JoinedGroups
 from stability.geometry.separation import Block, block
 from stability.geometry.vectors import dot, norm, scale, subtract
-from stability.model import AT_REST, BodyId, BodyState, Brick, Pose, Vec3
+from stability.model import BodyId, BodyState, Vec3
 
 LOOK = 0.02  # [s] between looks at how bricks lie to each other
 ALONG = cos(radians(1.0))  # edges run along each other within this; beyond, the normal of sharp ones is right
@@ -42,80 +41,70 @@ class _Seen:
         return norm(self.state.velocity_W) + reach * norm(self.state.angular_velocity_W)
 
 
+class Reshaper(Protocol):
+    """Decides which bricks get other edges."""
+
+    def reshape(self, states: Mapping[BodyId, BodyState]) -> None:
+        """Look how all bricks that are awake lie to each other, and swap the bodies of some."""
+
+
 @dataclass
-class ReshapingWorld(PlainWorld):
-    """A world whose bricks have sharp or rounded edges, by how they touch."""
+class EdgeReshaper:
+    """Gives bricks that lean on each other edge on edge rounded edges, and what lies square sharp ones again."""
 
-    _rounded: set[BodyId] = field(default_factory=set, init=False)
-    _next_look: float = field(default=0.0, init=False)  # [s] on the clock
+    bricks: BrickBodies
+    groups: JoinedGroups
 
-    def add_brick(self, brick: Brick, pose: Pose, velocity_W: Vec3 = AT_REST) -> None:
-        super().add_brick(brick, pose, velocity_W)
-        if not self._square(pose):
-            self._rounded.add(brick.id)
-
-    def remove_brick(self, brick: BodyId) -> None:
-        super().remove_brick(brick)
-        self._rounded.discard(brick)
-
-    def put_at(self, brick: BodyId, pose: Pose) -> None:
-        super().put_at(brick, pose)
-        self._next_look = 0.0
-
-    def step(self) -> None:
-        if self.settings.edge_rounding and self._clock >= self._next_look:
-            self._next_look = self._clock + LOOK
-            states = self.states([name for name in self._masses if name in self._bodies and not self.holds(name)])
-            for name, state in states.items():
-                self._reach_beyond(self._bricks[name], state.pose.position_W)
-            self._reshape(states)
-        super().step()
-
-    def _reshape(self, states: Mapping[BodyId, BodyState]) -> None:
+    def reshape(self, states: Mapping[BodyId, BodyState]) -> None:
         """Give every brick that is awake the edges that it needs."""
+        rounded = self.bricks.rounded
         leaning = {
-            name: self._seen(name, state)
-            for name, state in states.items()
-            if name not in self._rounded and leans(state.pose)
+            name: self._seen(name, state) for name, state in states.items() if name not in rounded and leans(state.pose)
         }
         edge_on = self._edge_on(leaning)
-        rounded = ((name, state) for name, state in states.items() if name in self._rounded)
-        lying = [name for name, state in rounded if _slow(state) and self._square(state.pose)]
+        lying = [name for name, state in states.items() if name in rounded and self._lies(state)]
         for name in (*(name for name in leaning if name in edge_on), *lying):
-            self._swap(name)
+            self.bricks.swap(name)
+
+    def _lies(self, state: BodyState) -> bool:
+        return _slow(state) and self.bricks.planes.lies_square(state.pose)
 
     def _seen(self, name: BodyId, state: BodyState) -> _Seen:
-        return _Seen(state, block(self._bricks[name].size, state.pose))
+        return _Seen(state, block(self.bricks.own.bricks[name].size, state.pose))
 
-    def _edge_on(self, leaning: dict[BodyId, _Seen]) -> set[BodyId]:
+    def _edge_on(self, leaning: Mapping[BodyId, _Seen]) -> set[BodyId]:
         """Those whose edges are about to meet edges of another brick that run along them."""
         found: set[BodyId] = set()
         for name, one in leaning.items():
-            thin = min(self._bricks[name].size)
-            for other in self.near(name, NEAR * thin + AHEAD * one.fastest):
-                if other not in self._bricks or (other in leaning and other < name):
+            thin = min(self.bricks.own.bricks[name].size)
+            for other in self.groups.near(name, NEAR * thin + AHEAD * one.fastest):
+                if other not in self.bricks.own.bricks or (other in leaning and other < name):
                     continue  # every pair once
-                two = leaning.get(other) or self._seen(other, self.states([other])[other])
+                two = leaning.get(other) or self._seen(other, self.groups.states([other])[other])
                 if _edges_meet(one, two, NEAR * thin, ROUNDED * thin):
                     found |= {name, other}
         return found
 
-    def _kind(self, name: BodyId) -> int:
-        """The collision group of a brick."""
-        return ROUND if self.settings.half_spaces and name in self._rounded else SHARP
 
-    def _swap(self, name: BodyId) -> None:
-        """Give a brick a body with the other kind of edges: same place, motion, mass and name."""
-        brick, body = self._bricks[name], self._bodies[name]
-        position, orientation = pybullet.getBasePositionAndOrientation(body, self.client)
-        velocity, angular_velocity = pybullet.getBaseVelocity(body, self.client)
-        pybullet.removeBody(body, self.client)
-        del self.names[body]
-        self._rounded ^= {name}
-        body = self._brick_body(brick, position, orientation, rounded=name in self._rounded)
-        pybullet.resetBaseVelocity(body, velocity, angular_velocity, physicsClientId=self.client)
-        if name in self._anchored:
-            self._anchor([name], not self._told_stepping.lively)
+@dataclass
+class EdgeWatch:
+    """Looks every now and then how the bricks that are awake lie, and at once after one was put elsewhere."""
+
+    bricks: BrickBodies
+    reshaper: Reshaper
+    _next_look: float = field(default=0.0, init=False)  # [s] on the clock
+
+    def look(self) -> None:
+        """Look before a step, if it is time to."""
+        bricks, now = self.bricks, self.bricks.stepper.time
+        if not bricks.maker.settings.edge_rounding or not (bricks.displaced or now >= self._next_look):
+            return
+        self._next_look, bricks.displaced = now + LOOK, False
+        single = [name for name in bricks.own.masses if name in bricks.bodies.numbers]
+        states = bricks.states([name for name in single if not bricks.holds(name)])
+        for name, state in states.items():
+            bricks.planes.reach_beyond(bricks.own.bricks[name], state.pose.position_W)
+        self.reshaper.reshape(states)
 
 
 def _slow(state: BodyState) -> bool:

@@ -1,19 +1,32 @@
 """How SAPIEN steps; no engine is needed to say so."""
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import ClassVar, Self
 
-from stability.engines.settings import EngineSettings
+from stability.engines.scene_scale import SceneScale, power_of_two
+from stability.engines.settings import EngineSettings, Package
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class SapienSettings(EngineSettings):
-    """Settings with what PhysX has beside them.
+    """PhysX solves for positions first, and for velocities after them."""
 
-    `iterations` are those of positions; no share of an overlap is what a step takes back, and no share of the size of a
-    brick decides which contacts are dropped.
-    """
+    package: ClassVar[Package] = Package("sapien", "pip install 'stackdsl[sapien]'")
+    world: ClassVar[str] = "stability.engines.sapien.sapien_world:SapienWorld"
 
-    contact_erp: float = 0.0
-    breaking_threshold: float = 0.0
+    iterations: int  # of positions, per step
+    velocity_iterations: int
     contact_offset: float  # [m] shapes closer to each other than twice this have contacts
-    velocity_iterations: int  # of the solver, per step
+
+    def numerics(self) -> Iterator[str]:
+        yield f"{self.iterations} iterations"
+        yield f"{self.velocity_iterations} of velocities"
+        yield f"contact offset {1000.0 * self.contact_offset:g} mm"
+
+    def refined(self) -> Self:
+        return replace(super().refined(), iterations=2 * self.iterations)
+
+    def scaled(self, scene: SceneScale) -> Self:
+        """As of every engine; contacts are found as early, in thicknesses of a brick."""
+        return replace(super().scaled(scene), contact_offset=self.contact_offset * power_of_two(scene.median_diagonal))

@@ -1,196 +1,102 @@
-"""A SAPIEN world of one's own; every brick moves by itself. PhysX calculates in single precision.
+"""A SAPIEN world of one's own; every brick moves by itself."""
 
-Friction of a pair is the mean of both coefficients, and SAPIEN cannot ask for another rule. So that a brick may have
-its own on bricks and none of its own on planes, it has two shapes: one meets bricks alone, the other, without friction,
-planes alone, which have twice the friction that is asked of them.
+from collections.abc import Collection, Mapping, Sequence, Set
+from dataclasses import dataclass
+from typing import Self
 
-SAPIEN tells the normal forces of contacts, not those of friction.
-"""
-
-from collections.abc import Collection, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
-from typing import Any, Self, TypeAlias
-
-import numpy as np
-
-from stability.engines.own_bodies import KeptBodies, shortest_turn
-from stability.engines.sapien.sapien_binding import sapien
+from stability.engines.own_bodies import OwnBodies
+from stability.engines.protocol import TOUCHING
 from stability.engines.sapien.sapien_settings import SapienSettings
-from stability.geometry.bounding_boxes import BoundingBoxes
-from stability.geometry.rotations import body_axes
-from stability.geometry.vectors import dot, scale
-from stability.mechanics.impulse import moments, pushed
-from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Quaternion, Vec3
-
-Rigid: TypeAlias = sapien.physx.PhysxRigidBaseComponent
-ACROSS = (1.0, 0.0, 0.0)  # the normal of PhysX's planes, in their own axes
-# Collision groups: what a shape is, and what it meets.
-WITH_BRICKS, WITH_PLANES, PLANES = [1, 1, 0, 0], [2, 0, 0, 0], [0, 2, 0, 0]
-TOP_SPEED = 1e4  # [m/s] and [rad/s]; by default PhysX clamps turning at 100
+from stability.engines.sapien.scene_bodies import SceneBodies
+from stability.engines.step_clock import StepClock
+from stability.mechanics.impulse import pushed
+from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Shape, Vec3
 
 
 @dataclass
-class SapienWorld(KeptBodies):
-    """A world of its own for bricks and planes."""
+class SapienWorld:
+    """A world of its own for bricks and planes; `opened` makes it."""
 
-    settings: SapienSettings = field(kw_only=True)
-    system: Any = field(kw_only=True)
-    scene: Any = field(kw_only=True)
-    _bodies: dict[BodyId, Any] = field(default_factory=dict, init=False)
-    _names: dict[Any, BodyId] = field(default_factory=dict, init=False)  # by entity
+    settings: SapienSettings
+    own: OwnBodies
+    bodies: SceneBodies
+    clock: StepClock
 
     @classmethod
-    def opened(cls, settings: SapienSettings, gravity: float, friction: float) -> Self:
-        """A new, empty world with gravity [m/s2] along -z."""
-        # The configuration belongs to the process, and is taken over by the systems that are made after it.
-        sapien.physx.set_scene_config(
-            gravity=np.array((0.0, 0.0, -gravity)),
-            bounce_threshold=2.0,
-            enable_pcm=True,
-            enable_tgs=True,
-            enable_ccd=False,
-            enable_enhanced_determinism=True,
-            enable_friction_every_iteration=True,
-        )
-        system = sapien.physx.PhysxCpuSystem()
-        system.timestep = settings.time_step
-        return cls(gravity, friction, settings=settings, system=system, scene=sapien.Scene([system]))
+    def opened(cls, settings: SapienSettings, gravity: float, friction: float, heaviest: float | None = None) -> Self:
+        """A new, empty world with gravity [m/s2] along -z; whatever the masses, they are in kilograms."""
+        return cls(settings, OwnBodies(), SceneBodies.opened(settings, gravity, friction), StepClock(settings))
 
     def close(self) -> None:
-        for body in self._bodies.values():
-            self.scene.remove_entity(body.entity)
-        self._bodies.clear()
-        self._names.clear()
+        self.bodies.close()
+
+    def time(self) -> float:
+        return self.clock.time
+
+    def skip(self, duration: float) -> None:
+        self.clock.time += duration
+
+    def limit_travel(self, fastest: float) -> None:
+        self.clock.limit_travel(fastest)
+
+    def ease_in(self) -> None:
+        """No step is split for it: the settings were chosen without."""
+
+    def masses(self) -> Mapping[BodyId, float]:
+        return self.own.masses
+
+    def fixed(self) -> Set[BodyId]:
+        return self.own.fixed
+
+    def shape(self, body: BodyId) -> Shape:
+        return self.own.shape(body)
 
     def step(self) -> None:
-        parts = self._count_step()
-        self.system.timestep = self.settings.time_step / parts
-        for _ in range(parts):
-            self.system.step()
-
-    def add_plane(self, plane: Plane) -> None:
-        self._keep_plane(plane)
-        body = sapien.physx.PhysxRigidStaticComponent()
-        shape = sapien.physx.PhysxCollisionShapePlane(_material(2.0 * plane.friction))
-        self._attach(body, shape, PLANES)
-        self._enter(plane.id, body, Pose(plane.point_W, shortest_turn(ACROSS, plane.normal_W)))
-
-    def add_brick(self, brick: Brick, pose: Pose, velocity_W: Vec3 = AT_REST) -> None:
-        self._keep_brick(brick)
-        body = sapien.physx.PhysxRigidDynamicComponent()
-        half = np.array(scale(0.5, brick.size))
-        for friction, meets in ((self.friction, WITH_BRICKS), (0.0, WITH_PLANES)):
-            self._attach(body, sapien.physx.PhysxCollisionShapeBox(half, _material(friction)), meets)
-        body.mass = brick.mass
-        body.inertia = np.array(moments(brick.size, brick.mass))
-        body.cmass_local_pose = sapien.Pose()
-        body.linear_damping, body.angular_damping = self.settings.linear_damping, self.settings.angular_damping
-        body.max_linear_velocity = body.max_angular_velocity = TOP_SPEED
-        body.solver_position_iterations = self.settings.iterations
-        body.solver_velocity_iterations = self.settings.velocity_iterations
-        body.sleep_threshold = 0.0
-        self._enter(brick.id, body, pose)
-        body.linear_velocity = np.array(velocity_W)
-
-    def _attach(self, body: Rigid, shape: sapien.physx.PhysxCollisionShape, meets: Sequence[int]) -> None:
-        shape.rest_offset = 0.0
-        shape.contact_offset = self.settings.contact_offset
-        shape.set_collision_groups(list(meets))
-        body.attach(shape)
-
-    def _enter(self, name: BodyId, body: Rigid, pose: Pose) -> None:
-        entity = sapien.Entity()
-        entity.add_component(body)
-        entity.pose = _to_sapien(pose)
-        self.scene.add_entity(entity)
-        self._bodies[name] = body
-        self._names[entity] = name
-
-    def remove_brick(self, brick: BodyId) -> None:
-        self._forget_brick(brick)
-        entity = self._bodies.pop(brick).entity
-        del self._names[entity]
-        self.scene.remove_entity(entity)
-
-    def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:
-        size, mass = self._bricks[brick].size, self._bricks[brick].mass
-        self.set_state(brick, pushed(self._state(brick), size, mass, impulse_W, at_W))
-
-    def set_state(self, brick: BodyId, state: BodyState) -> None:
-        body = self._bodies[brick]
-        body.entity_pose = _to_sapien(state.pose)
-        body.linear_velocity = np.array(state.velocity_W)
-        body.angular_velocity = np.array(state.angular_velocity_W)
+        self.bodies.step(self.clock.pass_step())
 
     def states(self, bodies: Collection[BodyId]) -> dict[BodyId, BodyState]:
-        return {body: self._state(body) for body in bodies}
-
-    def _state(self, name: BodyId) -> BodyState:
-        if name in self._planes:
-            return BodyState(Pose(self._planes[name].point_W))
-        body = self._bodies[name]
-        pose = _from_sapien(body.entity_pose)
-        return BodyState(pose, _vector(body.linear_velocity), _vector(body.angular_velocity))
+        planes = self.own.planes
+        return {b: BodyState(Pose(planes[b].point_W)) if b in planes else self.bodies.state(b) for b in bodies}
 
     def contacts(self, brick: BodyId) -> Sequence[ContactPoint]:
-        return [point for pair in self.system.get_contacts() for point in self._points(pair, brick)]
+        return self.bodies.contacts(brick)
 
-    def _points(self, pair: sapien.physx.PhysxContact, brick: BodyId) -> Iterator[ContactPoint]:
-        a, b = (self._names.get(body.entity, "") for body in pair.bodies)
-        if brick not in (a, b) or not (a and b):
-            return
-        for point in pair.points:
-            normal = _vector(point.normal)  # from the second body towards the first
-            force = dot(_vector(point.impulse), normal) / self.system.timestep
-            yield ContactPoint(a, b, _vector(point.position), normal, float(point.separation), force)
+    def near(self, brick: BodyId, within: float = TOUCHING) -> Sequence[BodyId]:
+        return self.own.near(brick, self.bodies.boxes(self.own.bricks.values()), within)
 
-    def _boxes(self) -> BoundingBoxes:
-        poses = [self._state(name).pose for name in self._bricks]
-        return BoundingBoxes.around(
-            self._bricks,
-            np.array([pose.position_W for pose in poses]),
-            np.array([body_axes(pose.orientation) for pose in poses]).transpose(0, 2, 1),
-            np.array([brick.size for brick in self._bricks.values()]) / 2.0,
-        )
+    def add_plane(self, plane: Plane) -> None:
+        self.own.add_plane(plane)
+        self.bodies.add_plane(plane)
+
+    def add_brick(self, brick: Brick, pose: Pose, velocity_W: Vec3 = AT_REST) -> None:
+        self.own.add_brick(brick)
+        self.bodies.add_brick(brick, pose, velocity_W)
+
+    def remove_brick(self, brick: BodyId) -> None:
+        self.own.remove_brick(brick)
+        self.bodies.remove(brick)
+
+    def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:
+        size, mass = self.own.bricks[brick].size, self.own.bricks[brick].mass
+        self.set_state(brick, pushed(self.bodies.state(brick), size, mass, impulse_W, at_W))
+
+    def set_state(self, brick: BodyId, state: BodyState) -> None:
+        self.bodies.set_state(brick, state)
 
     def freeze(self, brick: BodyId) -> None:
-        body = self._bodies[brick]
-        body.linear_velocity = body.angular_velocity = np.zeros(3)
-        body.kinematic = True
+        self.bodies.freeze(brick)
 
     def holds(self, brick: BodyId) -> bool:
-        return bool(self._bodies[brick].kinematic)
+        return self.bodies.holds(brick)
 
     def wake(self, brick: BodyId) -> None:
-        body = self._bodies[brick]
-        body.kinematic = False
-        body.linear_velocity = body.angular_velocity = np.zeros(3)
+        self.bodies.wake(brick)
 
     def put_at(self, brick: BodyId, pose: Pose) -> None:
-        self._bodies[brick].entity_pose = _to_sapien(pose)
+        self.bodies.put_at(brick, pose)
 
     def join(self, bricks: Collection[BodyId]) -> None:
         raise NotImplementedError("bricks cannot be joined in SAPIEN; give an extension no joiner")
 
     def part(self, brick: BodyId) -> tuple[BodyId, ...]:
         raise NotImplementedError("bricks cannot be joined in SAPIEN; give an extension no joiner")
-
-
-def _material(friction: float) -> sapien.physx.PhysxMaterial:
-    return sapien.physx.PhysxMaterial(friction, friction, 0.0)
-
-
-def _to_sapien(pose: Pose) -> sapien.Pose:
-    x, y, z, w = pose.orientation
-    return sapien.Pose(np.array(pose.position_W), np.array((w, x, y, z)))
-
-
-def _from_sapien(pose: sapien.Pose) -> Pose:
-    w, x, y, z = (float(part) for part in pose.q)
-    orientation: Quaternion = (x, y, z, w)
-    return Pose(_vector(pose.p), orientation)
-
-
-def _vector(parts: Iterable[float]) -> Vec3:
-    x, y, z = (float(part) for part in parts)
-    return (x, y, z)

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from time import perf_counter
 from typing import Protocol
 
+from stability.engines.settings import Package
 from stability.model import BodyId, Plane
 from stability.statics.facts import Contact, Placed, Tolerances
 from stability.statics.structure import Structure
 from stackdsl.judging.proofs import DISPROVED, leaves_to_engine, stands_until
 from stackdsl.observations import KINDS, Seen
 from stackdsl.playing.after_collapse import time_of
-from stackdsl.systems.peers import Extra
 from stackdsl.timeline import Placement, Push, Removal, Timeline
 from stackdsl.trace import NUMERICAL_COLLAPSE, Cost, Verdict
 
@@ -40,7 +40,7 @@ class Assessor(Protocol):
         """What people call it."""
 
     @property
-    def extra(self) -> Extra:
+    def package(self) -> Package:
         """What must be installed."""
 
     @property

@@ -19,13 +19,13 @@ from math import prod
 from statistics import fmean
 from typing import Any
 
+from stability.engines.settings import Package
 from stability.geometry.rotations import body_axes
 from stability.geometry.vectors import add_scaled, dot, scale, subtract
 from stability.model import Pose
 from stability.statics.contacts.touch import contact_with_plane, solid
 from stability.statics.facts import Contact, Placed, Tolerances
 from stackdsl.bench.assessors.assessment import Scene, Setting
-from stackdsl.systems.peers import Extra
 
 FEWEST_CORNERS = 3  # of a contact that is a face
 EDGES = "bricks touch along edges or at corners, and it knows contacts of faces only"
@@ -61,9 +61,9 @@ class Compas:
         return self.program.value
 
     @property
-    def extra(self) -> Extra:
+    def package(self) -> Package:
         """The package itself."""
-        return Extra("compas_cra", "cra")
+        return Package("compas_cra", "pip install 'stackdsl[cra]'")
 
     @property
     def settings(self) -> Mapping[str, Setting]:

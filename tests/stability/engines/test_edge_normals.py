@@ -10,7 +10,7 @@ import pytest
 
 from stability.engines.edge_normals import EDGE_RADIUS, leans, true_normal, wrong_normals
 from stability.engines.pybullet import PyBulletWorld
-from stability.engines.settings import EngineSettings
+from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stability.geometry.rotations import multiply
 from stability.geometry.separation import block
 from stability.geometry.vectors import cross, dot, unit
@@ -26,7 +26,7 @@ BOTH = pytest.mark.parametrize("settings", [TUNED, MOVING], ids=["tuned", "exact
 
 
 @contextmanager
-def world(settings: EngineSettings, friction: float = 0.5, ground: float = 0.0) -> Iterator[PyBulletWorld]:
+def world(settings: PyBulletSettings, friction: float = 0.5, ground: float = 0.0) -> Iterator[PyBulletWorld]:
     opened = PyBulletWorld.opened(settings, GRAVITY, friction, heaviest=MASS)
     try:
         opened.add_plane(Plane(GROUND, (0.0, 0.0, ground), (0.0, 0.0, 1.0), friction))
@@ -127,7 +127,7 @@ def test_pybullet_as_it_comes_gives_a_v_the_normal_of_a_face_and_is_caught(angle
 
 @BOTH
 @pytest.mark.parametrize("angle", [60.0, 70.0])
-def test_rounded_edges_leave_nothing_to_catch_in_a_v_that_stands(settings: EngineSettings, angle: float) -> None:
+def test_rounded_edges_leave_nothing_to_catch_in_a_v_that_stands(settings: PyBulletSettings, angle: float) -> None:
     with world(settings, friction=0.5) as engine:
         put_up_v(engine, radians(angle))
         for _ in range(10):
@@ -139,7 +139,7 @@ def test_rounded_edges_leave_nothing_to_catch_in_a_v_that_stands(settings: Engin
 @pytest.mark.parametrize("height", [0.0, 0.01, 0.1])
 @pytest.mark.parametrize("rate", [480, 960])
 def test_planks_set_down_square_and_leaned_later_need_the_friction_of_statics_also_when_dropped(
-    settings: EngineSettings, height: float, rate: int
+    settings: PyBulletSettings, height: float, rate: int
 ) -> None:
     #   mu = (cot a - t / L) / 2; the shock of a landing slows all parts alike, as weight pulls them
     angle = radians(70.0)
@@ -155,43 +155,43 @@ def test_planks_set_down_square_and_leaned_later_need_the_friction_of_statics_al
             assert stood is stands
 
 
-def replaced_step(settings: EngineSettings, rate: int) -> EngineSettings:
+def replaced_step(settings: PyBulletSettings, rate: int) -> PyBulletSettings:
     return replace(settings, time_step=1.0 / rate)
 
 
 @BOTH
-def test_another_body_with_other_edges_has_place_motion_mass_and_inertia_of_the_first(settings: EngineSettings) -> None:
+def test_another_body_with_other_edges_has_place_motion_mass_and_inertia(settings: PyBulletSettings) -> None:
     with world(settings, ground=-10.0) as engine:
         engine.add_brick(Brick("a", SIZE, MASS), Pose((0.1, 0.2, 0.3)))
         engine.add_brick(Brick("b", SIZE, MASS), Pose((1.1, 0.2, 0.3)))
-        engine._set_motion(engine._bodies["a"], (1.0, -2.0, 0.5), (3.0, 20.0, -4.0))
+        engine.bodies.set_motion("a", (1.0, -2.0, 0.5), (3.0, 20.0, -4.0))
         masses, order, before = engine.masses(), list(engine.masses()), engine.states(["a"])["a"]
         known = body_facts(engine, "a")
-        engine._swap("a")
+        engine.bricks.swap("a")
         assert engine.states(["a"])["a"] == before
         assert engine.masses() is masses
         assert list(engine.masses()) == order
         assert body_facts(engine, "a") == known
-        unit_of_inertia = engine._mass_unit * engine.scale**2
+        unit_of_inertia = engine.bodies.mass_unit * engine.bodies.scale**2
         assert known[2] == pytest.approx([unit_of_inertia * moment for moment in moments(SIZE, MASS)])
 
 
 def body_facts(engine: PyBulletWorld, name: str) -> tuple[object, ...]:
     """Mass, friction, inertia, restitution."""
-    facts = pybullet.getDynamicsInfo(engine._bodies[name], -1, engine.client)
+    facts = pybullet.getDynamicsInfo(engine.bodies.numbers[name], -1, engine.bodies.client)
     return facts[0], facts[1], facts[2], facts[5]
 
 
 @BOTH
-def test_edges_that_change_in_free_flight_change_neither_way_nor_spin(settings: EngineSettings) -> None:
+def test_edges_that_change_in_free_flight_change_neither_way_nor_spin(settings: PyBulletSettings) -> None:
     ends = []
     for swaps in (False, True):
         with world(settings, ground=-10.0) as engine:
             engine.add_brick(Brick("a", SIZE, MASS), Pose((0.0, 0.0, 0.0)))
-            engine._set_motion(engine._bodies["a"], (0.3, 0.0, 0.0), (1.0, 5.0, 0.0))
+            engine.bodies.set_motion("a", (0.3, 0.0, 0.0), (1.0, 5.0, 0.0))
             played(engine, 0.1)
             if swaps:
-                engine._swap("a")
+                engine.bricks.swap("a")
             played(engine, 0.1)
             ends.append(engine.states(["a"])["a"])
     assert ends[1].pose.position_W == pytest.approx(ends[0].pose.position_W, abs=1e-9)
@@ -221,7 +221,7 @@ def test_planks_that_tilt_together_face_on_face_keep_their_sharp_edges() -> None
             engine.add_brick(Brick(name, SIZE, MASS), Pose((1.0, 0.0, 1.0 + level)))
             engine.put_at(name, Pose(aside, tilt))
         played(engine, 0.2)
-        assert engine._rounded == set()
+        assert engine.bricks.rounded == set()
 
 
 def test_a_plank_whose_edge_stands_on_the_face_of_another_keeps_its_sharp_edges() -> None:
@@ -231,27 +231,27 @@ def test_a_plank_whose_edge_stands_on_the_face_of_another_keeps_its_sharp_edges(
         engine.add_brick(Brick("below", SIZE, MASS), Pose((0.0, 0.0, THICKNESS / 2.0)))
         set_down_square_then_put(engine, "edge", Pose((x, y, z + THICKNESS), edge.orientation))
         played(engine, 0.02)
-        assert engine._rounded == set()
+        assert engine.bricks.rounded == set()
 
 
 @pytest.mark.parametrize("settings", [STOCK, HELD], ids=["stock", "thesis"])
-def test_systems_without_rounded_edges_are_left_alone(settings: EngineSettings) -> None:
+def test_systems_without_rounded_edges_are_left_alone(settings: PyBulletSettings) -> None:
     with world(settings) as engine:
         put_up_v(engine, radians(70.0))
         played(engine, 0.2)
-        assert engine._rounded == set()
+        assert engine.bricks.rounded == set()
 
 
 def test_a_plank_that_lies_square_again_gets_its_sharp_edges_back() -> None:
     with world(MOVING, friction=0.05) as engine:
         put_up_v(engine, radians(70.0))
         played(engine, 0.05)
-        assert engine._rounded == {"left", "right"}
+        assert engine.bricks.rounded == {"left", "right"}
         for name, x in (("left", -1.0), ("right", 1.0)):
             engine.put_at(name, Pose((x, 0.0, THICKNESS / 2.0)))
-            engine._set_motion(engine._bodies[name], (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+            engine.bodies.set_motion(name, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
         played(engine, 0.1)
-        assert engine._rounded == set()
+        assert engine.bricks.rounded == set()
 
 
 def test_planks_tipped_against_each_other_end_the_same_in_every_run() -> None:
@@ -272,7 +272,7 @@ def tipped_together() -> Vec3:
             pose = Pose((side * foot + aside, 0.0, LENGTH / 2.0), about((0.0, 1.0, 0.0), side * pi / 2.0))
             engine.add_brick(Brick(name, SIZE, MASS), pose)
             turn = -2.0 * side
-            engine._set_motion(engine._bodies[name], (turn * LENGTH / 2.0, 0.0, -turn * aside), (0.0, turn, 0.0))
+            engine.bodies.set_motion(name, (turn * LENGTH / 2.0, 0.0, -turn * aside), (0.0, turn, 0.0))
         played(engine, 1.5, 1.0)
         return engine.states(["left"])["left"].pose.position_W
 

@@ -139,8 +139,8 @@ def test_parting_keeps_momentum_angular_momentum_and_energy() -> None:
     with world() as engine:
         put(engine, poses)
         engine.join(names)
-        joined = engine._joined["a"]
-        engine._set_motion(engine._bodies[joined.name], (0.3, -0.2, 0.5), (4.0, 5.0, -6.0))
+        joined = engine.groups.by_brick["a"]
+        engine.bodies.set_motion(joined.name, (0.3, -0.2, 0.5), (4.0, 5.0, -6.0))
         before = engine.states(names)
         whole = engine.states([joined.name])[joined.name]
         assert engine.part("b") == ("a", "b", "c")
@@ -201,7 +201,7 @@ def test_a_hit_turns_a_joined_tower_as_its_inertia_says() -> None:
     opened = PyBulletWorld.opened(MOVING, 0.0, 0.5, heaviest=MASS)
     put(opened, carried)
     opened.join(list(carried))
-    group, name = opened._joined["L01.1"].group, opened._joined["L01.1"].name
+    group, name = opened.groups.by_brick["L01.1"].group, opened.groups.by_brick["L01.1"].name
     opened.add_brick(Brick("shot", SIZE, MASS), Pose((0.0, LENGTH + 0.003, height), CROSSED), (0.0, -speed, 0.0))
     stepped(opened, 48)
     shot, tower = opened.states(["shot", name]).values()

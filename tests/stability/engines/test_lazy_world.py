@@ -9,11 +9,11 @@ import pytest
 from stability.engines.lazy_world import RestingWorld
 from stability.engines.protocol import World
 from stability.engines.pybullet import PyBulletWorld
-from stability.engines.settings import EngineSettings
+from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stability.model import GROUND, BodyState, Box, Brick, HalfSpace, Plane, Pose
 from tests.paths import ROOT
 
-SETTINGS = EngineSettings(time_step=1.0 / 960.0, iterations=50, contact_erp=0.4, breaking_threshold=0.1, scale=100.0)
+SETTINGS = PyBulletSettings(time_step=1.0 / 960.0, iterations=50, contact_erp=0.4, breaking_threshold=0.1, scale=100.0)
 SIZE = (0.12, 0.024, 0.008)
 
 

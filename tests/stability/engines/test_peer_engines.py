@@ -7,18 +7,19 @@ from typing import TypeAlias
 
 import pytest
 
+from stability.engines.opening import stepped_world
 from stability.engines.protocol import World
 from stability.geometry.vectors import add, cross, subtract
 from stability.model import GROUND, Box, Brick, HalfSpace, Plane, Pose, Quaternion, Vec3
-from stackdsl.systems.peers import PEERS, missing, system_named
-from stackdsl.systems.worlds import stepped_world
+from stackdsl.systems.known_systems import missing, system_named
+from stackdsl.systems.peers import PEERS
 
 SIZE = LENGTH, WIDTH, THICKNESS = (0.1176, 0.0234, 0.0078)
 MASS = 0.012
 WEIGHT = 9.81 * MASS
 MANY = 200
 CROSSED: Quaternion = (0.0, 0.0, 0.5**0.5, 0.5**0.5)
-BARE = [name for name, peer in PEERS.items() if peer.system.method is None]
+BARE = [name for name, peer in PEERS.items() if peer.method is None]
 # SAPIEN joins no bricks, and does not tell of friction.
 MUJOCO_ALONE = pytest.mark.parametrize("opened", ["mujoco", "mujoco-stiff"], indirect=True)
 Opened: TypeAlias = Callable[..., AbstractContextManager[World]]
@@ -27,8 +28,8 @@ Opened: TypeAlias = Callable[..., AbstractContextManager[World]]
 @pytest.fixture(params=BARE)
 def opened(request: pytest.FixtureRequest) -> Opened:
     """A way to open worlds of a peer, with a ground at z = 0 that may be tilted."""
-    for _, extra in missing([request.param]):
-        pytest.skip(f"{extra.package} is not installed")
+    for _, package in missing([request.param]):
+        pytest.skip(f"{package.name} is not installed")
 
     @contextmanager
     def world(

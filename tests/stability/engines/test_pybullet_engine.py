@@ -9,12 +9,12 @@ import pybullet
 import pytest
 
 from stability.engines.pybullet import PyBulletBodies, PyBulletWorld
-from stability.engines.settings import EngineSettings
+from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stability.model import GROUND, Box, Brick, Plane, Pose
 from stability.published.stack_stability import StackStability
 
 SIZE = (0.1176, 0.0234, 0.0078)
-SETTINGS = EngineSettings(time_step=1.0 / 960.0, iterations=50, contact_erp=0.2, breaking_threshold=0.001)
+SETTINGS = PyBulletSettings(time_step=1.0 / 960.0, iterations=50, contact_erp=0.2, breaking_threshold=0.001)
 SCALES = pytest.mark.parametrize("scale", [1.0, 100.0])
 
 
@@ -87,7 +87,9 @@ def test_a_frozen_brick_stays_exactly_where_it_is_and_a_woken_one_falls_with_its
         engine.wake("plank")
         engine.step()
         assert engine.states(["plank"])["plank"].velocity_W[2] == pytest.approx(-9.81 * SETTINGS.time_step)
-        assert pybullet.getDynamicsInfo(engine._bodies["plank"], -1, engine.client)[0] == pytest.approx(0.012)
+        assert pybullet.getDynamicsInfo(engine.bodies.numbers["plank"], -1, engine.bodies.client)[0] == pytest.approx(
+            0.012
+        )
 
 
 def test_what_stood_on_a_brick_that_is_taken_out_falls_to_the_ground() -> None:
@@ -115,7 +117,7 @@ def test_a_brick_of_the_same_name_as_one_that_was_taken_out_is_another_one() -> 
 
 
 def test_no_setting_leaks_from_one_world_to_the_next() -> None:
-    def settled(before: EngineSettings | None) -> tuple[float, ...]:
+    def settled(before: PyBulletSettings | None) -> tuple[float, ...]:
         if before is not None:
             PyBulletWorld.opened(before, gravity=1.0, friction=0.1).close()
         with world() as engine:

@@ -95,13 +95,13 @@ def test_a_rounded_brick_is_a_box_with_the_inertia_of_one_also_after_it_was_froz
 ) -> None:
     with world() as engine:
         engine.add_brick(Brick("brick", size, MASS), Pose((0.0, 0.0, 1.0)))
-        body, unit = engine._bodies["brick"], engine._mass_unit * engine.scale**2
+        body, unit = engine.bodies.numbers["brick"], engine.bodies.mass_unit * engine.bodies.scale**2
         inertia = pytest.approx([unit * moment for moment in moments(size, MASS)])
         assert engine.shape("brick") == Box(size)
-        assert pybullet.getDynamicsInfo(body, -1, engine.client)[2] == inertia
+        assert pybullet.getDynamicsInfo(body, -1, engine.bodies.client)[2] == inertia
         engine.freeze("brick")
         engine.wake("brick")
-        assert pybullet.getDynamicsInfo(body, -1, engine.client)[2] == inertia
+        assert pybullet.getDynamicsInfo(body, -1, engine.bodies.client)[2] == inertia
 
 
 def test_rounded_bricks_stand_at_their_height_and_creep_less_than_a_quarter_of_a_millimetre() -> None:

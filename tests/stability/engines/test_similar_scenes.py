@@ -7,7 +7,7 @@ from math import sqrt
 import pytest
 
 from stability.engines.pybullet import PyBulletWorld
-from stability.engines.settings import EngineSettings
+from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stability.model import GROUND, Brick, Plane, Pose, Quaternion
 from stackdsl.playing.runner import play
 from stackdsl.systems.systems import SYSTEMS
@@ -20,10 +20,12 @@ FRICTION = 0.5
 FLAT_ON: Quaternion = (0.0, sqrt(0.5), 0.0, sqrt(0.5))  # about y
 
 
-def settings_of(system: str, length: float = KAPLA, gravity: float = EARTH) -> EngineSettings:
+def settings_of(system: str, length: float = KAPLA, gravity: float = EARTH) -> PyBulletSettings:
     """Of a scene with one plank of a length [m]."""
     scene = f"brick: {brick(length)}\nworld: {{gravity: {gravity} m/s2}}"
-    return settings_for(timeline_of("- column: {levels: 1}", scene), SYSTEMS[system])
+    settings = settings_for(timeline_of("- column: {levels: 1}", scene), SYSTEMS[system])
+    assert isinstance(settings, PyBulletSettings)
+    return settings
 
 
 def brick(length: float) -> str:

@@ -5,15 +5,15 @@ from math import ceil, inf
 
 import pytest
 
-from stability.engines.settings import EngineSettings
-from stability.engines.stepping import Awake, Stepping, stepping
+from stability.engines.pybullet.pybullet_settings import PyBulletSettings
+from stability.engines.pybullet.stepping import Awake, Stepping, stepping
 from stackdsl.systems.systems import HELD, MOVING, STOCK, TUNED
 
 QUIET = Awake(fastest=0.1, mass_ratio=1.0)
 
 
 @pytest.mark.parametrize("settings", [STOCK, HELD, TUNED, MOVING])
-def test_quiet_bricks_of_equal_mass_are_stepped_whole(settings: EngineSettings) -> None:
+def test_quiet_bricks_of_equal_mass_are_stepped_whole(settings: PyBulletSettings) -> None:
     assert stepping(settings, QUIET) == Stepping(1, settings.iterations, lively=False)
 
 

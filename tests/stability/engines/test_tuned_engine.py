@@ -7,7 +7,7 @@ from math import atan, cos, hypot, pi, radians, sin, sqrt
 import pytest
 
 from stability.engines.pybullet import PyBulletWorld
-from stability.engines.settings import EngineSettings
+from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stability.geometry.rotations import body_axes
 from stability.geometry.vectors import dot
 from stability.mechanics.impulse import moments
@@ -23,7 +23,7 @@ FLAT_ON: Quaternion = (0.0, sqrt(0.5), 0.0, sqrt(0.5))  # about y
 
 
 @contextmanager
-def world(settings: EngineSettings, heaviest: float = MASS) -> Iterator[PyBulletWorld]:
+def world(settings: PyBulletSettings, heaviest: float = MASS) -> Iterator[PyBulletWorld]:
     opened = PyBulletWorld.opened(settings, GRAVITY, FRICTION, heaviest)
     try:
         opened.add_plane(Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), FRICTION))
@@ -41,7 +41,7 @@ def played(engine: PyBulletWorld, seconds: float, fastest: float = 0.0) -> Mappi
 
 @BOTH
 @pytest.mark.parametrize("bearing", [0.0, 10.0, 20.0, 30.0, 45.0, 70.0, 90.0])
-def test_a_plank_slides_as_far_in_every_direction(settings: EngineSettings, bearing: float) -> None:
+def test_a_plank_slides_as_far_in_every_direction(settings: PyBulletSettings, bearing: float) -> None:
     speed, way = 2.0, radians(bearing)
     with world(settings) as engine:
         velocity_W = (speed * cos(way), speed * sin(way), 0.0)
@@ -52,7 +52,7 @@ def test_a_plank_slides_as_far_in_every_direction(settings: EngineSettings, bear
 
 @BOTH
 @pytest.mark.parametrize("start", [(0.0, 0.0), (-1000.0, 300.0)])
-def test_the_ground_goes_on_where_a_fast_plank_slides_to(settings: EngineSettings, start: tuple[float, float]) -> None:
+def test_the_ground_goes_on_where_a_plank_slides_to(settings: PyBulletSettings, start: tuple[float, float]) -> None:
     #   It stops after v^2 / (2 mu g) = 23 m; the box that stands for the ground reaches 5 m at first.
     speed = 15.0
     with world(settings) as engine:
@@ -64,7 +64,7 @@ def test_the_ground_goes_on_where_a_fast_plank_slides_to(settings: EngineSetting
 
 @BOTH
 @pytest.mark.parametrize("seconds", [0.1, 0.25, 1.0])
-def test_way_and_speed_of_a_fall_are_exact(settings: EngineSettings, seconds: float) -> None:
+def test_way_and_speed_of_a_fall_are_exact(settings: PyBulletSettings, seconds: float) -> None:
     with world(settings) as engine:
         engine.add_brick(Brick("plank", SIZE, MASS), Pose((0.0, 0.0, 50.0)))
         state = played(engine, seconds)["plank"]
@@ -87,7 +87,7 @@ def test_a_fall_stays_exact_when_steps_are_split_on_the_way() -> None:
 @pytest.mark.parametrize("gap", [0.0100, 0.0103, 0.0105, 0.0107])  # the step in which they meet begins anywhere
 @pytest.mark.parametrize(("turn", "side"), [(ALONG, LENGTH), (ACROSS, WIDTH), (FLAT_ON, THICKNESS)])
 def test_a_plank_that_hits_another_squarely_shares_its_speed(
-    settings: EngineSettings, turn: Quaternion, side: float, gap: float
+    settings: PyBulletSettings, turn: Quaternion, side: float, gap: float
 ) -> None:
     #   |--a--| ->  |--b--|    restitution 0: both go on with half the speed
     speed = 2.0
@@ -104,18 +104,18 @@ def energy_of_turning(state: BodyState) -> float:
 
 
 @BOTH
-def test_a_plank_that_tumbles_gains_no_energy_and_loses_little(settings: EngineSettings) -> None:
+def test_a_plank_that_tumbles_gains_no_energy_and_loses_little(settings: PyBulletSettings) -> None:
     rate = 10.0 / sqrt(3.0)  # [rad/s] about each axis
     with world(settings) as engine:
         engine.add_brick(Brick("plank", SIZE, MASS), Pose((0.0, 0.0, 50.0)))
-        engine._set_motion(engine._bodies["plank"], (0.0, 0.0, 0.0), (rate, rate, rate))
+        engine.bodies.set_motion("plank", (0.0, 0.0, 0.0), (rate, rate, rate))
         before = energy_of_turning(engine.states(["plank"])["plank"])
         after = energy_of_turning(played(engine, 1.0)["plank"])
     assert 0.97 * before < after <= before * (1.0 + 1e-9)
 
 
 @BOTH
-def test_five_planks_hold_one_of_a_thousand_times_their_mass(settings: EngineSettings) -> None:
+def test_five_planks_hold_one_of_a_thousand_times_their_mass(settings: PyBulletSettings) -> None:
     with world(settings, heaviest=1000.0 * MASS) as engine:
         for level in range(5):
             engine.add_brick(Brick(f"light {level}", SIZE, MASS), Pose((0.0, 0.0, THICKNESS * (level + 0.5))))
@@ -162,7 +162,7 @@ def test_a_tower_of_ten_levels_creeps_by_less_than_a_twentieth_of_a_millimetre()
 
 
 @BOTH
-def test_a_frozen_brick_gets_its_mass_and_moments_back(settings: EngineSettings) -> None:
+def test_a_frozen_brick_gets_its_mass_and_moments_back(settings: PyBulletSettings) -> None:
     with world(settings) as engine:
         engine.add_brick(Brick("plank", SIZE, MASS), Pose((0.0, 0.0, 1.0), (0.0, sin(pi / 12), 0.0, cos(pi / 12))))
         engine.freeze("plank")

@@ -9,9 +9,8 @@ from stability.engines.pybullet import PyBulletWorld
 from stability.model import BodyId, Brick, Plane, Pose, Vec3
 from stability.published.direct_hits import DirectHits
 from stability.watching.freezing import RestLimits
-from stackdsl.systems.systems import SYSTEMS
+from stackdsl.systems.systems import HELD
 
-SETTINGS = SYSTEMS["thesis"].engine
 CUBE = 0.02  # [m]
 GROUND = Plane("ground", (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5)
 
@@ -38,7 +37,7 @@ class Scene:
 
 @pytest.fixture
 def scene() -> Iterator[Scene]:
-    world = PyBulletWorld.opened(SETTINGS, 9.81, friction=0.5, heaviest=0.01)
+    world = PyBulletWorld.opened(HELD, 9.81, friction=0.5, heaviest=0.01)
     found = Scene(world, DirectHits(world, RestLimits()))
     found.put("target", -CUBE, (0.0, 0.0, 0.0))
     world.freeze("target")

@@ -3,13 +3,13 @@
 import pytest
 
 from stability.engines.pybullet import PyBulletWorld
-from stability.engines.settings import EngineSettings
+from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stability.model import Brick, Pose, Vec3
 from stability.watching.approach import Approaches
 
 PLANK = (0.12, 0.024, 0.008)
 STEP = 1.0 / 960.0
-SETTINGS = EngineSettings(time_step=STEP, iterations=20, contact_erp=0.2, breaking_threshold=0.1, scale=100.0)
+SETTINGS = PyBulletSettings(time_step=STEP, iterations=20, contact_erp=0.2, breaking_threshold=0.1, scale=100.0)
 
 
 def world_with(gap: float, velocity_W: Vec3) -> PyBulletWorld:

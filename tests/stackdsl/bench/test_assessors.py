@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+from stability.engines.settings import Package
 from stability.model import Brick, Pose
 from stability.statics.facts import Contact, Placed
 from stackdsl.bench import conduct
@@ -27,13 +28,13 @@ from stackdsl.checking.gathering import Case
 from stackdsl.checking.processes import OnWait, PoolResult
 from stackdsl.checking.worker import Start, Task, TaskResult, TaskStatus
 from stackdsl.commands.main import app
-from stackdsl.systems.peers import Extra, missing
+from stackdsl.systems.known_systems import KNOWN
 from stackdsl.timeline import Timeline
 from tests.scenes import compiled, scene, timeline_of
 
 LENGTH = 0.1176  # of a plank [m]
-HERE = Extra("sys", "")
-NEEDS_COMPAS = pytest.mark.skipif(not ASSESSORS["cra"].extra.installed, reason="compas_cra is not installed")
+HERE = Package("sys", "")
+NEEDS_COMPAS = pytest.mark.skipif(not ASSESSORS["cra"].package.installed, reason="compas_cra is not installed")
 STEPPED = "- column: {levels: 4, step: 40 mm}\n  every: 1 s"  # floor(117.6 / 40) = 2 stand
 DROPPED = "- column: {levels: 1}\n- bricks: [{at: [0 mm, 0 mm, 40 mm], drop: true}]\n  after: built + 1 s"
 
@@ -44,7 +45,7 @@ class Ruler:
 
     share: float = 1.0  # of the length that it allows; below 1 it is too strict
     name: str = "ruler"
-    extra: Extra = HERE
+    package: Package = HERE
     asked: list[int] = field(default_factory=list)  # how many bricks there were each time
 
     @property
@@ -263,13 +264,13 @@ def test_who_does_not_take_a_case_takes_it_from_nobody_and_has_no_pace_but_a_rat
 
 
 def test_without_its_package_an_assessor_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("stackdsl.systems.peers.find_spec", lambda name: None)
+    monkeypatch.setattr("stability.engines.settings.find_spec", lambda name: None)
     (tmp_path / "scene.yaml").write_text(scene(STEPPED, "expect: [stands: all]\n"), encoding="utf-8")
     done = CliRunner().invoke(app, ["bench", str(tmp_path / "scene.yaml"), "--system", "cra"])
     assert done.exit_code != 0
     told = " ".join(done.output.replace("│", " ").split())
     assert "'cra' needs compas_cra, which is not installed; try: pip install 'stackdsl[cra]'" in told
-    assert missing(["cra"]) == []  # no system to play on
+    assert "cra" not in KNOWN  # no system to play on
 
 
 @pytest.mark.parametrize("command", ["check", "run", "explain"])

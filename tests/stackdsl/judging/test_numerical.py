@@ -5,7 +5,7 @@ from math import inf
 
 import pytest
 
-from stability.engines.settings import EngineSettings
+from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stackdsl.checking.check import judged
 from stackdsl.exits import ExitCode
 from stackdsl.judging.numerical import REMOVED, held_against_refined, with_numerical_collapse
@@ -13,7 +13,6 @@ from stackdsl.judging.proofs import DISPROVED, stands_until
 from stackdsl.observations import Change, Seen, changes, observations
 from stackdsl.outcome import Report, RunStatus, VariantResult, exit_code
 from stackdsl.playing.runner import play
-from stackdsl.systems.resolution import at_step, refined
 from stackdsl.systems.systems import STOCK, SYSTEMS, TUNED, System
 from stackdsl.trace import STAND, Collapse, Cost, Trace
 from tests.scenes import compiled, scene, timeline_of
@@ -32,15 +31,15 @@ def trace(collapse: Collapse | None = None, numerical: str = "") -> Trace:
 
 
 @pytest.mark.parametrize("settings", [STOCK, TUNED])
-def test_refined_is_half_the_step_and_twice_the_iterations_and_nothing_else(settings: EngineSettings) -> None:
-    fine = refined(settings)
+def test_refined_is_half_the_step_and_twice_the_iterations_and_nothing_else(settings: PyBulletSettings) -> None:
+    fine = settings.refined()
     assert fine.time_step == settings.time_step / 2.0
     assert fine.iterations == settings.iterations * 2
     assert replace(fine, time_step=settings.time_step, iterations=settings.iterations) == settings
 
 
 def test_another_step_leaves_the_iterations() -> None:
-    assert at_step(TUNED, 0.25) == replace(TUNED, time_step=TUNED.time_step / 4.0)
+    assert TUNED.at_step(0.25) == replace(TUNED, time_step=TUNED.time_step / 4.0)
 
 
 def test_a_four_stack_that_a_coarse_step_brings_down_is_a_numerical_collapse() -> None:

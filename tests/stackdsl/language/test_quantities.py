@@ -181,3 +181,10 @@ assert parse_quantity('13.5 mm', LENGTH) == 0.0135
 sys.exit('pint' in sys.modules)
 """
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+@pytest.mark.parametrize("written", ["１２ mm", "1２ mm", "١٢ mm", "1.５ mm", "1e１ mm"])
+def test_digits_of_other_scripts_are_no_number(written: str) -> None:
+    # Python's float() reads them; no other reader of a scenario does, and an eye may take one for another.
+    assert mistake(written, LENGTH).code == "SD103"
+    assert re.fullmatch(quantity_pattern(LENGTH), written) is None

@@ -8,7 +8,6 @@ from stability.model import GROUND, BodyState, Brick, Plane, Pose
 from stackdsl.checking.gathering import Case, gather
 from stackdsl.playing.energy import EnergyMeter, kinetic_energy
 from stackdsl.playing.runner import play
-from stackdsl.systems.resolution import system_at_step
 from stackdsl.systems.systems import SYSTEMS
 from tests.paths import ROOT
 from tests.scenes import timeline_of
@@ -92,7 +91,7 @@ MOST_GAIN = 0.002  # of the potential energy, by any collapse; twice what was se
 
 def gain(case: Case, system: str, share: float) -> float:
     """Played at so many times the time step of a system."""
-    energy = play(case.timeline, system_at_step(SYSTEMS[system], share)).energy
+    energy = play(case.timeline, SYSTEMS[system].at_step(share)).energy
     assert energy is not None
     return energy.gain
 

@@ -8,7 +8,7 @@ from math import acos, asin, cos, degrees, hypot, sin, sqrt
 import pytest
 
 from stability.engines.pybullet import PyBulletWorld
-from stability.engines.settings import EngineSettings
+from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stability.geometry.rotations import turn_between
 from stability.geometry.separation import boxes_apart
 from stability.geometry.vectors import dot, norm, subtract
@@ -133,7 +133,7 @@ def stepped(step: float, count: int) -> list[Placed]:
     ]
 
 
-def world_of(bricks: Sequence[Placed], settings: EngineSettings = MOVING, friction: float = 0.5) -> PyBulletWorld:
+def world_of(bricks: Sequence[Placed], settings: PyBulletSettings = MOVING, friction: float = 0.5) -> PyBulletWorld:
     world = PyBulletWorld.opened(settings, G, friction, MASS)
     world.add_plane(replace(FLOOR, friction=friction))
     for placed in bricks:
@@ -216,7 +216,7 @@ def test_a_brick_of_a_part_may_be_pulled_out_at_the_moment_when_that_begins_to_f
     assert trace.tracks["L12.1"].state is BrickState.REMOVED
 
 
-def sunk(settings: EngineSettings) -> float:
+def sunk(settings: PyBulletSettings) -> float:
     """The fastest that any plank of a straight column moves in the first hundredth of a second of freedom [m/s]."""
     bricks = stepped(0.0, 10)
     world = world_of(bricks, settings)

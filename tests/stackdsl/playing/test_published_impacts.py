@@ -14,9 +14,8 @@ from stability.engines.pybullet import PyBulletWorld
 from stability.model import AT_REST, BodyId, Brick, Plane, Pose, Vec3
 from stability.published.stack_stability import StackStability
 from stability.watching.extension import Update
-from stackdsl.systems.systems import SYSTEMS
+from stackdsl.systems.systems import HELD
 
-SETTINGS = SYSTEMS["thesis"].engine
 PLANK: Vec3 = (0.1176, 0.0234, 0.0078)  # [m]
 LENGTH, WIDTH, THICKNESS = PLANK
 MASS = 557.0 * LENGTH * WIDTH * THICKNESS  # [kg]
@@ -71,7 +70,7 @@ def reasons(updates: list[Update]) -> list[str]:
 
 @pytest.fixture
 def tower() -> Iterator[Tower]:
-    world = PyBulletWorld.opened(SETTINGS, 9.81, friction=0.5, heaviest=MASS)
+    world = PyBulletWorld.opened(HELD, 9.81, friction=0.5, heaviest=MASS)
     world.add_plane(GROUND)
     built = Tower(world, StackStability(world, planes=[GROUND]))
     for level in range(1, LEVELS + 1):

@@ -6,6 +6,7 @@ import yaml
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from stackdsl.reading.characters import commanding_character
 from stackdsl.reading.source import (
     parse,
 )
@@ -14,14 +15,19 @@ from tests.stackdsl.reading.sources import REMEDIES, each_parser, values
 __all__ = ["each_parser"]  # used by every test here
 
 
+def texts(most: int) -> st.SearchStrategy[str]:
+    """Texts of what a terminal shows; what it obeys is refused (test_commanding_characters.py)."""
+    return st.text(max_size=most).filter(lambda text: not commanding_character(text))
+
+
 SCALARS = st.one_of(
-    st.text(max_size=30),
+    texts(30),
     st.sampled_from([text for text, _ in REMEDIES]),
     st.integers(-(2**53), 2**53),
     st.floats(allow_nan=False, allow_infinity=False),
     st.booleans(),
 )
-KEYS = st.text(max_size=20) | st.sampled_from(["no", "1", "<<", "1:30", "null"])
+KEYS = texts(20) | st.sampled_from(["no", "1", "<<", "1:30", "null"])
 NESTED = st.recursive(
     SCALARS, lambda inner: st.lists(inner, max_size=4) | st.dictionaries(KEYS, inner, max_size=4), max_leaves=20
 )
@@ -46,7 +52,7 @@ QuotingDumper.add_representer(
 
 @given(scenario=SCENARIOS, flow=st.booleans())
 @example(scenario={"a": "1e3", "y": "y", "b": ["", {}, []]}, flow=False)
-@example(scenario={"a": "\x85\u2028\ufeff\t\r\n\x00"}, flow=True)
+@example(scenario={"a": "\ufeff\t\n\xa0\u3000"}, flow=True)
 def test_what_is_dumped_is_read_back(scenario: dict[str, Any], flow: bool) -> None:
     text = yaml.dump(
         scenario, Dumper=QuotingDumper, default_flow_style=flow, sort_keys=False, width=10**6

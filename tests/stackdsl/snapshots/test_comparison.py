@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from stackdsl.outcome import GoldenDifference
 from stackdsl.snapshots.canonical import canonical_text, document
-from stackdsl.snapshots.comparison import MalformedSnapshotError, compare, compare_documents
-from stackdsl.snapshots.record import Snapshot
+from stackdsl.snapshots.comparison import compare, compare_documents
+from stackdsl.snapshots.record import MalformedSnapshotError, Snapshot
 from stackdsl.trace import BrickState
 from tests.stackdsl.snapshots.changes import BRICK, FALLS, PLACED, STANDS, Change, Document, changed, drop, put
 from tests.stackdsl.snapshots.towers import FALL, taken, tower, track
@@ -186,3 +186,9 @@ def test_another_scene_is_never_the_same(change: Callable[[Any], object], told: 
     golden = json.loads(canonical_text(taken(tower())))
     change(golden)
     assert told in [(difference.subject, difference.quantity) for difference in compare(golden, taken(tower()))]
+
+
+@pytest.mark.parametrize("key", ["verdict", "statics", "scenario"])
+def test_a_verdict_is_never_too_close_to_call(key: str) -> None:
+    expected = {**document(STANDS), key: "unclear"}
+    assert [found.expected for found in compare(expected, STANDS)] == ["unclear"]

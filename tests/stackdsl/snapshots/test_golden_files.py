@@ -76,7 +76,11 @@ UNREADABLE = {
     "not UTF-8": (b"\xff\xfe{}", "not UTF-8"),
     "no object": (b"[1]", "no object"),
     "no format": (b"{}", "its format is none, this version reads 1"),
-    "another format": (b'{"format": 2}', "its format is 2, this version reads 1; write it anew with --update"),
+    "another format": (b'{"format": 0}', "its format is 0, this version reads 1; write it anew with --update"),
+    "a format that is no number": (b'{"format": true}', "its format is True, this version reads 1"),
+    "a key that nobody reads": (b'{"format": 1, "verdicts": "stands"}', "the file has an unknown key 'verdicts'"),
+    "one of a brick": (b'{"format": 1, "bricks": {"a": {"stat": 1}}}', "'a' has an unknown key 'stat'"),
+    "one of an event": (b'{"format": 1, "events": [{"placed": {}, "when": 1}]}', "an event has an unknown key 'when'"),
     "bricks in an array": (b'{"format": 1, "bricks": []}', "'bricks' is not an object"),
     "a brick that is none": (canonical_text(STANDS).replace('"bricks": {', '"bricks": {"L1.1": 0, ').encode(), "twice"),
     "a number for a brick": (json.dumps(changed(put(*BRICK, value=0))).encode(), "'L2.1' is not an object"),
@@ -199,3 +203,61 @@ def test_a_directory_that_cannot_be_read_has_nothing_known_as_obsolete(
 
 def test_the_format_is_part_of_the_file() -> None:
     assert document(replace(STANDS, stamp={}))["format"] == FORMAT
+
+
+@pytest.mark.parametrize("number", [os.getpid(), 7])
+def test_runs_with_one_process_id_write_files_of_their_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int
+) -> None:
+    # Two containers that share a volume: the other is in the midst of writing when this one begins.
+    monkeypatch.setattr(os, "getpid", lambda: number)
+    written: list[str] = []
+    sync = os.fsync
+
+    def another_writes_meanwhile(file: int) -> None:
+        monkeypatch.setattr(os, "fsync", sync)
+        written.extend(entry.name for entry in tmp_path.iterdir())
+        other = replace(STANDS, identity=replace(IDENTITY, scenario="other"))
+        assert check_golden(other, tmp_path, update=True).status is GoldenStatus.WRITTEN
+        sync(file)
+
+    monkeypatch.setattr(os, "fsync", another_writes_meanwhile)
+    assert check_golden(STANDS, tmp_path, update=True).status is GoldenStatus.WRITTEN
+    assert len(written) == 1
+    for identity in (IDENTITY, replace(IDENTITY, scenario="other")):
+        text = (tmp_path / golden_name(identity)).read_text(encoding="utf-8")
+        assert f'"scenario": "{identity.scenario}"' in text
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_what_a_killed_run_left_is_cleaned_up_and_what_another_writes_is_not(tmp_path: Path) -> None:
+    left, fresh = tmp_path / ".0123.golden.tmp", tmp_path / ".4567.golden.tmp"
+    for file in (left, fresh):
+        file.touch()
+    os.utime(left, (0.0, 0.0))
+    check_golden(STANDS, tmp_path, update=True)
+    assert {entry.name for entry in tmp_path.iterdir()} == {golden_name(IDENTITY), fresh.name}
+
+
+@pytest.mark.parametrize("update", [False, True])
+def test_a_golden_that_has_no_end_is_not_read(tmp_path: Path, update: bool) -> None:
+    (tmp_path / golden_name(IDENTITY)).symlink_to("/dev/zero")
+    result = check_golden(STANDS, tmp_path, update=False)
+    assert (result.status, result.note) == (GoldenStatus.UNREADABLE, "it is no regular file")
+    if update:
+        assert check_golden(STANDS, tmp_path, update).status is GoldenStatus.WRITTEN
+
+
+def test_a_pipe_in_place_of_a_golden_is_not_waited_for(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / golden_name(IDENTITY))
+    assert check_golden(STANDS, tmp_path, update=False).note == "it is no regular file"
+
+
+def test_what_a_newer_version_wrote_is_left_alone(tmp_path: Path) -> None:
+    path = tmp_path / golden_name(IDENTITY)
+    path.write_text('{"format": 2}', encoding="utf-8")
+    for update in (False, True):
+        result = check_golden(STANDS, tmp_path, update)
+        assert result.status is GoldenStatus.NEWER
+        assert "update stackdsl" in result.note
+    assert path.read_text(encoding="utf-8") == '{"format": 2}'

@@ -10,7 +10,8 @@ from stackdsl.checking.selection import Selection
 from stackdsl.commands.main import app
 from stackdsl.judging.judge import judge
 from stackdsl.playing.runner import play
-from stackdsl.systems.peers import PEERS, missing, system_named
+from stackdsl.systems.known_systems import missing, system_named
+from stackdsl.systems.peers import PEERS
 from stackdsl.systems.systems import SYSTEMS
 from stackdsl.trace import EventKind, Trace
 from tests.scenes import compiled, mistakes_of, scene, timeline_of
@@ -33,7 +34,7 @@ def written(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def without_mujoco(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("stackdsl.systems.peers.find_spec", lambda name: None if name == "mujoco" else sys)
+    monkeypatch.setattr("stability.engines.settings.find_spec", lambda name: None if name == "mujoco" else sys)
 
 
 def mujoco_exact(build: str, rest: str = "") -> Trace:

@@ -8,7 +8,7 @@ flies off; contacts that last from step to step are solved from where they were 
 from dataclasses import dataclass
 from math import ceil, sqrt
 
-from stability.engines.settings import EngineSettings
+from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,11 +29,11 @@ class Stepping:
     lively: bool  # whether something may hit something
 
 
-def stepping(settings: EngineSettings, awake: Awake) -> Stepping:
+def stepping(settings: PyBulletSettings, awake: Awake) -> Stepping:
     """How to step what is awake with these settings."""
     lively = settings.lively_speed is not None and awake.fastest > settings.lively_speed
     parts = (
-        _for_travel(settings, awake.fastest),
+        settings.parts_for_travel(awake.fastest),
         _for_masses(settings, awake.mass_ratio),
         settings.first_parts if awake.begins else 1,
         settings.lively_parts if lively else 1,
@@ -45,14 +45,7 @@ def stepping(settings: EngineSettings, awake: Awake) -> Stepping:
     )
 
 
-def _for_travel(settings: EngineSettings, fastest: float) -> int:
-    """Into how many parts, so that no body passes through another in one."""
-    if settings.most_travel is None:
-        return 1
-    return max(1, ceil(fastest * settings.time_step / settings.most_travel))
-
-
-def _for_masses(settings: EngineSettings, ratio: float) -> int:
+def _for_masses(settings: PyBulletSettings, ratio: float) -> int:
     """Into how many parts, so that a light brick stays firm under a heavy one."""
     if settings.most_mass_ratio is None:
         return 1

@@ -1,0 +1,131 @@
+"""Makes the bodies that stand for planes, bricks and groups, and tells the engine all that matters of them."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from math import sqrt
+
+from stability.engines.pybullet.client_bodies import ClientBodies
+from stability.engines.pybullet.parameters import body_parameters
+from stability.engines.pybullet.pybullet_binding import pybullet
+from stability.engines.pybullet.pybullet_settings import PyBulletSettings
+from stability.engines.pybullet.shapes import Solids
+from stability.geometry.vectors import scale
+from stability.mechanics.impulse import moments
+from stability.mechanics.rigid_group import RigidGroup
+from stability.model import BodyId, Brick, Pose, Quaternion, Vec3
+
+# Combined friction is the product of two bodies' own; this stands for "none" where a partner must still reach its own.
+FRICTIONLESS = 1e-6
+# Collision groups, and the mask of what meets all: PyBullet's own of what is made with mass, and two more.
+SHARP, ROUNDED, HALF_SPACES, ALL = 1, 64, 128, -1
+# Of soft contacts, of the root of stiffness times mass: 2 damps one alone critically. With 4 a V lands from 10 cm and
+# stays; with 2 it slips with 5 % more friction than it needs.
+DAMPING = 4.0
+
+
+@dataclass
+class BodyMaker:
+    """Makes bodies in a client. Places are in engine metres, masses and moments of inertia in units of the scene."""
+
+    bodies: ClientBodies
+    settings: PyBulletSettings
+    gravity: float  # [m/s2]
+    friction: float  # Coulomb coefficient of brick on brick
+    solids: Solids = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.solids = Solids(self.bodies.client)
+
+    def plane(self, name: BodyId, shape: int, friction: float, position: Vec3, orientation: Quaternion) -> int:
+        """The number of a new body that never moves, with a Coulomb coefficient for all bricks."""
+        body = self._body(0.0, shape, position, orientation)
+        self._enter(body, name, friction / self._own_friction())
+        return body
+
+    def brick(self, brick: Brick, position: Vec3, orientation: Quaternion, rounded: bool) -> None:
+        """A new body of a brick, with sharp or rounded edges."""
+        half, radius = scale(0.5 * self.bodies.scale, brick.size), self.bodies.scale * self._edge_radius(brick)
+        shape = self.solids.rounded_box(half, radius) if radius and rounded else self.solids.box(half)
+        body = self._body(brick.mass, shape, position, orientation)
+        self._enter(body, brick.id, self._own_friction())
+        if radius:
+            pybullet.changeDynamics(body, -1, collisionMargin=radius, physicsClientId=self.bodies.client)
+            if rounded:
+                self._round(body, brick.mass, min(brick.size))
+            self.weigh_brick(brick)
+
+    def group(self, name: BodyId, group: RigidGroup) -> None:
+        """A new body with the shapes of several bricks."""
+        times = self.bodies.scale
+        # PyBullet counts a shape as used for ever, so it goes only with the world.
+        shape = self.solids.rounded_boxes(
+            (scale(times, group.bricks[brick].size), _scaled(times, place)) for brick, place in group.places_G.items()
+        )
+        body = self._body(group.mass, shape, scale(times, group.pose.position_W), group.pose.orientation)
+        self._enter(body, name, self._own_friction())
+        self._weigh(body, group.mass, group.moments)
+
+    def _edge_radius(self, brick: Brick) -> float:
+        """How much the edges of a brick are rounded [m]."""
+        return self.settings.edge_rounding * min(brick.size)
+
+    def weigh_brick(self, brick: Brick) -> None:
+        """Give the body of a brick its mass and its moments of inertia."""
+        self._weigh(self.bodies.numbers[brick.id], brick.mass, moments(brick.size, brick.mass))
+
+    def meet(self, bodies: Iterable[int], group: int, mask: int) -> None:
+        """Put bodies into a collision group, and say which groups they meet."""
+        for body in bodies:
+            pybullet.setCollisionFilterGroupMask(body, -1, group, mask, self.bodies.client)
+
+    def _body(self, mass: float, shape: int, position: Vec3, orientation: Quaternion) -> int:
+        return int(
+            pybullet.createMultiBody(
+                baseMass=mass * self.bodies.mass_unit,
+                baseCollisionShapeIndex=shape,
+                basePosition=position,
+                baseOrientation=orientation,
+                useMaximalCoordinates=int(self.settings.maximal_coordinates),
+                physicsClientId=self.bodies.client,
+            )
+        )
+
+    def _own_friction(self) -> float:
+        return max(sqrt(self.friction), FRICTIONLESS)
+
+    def _enter(self, body: int, name: BodyId, own_friction: float) -> None:
+        parameters = body_parameters(self.settings, own_friction)
+        pybullet.changeDynamics(body, -1, **parameters, physicsClientId=self.bodies.client)
+        self.bodies.enter(name, body)
+
+    def _round(self, body: int, mass: float, thickness: float) -> None:
+        """Tell a body with rounded edges, of a mass [kg] and a smallest side [m], what it meets, and how softly."""
+        if self.settings.half_spaces:
+            self.meet([body], ROUNDED, ALL)
+        if self.settings.sinking and self.gravity:
+            weight = mass * self.bodies.mass_unit * self.gravity
+            stiffness = weight / (self.settings.sinking * thickness * self.bodies.scale)
+            pybullet.changeDynamics(
+                body,
+                -1,
+                contactStiffness=stiffness,
+                contactDamping=DAMPING * sqrt(stiffness * mass * self.bodies.mass_unit),
+                physicsClientId=self.bodies.client,
+            )
+
+    def _weigh(self, body: int, mass: float, inertia: Vec3) -> None:
+        """Give a body its moments of inertia [kg m2]: PyBullet takes those of a bounding box with margins.
+
+        The mass must be said again, or a body in maximal coordinates loses it.
+        """
+        pybullet.changeDynamics(
+            body,
+            -1,
+            mass=mass * self.bodies.mass_unit,
+            localInertiaDiagonal=scale(self.bodies.mass_unit * self.bodies.scale**2, inertia),
+            physicsClientId=self.bodies.client,
+        )
+
+
+def _scaled(factor: float, pose: Pose) -> Pose:
+    return Pose(scale(factor, pose.position_W), pose.orientation)

@@ -1,0 +1,69 @@
+"""Bodies that are let go, so that the way that they fall is exact.
+
+PyBullet moves a body on by the speed that it will have. So speeds belong to the middle of a step, and gravity acts from
+there to the middle of the next: for half a step on what was let go, and for the mean of two steps where they change.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from math import sqrt
+
+from stability.engines.pybullet.client_bodies import ClientBodies
+from stability.engines.pybullet.pybullet_binding import pybullet
+from stability.geometry.vectors import add
+from stability.model import BodyId, BodyState
+
+
+@dataclass
+class FreeFall:
+    """Which bodies have just been let go, and which fly."""
+
+    bodies: ClientBodies
+    gravity: float  # [m/s2] along -z
+    exact: bool
+    flying: set[BodyId] = field(default_factory=set, init=False)  # let go, and not seen to touch anything since
+    _let_go: set[BodyId] = field(default_factory=set, init=False)  # since the last step
+    _last_step: float = field(default=0.0, init=False)  # how long the last engine step was [s]
+
+    def begin(self, body: BodyId) -> None:
+        """Note that a body is awake from now on."""
+        if self.exact:
+            self._let_go.add(body)
+
+    def end(self, body: BodyId) -> None:
+        """Note that a body does not fall any more, or does so already."""
+        self._let_go.discard(body)
+        self.flying.discard(body)
+
+    def step(self, duration: float) -> None:
+        """Take an engine step of a duration [s], the first after what was let go since the last."""
+        last, self._last_step = self._last_step or duration, duration
+        if self._let_go:
+            self._lift(0.5 * self.gravity * last)
+        client = self.bodies.client
+        if last == duration or not self.exact:
+            pybullet.stepSimulation(client)
+            return
+        pybullet.setGravity(0.0, 0.0, -0.5 * self.gravity * (last + duration) / duration, client)
+        pybullet.stepSimulation(client)
+        pybullet.setGravity(0.0, 0.0, -self.gravity, client)
+
+    def _lift(self, speed: float) -> None:
+        """Throw what was let go upwards [m/s]."""
+        for name in sorted(self._let_go):
+            (vx, vy, vz), angular_velocity = self.bodies.raw_motion(name)
+            lifted = (vx, vy, vz + speed * sqrt(self.bodies.scale))
+            self.bodies.set_raw_motion(name, lifted, angular_velocity)
+        self.flying |= self._let_go
+        self._let_go.clear()
+
+    def corrected(self, states: Mapping[BodyId, BodyState]) -> dict[BodyId, BodyState]:
+        """States as of now: the engine's speed of what flies is that of the middle of the last step."""
+        found = dict(states)
+        for name in self.flying & found.keys():
+            if self.bodies.raw_contacts(name):
+                self.flying.discard(name)
+            else:
+                since = (0.0, 0.0, -0.5 * self.gravity * self._last_step)
+                found[name] = replace(found[name], velocity_W=add(found[name].velocity_W, since))
+        return found

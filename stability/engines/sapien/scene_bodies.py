@@ -1,0 +1,195 @@
+"""The bodies of a SAPIEN scene by name. PhysX calculates in single precision.
+
+Friction of a pair is the mean of both coefficients, and SAPIEN cannot ask for another rule. So that a brick may have
+its own on bricks and none of its own on planes, it has two shapes: one meets bricks alone, the other, without friction,
+planes alone, which have twice the friction that is asked of them.
+
+SAPIEN tells the normal forces of contacts, not those of friction.
+"""
+
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Self, TypeAlias
+
+import numpy as np
+
+from stability.engines.sapien.sapien_binding import sapien
+from stability.engines.sapien.sapien_settings import SapienSettings
+from stability.engines.shortest_turn import shortest_turn
+from stability.geometry.bounding_boxes import BoundingBoxes
+from stability.geometry.rotations import body_axes
+from stability.geometry.vectors import dot, scale
+from stability.mechanics.impulse import moments
+from stability.model import BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Quaternion, Vec3
+
+Rigid: TypeAlias = sapien.physx.PhysxRigidBaseComponent
+ACROSS = (1.0, 0.0, 0.0)  # the normal of PhysX's planes, in their own axes
+# Collision groups: what a shape is, and what it meets.
+WITH_BRICKS, WITH_PLANES, PLANES = [1, 1, 0, 0], [2, 0, 0, 0], [0, 2, 0, 0]
+TOP_SPEED = 1e4  # [m/s] and [rad/s]; by default PhysX clamps turning at 100
+
+
+@dataclass
+class SceneBodies:
+    """Bricks and planes in a scene of their own."""
+
+    settings: SapienSettings
+    friction: float  # Coulomb coefficient of brick on brick
+    system: Any
+    scene: Any
+    _bodies: dict[BodyId, Any] = field(default_factory=dict, init=False)
+    _names: dict[Any, BodyId] = field(default_factory=dict, init=False)  # by entity
+
+    @classmethod
+    def opened(cls, settings: SapienSettings, gravity: float, friction: float) -> Self:
+        """Those of a new, empty scene with gravity [m/s2] along -z."""
+        # The configuration belongs to the process, and is taken over by the systems that are made after it.
+        sapien.physx.set_scene_config(
+            gravity=np.array((0.0, 0.0, -gravity)),
+            bounce_threshold=2.0,
+            enable_pcm=True,
+            enable_tgs=True,
+            enable_ccd=False,
+            enable_enhanced_determinism=True,
+            enable_friction_every_iteration=True,
+        )
+        system = sapien.physx.PhysxCpuSystem()
+        system.timestep = settings.time_step
+        return cls(settings, friction, system, sapien.Scene([system]))
+
+    def close(self) -> None:
+        """Take all of them out."""
+        for body in self._bodies.values():
+            self.scene.remove_entity(body.entity)
+        self._bodies.clear()
+        self._names.clear()
+
+    def step(self, parts: int) -> None:
+        """Let one time step of the settings pass, in so many parts."""
+        self.system.timestep = self.settings.time_step / parts
+        for _ in range(parts):
+            self.system.step()
+
+    def add_plane(self, plane: Plane) -> None:
+        """Put up a plane."""
+        body = sapien.physx.PhysxRigidStaticComponent()
+        shape = sapien.physx.PhysxCollisionShapePlane(_material(2.0 * plane.friction))
+        self._attach(body, shape, PLANES)
+        self._enter(plane.id, body, Pose(plane.point_W, shortest_turn(ACROSS, plane.normal_W)))
+
+    def add_brick(self, brick: Brick, pose: Pose, velocity_W: Vec3) -> None:
+        """Let a brick come."""
+        body = self._brick_body(brick)
+        self._enter(brick.id, body, pose)
+        body.linear_velocity = np.array(velocity_W)
+
+    def _brick_body(self, brick: Brick) -> Rigid:
+        body = sapien.physx.PhysxRigidDynamicComponent()
+        half = np.array(scale(0.5, brick.size))
+        for friction, meets in ((self.friction, WITH_BRICKS), (0.0, WITH_PLANES)):
+            self._attach(body, sapien.physx.PhysxCollisionShapeBox(half, _material(friction)), meets)
+        body.mass = brick.mass
+        body.inertia = np.array(moments(brick.size, brick.mass))
+        body.cmass_local_pose = sapien.Pose()
+        body.linear_damping = body.angular_damping = 0.0
+        body.max_linear_velocity = body.max_angular_velocity = TOP_SPEED
+        body.solver_position_iterations = self.settings.iterations
+        body.solver_velocity_iterations = self.settings.velocity_iterations
+        body.sleep_threshold = 0.0
+        return body
+
+    def _attach(self, body: Rigid, shape: sapien.physx.PhysxCollisionShape, meets: Sequence[int]) -> None:
+        shape.rest_offset = 0.0
+        shape.contact_offset = self.settings.contact_offset
+        shape.set_collision_groups(list(meets))
+        body.attach(shape)
+
+    def _enter(self, name: BodyId, body: Rigid, pose: Pose) -> None:
+        entity = sapien.Entity()
+        entity.add_component(body)
+        entity.pose = _to_sapien(pose)
+        self.scene.add_entity(entity)
+        self._bodies[name] = body
+        self._names[entity] = name
+
+    def remove(self, brick: BodyId) -> None:
+        """Take a brick out."""
+        entity = self._bodies.pop(brick).entity
+        del self._names[entity]
+        self.scene.remove_entity(entity)
+
+    def set_state(self, brick: BodyId, state: BodyState) -> None:
+        """Put a brick that is not held somewhere else, in motion."""
+        body = self._bodies[brick]
+        body.entity_pose = _to_sapien(state.pose)
+        body.linear_velocity = np.array(state.velocity_W)
+        body.angular_velocity = np.array(state.angular_velocity_W)
+
+    def state(self, name: BodyId) -> BodyState:
+        """Pose and motion of a brick."""
+        body = self._bodies[name]
+        pose = _from_sapien(body.entity_pose)
+        return BodyState(pose, _vector(body.linear_velocity), _vector(body.angular_velocity))
+
+    def contacts(self, brick: BodyId) -> list[ContactPoint]:
+        """The contact points of a brick as of the last step."""
+        return [point for pair in self.system.get_contacts() for point in self._points(pair, brick)]
+
+    def _points(self, pair: sapien.physx.PhysxContact, brick: BodyId) -> Iterator[ContactPoint]:
+        a, b = (self._names.get(body.entity, "") for body in pair.bodies)
+        if brick not in (a, b) or not (a and b):
+            return
+        for point in pair.points:
+            normal = _vector(point.normal)  # from the second body towards the first
+            force = dot(_vector(point.impulse), normal) / self.system.timestep
+            yield ContactPoint(a, b, _vector(point.position), normal, float(point.separation), force)
+
+    def boxes(self, bricks: Collection[Brick]) -> BoundingBoxes:
+        """The boxes around bricks as they are now."""
+        poses = [self.state(brick.id).pose for brick in bricks]
+        return BoundingBoxes.around(
+            [brick.id for brick in bricks],
+            np.array([pose.position_W for pose in poses]),
+            np.array([body_axes(pose.orientation) for pose in poses]).transpose(0, 2, 1),
+            np.array([brick.size for brick in bricks]) / 2.0,
+        )
+
+    def freeze(self, brick: BodyId) -> None:
+        """Hold a brick where it is."""
+        body = self._bodies[brick]
+        body.linear_velocity = body.angular_velocity = np.zeros(3)
+        body.kinematic = True
+
+    def holds(self, brick: BodyId) -> bool:
+        """Whether a brick is held."""
+        return bool(self._bodies[brick].kinematic)
+
+    def wake(self, brick: BodyId) -> None:
+        """Let a brick go that was held, at rest."""
+        body = self._bodies[brick]
+        body.kinematic = False
+        body.linear_velocity = body.angular_velocity = np.zeros(3)
+
+    def put_at(self, brick: BodyId, pose: Pose) -> None:
+        """Put a brick somewhere else."""
+        self._bodies[brick].entity_pose = _to_sapien(pose)
+
+
+def _material(friction: float) -> sapien.physx.PhysxMaterial:
+    return sapien.physx.PhysxMaterial(friction, friction, 0.0)
+
+
+def _to_sapien(pose: Pose) -> sapien.Pose:
+    x, y, z, w = pose.orientation
+    return sapien.Pose(np.array(pose.position_W), np.array((w, x, y, z)))
+
+
+def _from_sapien(pose: sapien.Pose) -> Pose:
+    w, x, y, z = (float(part) for part in pose.q)
+    orientation: Quaternion = (x, y, z, w)
+    return Pose(_vector(pose.p), orientation)
+
+
+def _vector(parts: Iterable[float]) -> Vec3:
+    x, y, z = (float(part) for part in parts)
+    return (x, y, z)

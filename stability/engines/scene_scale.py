@@ -1,0 +1,51 @@
+"""How much larger and slower a scene is than the one that settings and limits were chosen for.
+
+Model: what stacks is governed by gravity and lengths alone, so that all times go with sqrt(length / gravity) (Froude).
+Masses, and friction, change nothing of it.
+"""
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from math import floor, hypot, log2, sqrt
+from statistics import median_low
+from typing import Self
+
+from stability.model import Brick
+
+# The scene that limits and settings were chosen for: KAPLA planks on earth.
+USUAL_GRAVITY, USUAL_SIDE, USUAL_DIAGONAL = 9.81, 0.0078, 0.1202  # [m/s2], [m], [m]
+# Steps are no more than this share of a doubling longer than in the usual scene, or they are halved.
+MOST_LONGER = 0.25
+SAMPLING = 0.01  # [s] between looks at all that moves; a free fall covers half a millimetre in the first
+
+
+@dataclass(frozen=True, slots=True)
+class SceneScale:
+    """Gravity, and the lengths of the bricks of a scene in those of the usual one."""
+
+    gravity: float  # [m/s2]
+    smallest_side: float  # of all bricks
+    thickest_side: float  # the largest of the smallest sides of the bricks
+    longest_diagonal: float
+    median_diagonal: float
+
+    @classmethod
+    def of(cls, bricks: Collection[Brick], gravity: float) -> Self:
+        """That of a scene with these bricks, of which there is one at least, and with gravity [m/s2]."""
+        sides = [min(brick.size) / USUAL_SIDE for brick in bricks]
+        diagonals = [hypot(*brick.size) / USUAL_DIAGONAL for brick in bricks]
+        return cls(gravity, min(sides), max(sides), max(diagonals), median_low(diagonals))
+
+    def times(self, lengths: float) -> float:
+        """How many times longer all takes than in the usual scene, where lengths are so many times larger."""
+        return sqrt(lengths * USUAL_GRAVITY / self.gravity)
+
+    @property
+    def slower(self) -> float:
+        """How many times longer the largest brick takes to topple than in the usual scene."""
+        return self.times(self.longest_diagonal)
+
+
+def power_of_two(factor: float) -> float:
+    """The largest power of two that is hardly larger."""
+    return float(2.0 ** floor(log2(factor) + MOST_LONGER))
