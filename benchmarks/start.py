@@ -1,7 +1,7 @@
 """What it costs to start: `stackdsl --help`, and `check` of one scenario that stands, in units of `import click`.
 
-The commands take turns, so that whatever else the machine does weighs on all of them alike; each row is the median. Time
-of a processor counts what the worker does as well, and hangs less on other work than time on the wall.
+The commands take turns, so that whatever else the machine does weighs on all of them alike; each row is the median.
+Time of a processor counts what the worker does as well, and hangs less on other work than time on the wall.
 
 Run: python -m benchmarks.start [rounds]
 """
@@ -14,9 +14,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
+from resource import RUSAGE_CHILDREN, getrusage
 from statistics import median
 from time import perf_counter
 from typing import Final
+
+from rich.console import Console
+from rich.table import Table
 
 ROUNDS: Final = 15
 UNIT: Final = "python -c 'import click'"
@@ -37,12 +41,13 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         took = measured(Path(folder), rounds)
     unit = _medians(took[UNIT])
-    print(f"{'command':<26}{'processor ms':>14}{'wall ms':>10}{'processor':>12}{'wall':>8}{'at most':>9}")
+    table = Table("command", "processor ms", "wall ms", "processor", "wall", "at most")
     for name, calls in took.items():
         own = _medians(calls)
-        ratios = f"{own.processor / unit.processor:>11.1f}x{own.wall / unit.wall:>7.1f}x"
-        limit = f"{MOST[name]:>8.0f}x" if name in MOST else ""
-        print(f"{name:<26}{1e3 * own.processor:>14.0f}{1e3 * own.wall:>10.0f}{ratios}{limit}")
+        ratios = f"{own.processor / unit.processor:.1f} x", f"{own.wall / unit.wall:.1f} x"
+        limit = f"{MOST[name]:g} x" if name in MOST else ""
+        table.add_row(name, f"{1e3 * own.processor:.0f}", f"{1e3 * own.wall:.0f}", *ratios, limit)
+    Console().print(table)
 
 
 def measured(folder: Path, rounds: int) -> dict[str, list[Took]]:
@@ -55,8 +60,7 @@ def measured(folder: Path, rounds: int) -> dict[str, list[Took]]:
         "stackdsl --help": [*python, "--help"],
         "stackdsl check one.yaml": [*python, "check", "one.yaml"],
     }
-    # Whoever has no golden file is told to write one, which is no less work than to compare with one.
-    subprocess.run([*python, "check", "one.yaml", "--update"], cwd=folder, env=_clean(), capture_output=True, check=True)
+    timed([*python, "check", "one.yaml", "--update"], folder)
     took: dict[str, list[Took]] = {name: [] for name in commands}
     for turn in range(rounds + 1):
         for name, command in commands.items():
@@ -68,11 +72,10 @@ def measured(folder: Path, rounds: int) -> dict[str, list[Took]]:
 
 def timed(command: Sequence[str], folder: Path) -> Took:
     """One call of a command."""
-    before, began = os.times(), perf_counter()
+    before, began = getrusage(RUSAGE_CHILDREN), perf_counter()
     subprocess.run(command, cwd=folder, env=_clean(), capture_output=True, check=True)
-    wall, after = perf_counter() - began, os.times()
-    spent = after.children_user + after.children_system - before.children_user - before.children_system
-    return Took(wall, spent)
+    wall, after = perf_counter() - began, getrusage(RUSAGE_CHILDREN)
+    return Took(wall, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
 
 
 def _clean() -> dict[str, str]:

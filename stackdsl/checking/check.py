@@ -16,6 +16,7 @@ from stackdsl.judging.judge import compare_with_truth, judge
 from stackdsl.judging.numerical import Refinement, held_against_refined, with_numerical_collapse
 from stackdsl.outcome import Report, RunStatus, VariantResult
 from stackdsl.playing.clearance import Blocked, BlockedPlacementError
+from stackdsl.playing.runner import play
 from stackdsl.snapshots.golden import check_golden, current_stamp, golden_name, obsolete, remove_obsolete
 from stackdsl.snapshots.record import Snapshot
 from stackdsl.snapshots.snapshot import take
@@ -98,13 +99,11 @@ def check(
 
 
 def play_case(timeline: Timeline, system: str, on_event: Callable[[Event], None] = lambda event: None) -> Trace:
-    """What a worker does. The engine is imported here, where a scene needs it, and nowhere before."""
-    from stackdsl.playing.runner import play  # noqa: PLC0415 -- it imports PyBullet
-
+    """What a worker does. The engine is imported there, where a scene needs it, and nowhere before."""
     trace = with_numerical_collapse(play(timeline, system_named(system), on_event), timeline, system_named(system))
     if not timeline.margins or trace.statics is None:
         return trace
-    from stackdsl.judging.margins import margins_of  # noqa: PLC0415 -- likewise, statics
+    from stackdsl.judging.margins import margins_of  # noqa: PLC0415 -- programs bring numpy
 
     return replace(trace, margins=margins_of(trace, timeline.margins))
 
@@ -119,8 +118,6 @@ def played_or_blocked(playing: Callable[..., Played], *arguments: object) -> Pla
 
 def play_refined(timeline: Timeline, name: str) -> Refinement:
     """What a worker does to see what of a run is the solver's; where no step was taken, nothing is."""
-    from stackdsl.playing.runner import play  # noqa: PLC0415 -- it imports PyBullet
-
     trace = play_case(timeline, name)
     if trace.cost.steps == 0:
         return Refinement(trace)

@@ -3,6 +3,7 @@
 Each has a pipe of its own and one task at a time, so that whatever brings it down is known by name.
 """
 
+import gc
 import multiprocessing
 import os
 import pickle
@@ -14,7 +15,6 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from enum import Enum, StrEnum
-from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from time import monotonic
@@ -128,6 +128,8 @@ def interrupts_held_back(start: Start) -> Iterator[None]:
         yield
         return
     if start is not Start.COPY:
+        from multiprocessing import resource_tracker  # noqa: PLC0415 -- copies do without
+
         resource_tracker.ensure_running()  # else starting a process would start it, which lets interrupts through again
     pressed: list[int] = []
     handlers = {number: signal.signal(number, lambda number, _: pressed.append(number)) for number in INTERRUPTS}
@@ -163,6 +165,7 @@ def _serve(connection: Connection) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)  # in a copy of the parent, it would mean what it means there
     signal.pthread_sigmask(signal.SIG_UNBLOCK, INTERRUPTS)
+    gc.freeze()  # looking for garbage in what the parent has made would copy its memory
     threading.Thread(target=_end_with_parent, daemon=True).start()
     _keep_off_stdout()
     with suppress(EOFError, OSError):

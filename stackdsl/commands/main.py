@@ -73,6 +73,8 @@ def main() -> None:
             stream.reconfigure(errors="replace")
     for number in INTERRUPTS:
         signal.signal(number, _interrupt)
+    # Whatever plugins of pydantic are installed, a scenario means the same; looking for them takes time, too.
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     sys.exit(_code_of_run())
 
 

@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
 
 
+NO_TERMINAL = 160  # [characters] how wide output is that goes elsewhere
+
+
 class Told(Protocol):
     """What progress is told of."""
 
@@ -63,23 +66,28 @@ def silence(stream: TextIO) -> None:
     os.close(nowhere)
 
 
+def _is_no_terminal(stream: TextIO | None) -> bool:
+    """Whether a stream is none, and is not to be taken for one, which rich decides by the environment."""
+    return stream is None or not (stream.isatty() or {"FORCE_COLOR", "TTY_COMPATIBLE"} & os.environ.keys())
+
+
 def paper() -> tuple[int, bool]:
     """Width of the paper, and whether it takes colour."""
-    from rich.console import Console  # noqa: PLC0415 -- `--help` does without
+    if _is_no_terminal(sys.stdout):
+        return NO_TERMINAL, False
+    from rich.console import Console  # noqa: PLC0415 -- most calls do without, and it takes a while to load
 
     console = Console()
-    return (console.width if console.is_terminal else 160), console.is_terminal and "NO_COLOR" not in os.environ
+    return (console.width if console.is_terminal else NO_TERMINAL), console.is_terminal and "NO_COLOR" not in os.environ
 
 
 @contextmanager
 def progress(total: int) -> Iterator[Bar]:
     """A bar on a terminal, a line a case elsewhere; both on the error stream, so that output stays clean."""
-    from rich.console import Console  # noqa: PLC0415 -- as in `paper`
-
-    console = Console(stderr=True)
-    if not console.is_terminal:
+    if _is_no_terminal(sys.stderr):
         yield _Lines(total)
         return
+    from rich.console import Console  # noqa: PLC0415 -- as in `paper`
     from rich.progress import (  # noqa: PLC0415 -- most calls draw none
         BarColumn,
         MofNCompleteColumn,
@@ -88,6 +96,10 @@ def progress(total: int) -> Iterator[Bar]:
         TimeElapsedColumn,
     )
 
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield _Lines(total)
+        return
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     # It is refreshed by whoever waits: beside a thread for that, no worker could be a copy of this process.
     with Progress(*columns, console=console, transient=True, auto_refresh=False) as bar:

@@ -8,7 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.command_line import Stackdsl, started
+from tests.command_line import AMPLE, Stackdsl, started
+
+pytestmark = pytest.mark.usefixtures("interruptible")
 
 # The second scene falls with plank floor(117.6 / 40) + 1 = 3.
 SCENES = """\
@@ -46,7 +48,7 @@ def test_a_bench_is_interrupted_resumed_and_written_down(stackdsl: Stackdsl, fol
     while lines_in(journal) < 2 and process.poll() is None:
         time.sleep(0.02)
     process.send_signal(signal.SIGINT)
-    out, _ = process.communicate(timeout=60)
+    out, _ = process.communicate(timeout=AMPLE)
     assert process.returncode == 130
     assert "interrupted, go on with --resume" in out.splitlines()[-1]
     kept = [line for line in journal.read_text(encoding="utf-8").splitlines() if '"status": "done"' in line]
