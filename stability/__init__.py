@@ -1,0 +1,70 @@
+"""Exact statics of stacked bricks, and extensions that keep a physics engine from moving what is proven to stand.
+
+Statics alone, without an engine::
+
+    from stability import Assembly, Brick, Pose, margins
+
+An extension in your own PyBullet world::
+
+    from stability import ProvenStability, PyBulletBodies
+
+Each public name is loaded when it is first asked for, so that importing the package costs next to nothing and PyBullet
+is needed only by those who use it. Lengths are in metres, masses in kilograms, times in seconds, and z points up.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:  # what type checkers see; at run time `__getattr__` finds the same
+    from stability.engines.pybullet import PyBulletBodies
+    from stability.exact.proven_stability import ProvenStability
+    from stability.model import Box, Brick, Plane, Pose
+    from stability.published.stack_stability import StackStability
+    from stability.statics.assembly import Assembly
+    from stability.statics.facts import Placed, Stability, Verdict
+    from stability.statics.margins.summary import margins
+
+__all__ = [
+    "Assembly",
+    "Box",
+    "Brick",
+    "Placed",
+    "Plane",
+    "Pose",
+    "ProvenStability",
+    "PyBulletBodies",
+    "Stability",
+    "StackStability",
+    "Verdict",
+    "margins",
+]
+
+_HOMES = {
+    "Assembly": "stability.statics.assembly",
+    "Box": "stability.model",
+    "Brick": "stability.model",
+    "Placed": "stability.statics.facts",
+    "Plane": "stability.model",
+    "Pose": "stability.model",
+    "ProvenStability": "stability.exact.proven_stability",
+    "PyBulletBodies": "stability.engines.pybullet",
+    "StackStability": "stability.published.stack_stability",
+    "Stability": "stability.statics.facts",
+    "Verdict": "stability.statics.facts",
+    "margins": "stability.statics.margins.summary",
+}
+
+
+if not TYPE_CHECKING:  # type checkers would take any name for one that it knows
+
+    def __getattr__(name: str) -> object:
+        """Load a public name from the module where it lives; Python asks here only the first time."""
+        if name not in _HOMES:
+            raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+        value = getattr(import_module(_HOMES[name]), name)
+        globals()[name] = value
+        return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

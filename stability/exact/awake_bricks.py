@@ -1,6 +1,6 @@
-"""The bricks that an engine moves: which of them have come to rest, and when it is worth while to judge them."""
+"""The bricks that an engine moves: which of them have come to rest, and when it is worth judging them."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 from stability.engines.protocol import Engine
@@ -9,13 +9,13 @@ from stability.exact.hits.rigid_groups import RigidGroups
 from stability.exact.rest_poses import RestPoses
 from stability.model import BodyId, BodyState, Pose
 from stability.statics.facts import Placed
-from stability.watching.freezing import RestLimits
+from stability.watching.life_cycle import BrickObserver, Observers
 from stability.watching.refusals import Refusals
-from stability.watching.stillness import Stillness
+from stability.watching.rest import RestLimits, Stillness
 
 
 @dataclass
-class AwakeBricks:
+class AwakeBricks(BrickObserver):
     """The bricks that one engine moves, from when they are set down or woken until they are frozen or gone."""
 
     engine: Engine
@@ -26,65 +26,64 @@ class AwakeBricks:
     announced: set[BodyId] = field(default_factory=set, init=False)  # set down since the last pass
     _stillness: Stillness = field(init=False)
     _refusals: Refusals = field(init=False)
+    _observers: Observers = field(init=False)
 
     def __post_init__(self) -> None:
         self._stillness = Stillness(self.rest)
         self._refusals = Refusals(self.rest.hold_off)
+        self._observers = Observers((self.rest_poses, self._stillness, self._refusals))
 
-    def set_down(self, bricks: Iterable[BodyId]) -> None:
-        """These were set down at rest: they may be judged at once, before any step."""
+    def set_down(self, bricks: Collection[BodyId]) -> None:
+        """What is set down is announced: it is judged in the next pass."""
         self.announced.update(bricks)
         self.names |= self.announced
-        self._stillness.set_down(self.announced)
+        self._observers.set_down(self.announced)
+
+    def frozen(self, bricks: Collection[BodyId]) -> None:
+        """The engine moves these no longer."""
+        self.names.difference_update(bricks)
+        self._observers.frozen(bricks)
+
+    def woken(self, bricks: Collection[BodyId]) -> None:
+        """The engine moves these again."""
+        self.names.update(bricks)
+        self._observers.woken(bricks)
+
+    def gone(self, bricks: Collection[BodyId]) -> None:
+        """There is nothing to look at any more."""
+        self.names.difference_update(bricks)
+        self.announced.difference_update(bricks)
+        self._observers.gone(bricks)
+
+    def notice(self, bricks: Collection[BodyId], frozen: Collection[BodyId]) -> None:
+        """All bricks of the engine but the frozen ones are awake, whoever has put them there."""
+        self.names = set(bricks).difference(frozen)
 
     def no_longer_new(self) -> set[BodyId]:
-        """What was set down has been looked at; returns what that was."""
+        """Say that a pass has looked at the announced bricks; returns their names."""
         announced, self.announced = self.announced, set()
         return announced
 
-    def taken_out(self, brick: BodyId) -> None:
-        """A brick is no longer in the engine: there is nothing to look at."""
-        self.names.discard(brick)
-        self.announced.discard(brick)
-
-    def forget(self, brick: BodyId) -> None:
-        """A brick is gone, or is another one by now."""
-        self.rest_poses.settled([brick])
-        self._stillness.forget(brick)
-        self._refusals.forget(brick)
-
-    def froze(self, brick: BodyId) -> None:
-        """A brick was frozen."""
-        self.names.discard(brick)
-        self.rest_poses.settled([brick])
-        self._stillness.froze(brick)
-        self._refusals.forget(brick)
-
-    def woke(self, brick: BodyId) -> None:
-        """A brick was given back to the engine."""
-        self.names.add(brick)
-        self._stillness.woke(brick)
-
     def refuse(self, poses: Mapping[BodyId, Pose]) -> None:
-        """These were not proven, where they are."""
+        """Bricks were not proven, each where it is: they are not asked about again until something is new."""
         self._refusals.refuse(poses.items(), self.engine.time())
 
     def ask_again(self) -> None:
-        """What is frozen is no longer what it was when bricks were refused."""
+        """Bricks that were refused may be asked about again: what is frozen was moved, or what it rests on."""
         self._refusals.changed()
 
     def wait(self) -> None:
-        """What is at rest hangs on what moves: there is nothing to ask for a moment."""
+        """Ask nothing for a moment, because the bricks at rest touch bricks that still move."""
         self._refusals.wait(self.engine.time())
 
     def follow(self) -> Mapping[BodyId, BodyState]:
-        """See how they move: each one by one, those that ride through the first of their group."""
-        states = self.engine.states(self.rigid_groups.followed(self.names))
+        """Read the states of the awake bricks; a rigid group is represented by its first brick."""
+        states = self.engine.states(self.rigid_groups.watched(self.names))
         self._stillness.follow(self.engine.time(), states)
         return states
 
     def at_rest(self, states: Mapping[BodyId, BodyState]) -> dict[BodyId, Placed]:
-        """The boxes among what is followed that are at rest; none if nothing is new since they were refused."""
+        """The boxes that are at rest; none if nothing has changed since they were refused."""
         now = self.engine.time()
         if not self.announced and not self._refusals.may_ask(now):
             return {}
@@ -96,7 +95,7 @@ class AwakeBricks:
         return resting if news else {}
 
     def _resting(self, now: float, states: Mapping[BodyId, BodyState]) -> dict[BodyId, Placed]:
-        """The boxes that have been slow for long enough. What rides rests when all that was woken with it does."""
+        """The boxes that have been slow for long enough. A rigid group rests only when all that a hit woke does."""
         slow = {brick for brick in states if self._stillness.may_be_judged(brick, now)}
         woken = [brick for brick in states if brick in self.rest_poses]
         if not slow.issuperset(woken):

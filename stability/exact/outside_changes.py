@@ -1,4 +1,4 @@
-"""What somebody else has done to the frozen bricks of an engine, judged again."""
+"""Judges the frozen bricks again after somebody else has moved, pushed or taken some, or changed what is fixed."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from stability.statics.facts import Placed, Verdict
 
 @dataclass(frozen=True, slots=True)
 class Site:
-    """What never moves."""
+    """The fixed bodies of a world."""
 
     planes: Sequence[Plane]
     tables: Sequence[Placed]
@@ -18,15 +18,15 @@ class Site:
 
 @dataclass(frozen=True, slots=True)
 class Changed:
-    """An assembly after the changes."""
+    """An assembly after such changes."""
 
-    assembly: Assembly  # another one where what is fixed has changed
+    assembly: Assembly  # a new one if the fixed bodies have changed
     verdict: Verdict | None  # None if nothing has changed
-    pushed: Mapping[BodyId, Pose]  # bricks that move, and are no part of it any more
+    pushed: Mapping[BodyId, Pose]  # bricks that move, and so are no longer part of the assembly
 
 
 def changed(assembly: Assembly, lost: Collection[BodyId], disturbed: Mapping[BodyId, BodyState], site: Site) -> Changed:
-    """Take out what is lost or pushed, move what was moved, and build on what is fixed by now."""
+    """Remove the bricks that are lost or pushed, move those that were moved, and take in new fixed bodies."""
     pushed = {brick: state.pose for brick, state in disturbed.items() if _moves(state)}
     verdict = assembly.remove([*lost, *pushed]) if lost or pushed else None
     for brick, state in disturbed.items():

@@ -7,7 +7,7 @@ what still stands stays frozen with a proof of its own. Assumes gravity along -z
 Statics knows boxes, fixed or not, and half-spaces. What touches anything else stays with the engine.
 """
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from stability.engines.protocol import Engine, Joining
@@ -23,8 +23,9 @@ from stability.model import EARTH, BodyId, BodyState, Plane, Pose, Vec3
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability, Verdict
 from stability.watching.extension import Update
-from stability.watching.freezing import RestLimits
 from stability.watching.held_bodies import HeldBodies
+from stability.watching.life_cycle import Observers
+from stability.watching.rest import RestLimits
 
 
 @dataclass
@@ -32,29 +33,32 @@ class ProvenStability:
     """Watches the bricks of one engine. Call `update` after each of its steps."""
 
     engine: Engine
-    # The fixed bodies; None for the half-spaces and boxes among those of the engine.
+    # The fixed bodies; None to take the half-spaces and boxes that the engine holds fixed.
     planes: Sequence[Plane] | None = None
     # Coulomb coefficient of brick on brick, and on the engine's half-spaces. If bodies differ, give the least: what
     # stands with less friction stands with more.
     friction: float = 0.5
     gravity: float = EARTH  # [m/s2]
     rest: RestLimits = field(default_factory=RestLimits)
-    # Look at every frozen brick each time, and judge again what somebody else has changed. Without it, cheaper.
+    # Whether every update also looks for frozen bricks that somebody else has moved, and judges them again. It is dear.
     guard: bool = True
     # What lets bricks ride along as one rigid body; None if the engine cannot, and all bricks move one by one.
     joiner: Joining | None = None
     assembly: Assembly = field(init=False)
     _awake: AwakeBricks = field(init=False)
-    _when_changed: Verdict | None = field(default=None, init=False)  # when bricks were last set down or taken out
+    _when_changed: Verdict | None = field(default=None, init=False)  # as bricks were last set down or taken out
     _held: HeldBodies = field(init=False)
     _rigid_groups: RigidGroups = field(init=False)
     _disturbances: Disturbances = field(init=False)
+    _observers: Observers = field(init=False)  # all of these: who hears what becomes of bricks, in this order
 
     def __post_init__(self) -> None:
         self._held = HeldBodies(self.engine)
         self._rigid_groups = RigidGroups(self.joiner)
         self._awake = AwakeBricks(self.engine, self.rest, self._rigid_groups)
         self._disturbances = Disturbances(self.engine, self.rest, self.gravity)
+        guarded = (self._held,) if self.guard else ()
+        self._observers = Observers((*guarded, self._rigid_groups, self._disturbances, self._awake))
         self.assembly = Assembly(self.planes or (), self.friction, self.gravity)
 
     def awake(self) -> list[BodyId]:
@@ -72,18 +76,15 @@ class ProvenStability:
 
     def set_down(self, bricks: Iterable[BodyId]) -> None:
         """Say that these bricks were set down at rest: they may be judged at once, before any step."""
-        self._awake.set_down(bricks)
+        self._observers.set_down(list(bricks))
 
     def taken_out(self, bricks: Iterable[BodyId]) -> Update:
         """Say that these bricks were taken out of the engine: what cannot stand without them is woken at once."""
         gone = sorted(bricks)
         frozen = [brick for brick in gone if self.is_frozen(brick)]
-        for brick in gone:
-            self._forget(brick)
-            self._awake.taken_out(brick)
-        self._awake.ask_again()
+        self._observers.gone(gone)
         judgement = release_until_stable(self.assembly, self.assembly.remove(frozen))
-        if frozen or not self._awake.names:  # else nothing was asked that was not proven before
+        if frozen or not self._awake.names:  # otherwise no verdict has changed
             self._when_changed = judgement.first
         woken = self._give_back(judgement.released)
         return Update((), woken, judgement.lowest, judgement.first.reason if woken else "")
@@ -98,23 +99,22 @@ class ProvenStability:
         announced = self._awake.no_longer_new()
         if not coming:
             return lost
-        self.assembly.names_smallest = bool(announced)  # of a heap nobody asks what could fall alone
-        judgement = self._judged(coming)
-        self.assembly.names_smallest = True
+        # Of a heap that has fallen nobody wants to know which bricks would fall alone.
+        judgement = self._judged(coming, names_smallest=bool(announced))
         if announced:
             self._when_changed = judgement.first
         found = self._carry_out(judgement, [placed.brick.id for placed in coming], announced)
         return lost.then(found)
 
-    def _judged(self, coming: Sequence[Placed]) -> Judgement:
-        """Put bricks to the proof, those that were disturbed and hardly moved where they had been, if that holds."""
+    def _judged(self, coming: Sequence[Placed], names_smallest: bool) -> Judgement:
+        """Put bricks to the proof: first with those that hardly moved back at their rest poses, then as they are."""
         settled = self._awake.rest_poses.put_back(coming)
-        verdict = self.assembly.add_all(settled)
+        verdict = self.assembly.add_all(settled, names_smallest=names_smallest)
         back = [placed for placed, was in zip(settled, coming, strict=True) if placed is not was]
         if back and verdict.stability is not Stability.STABLE:
-            self.assembly.remove([placed.brick.id for placed in coming])
-            back, verdict = [], self.assembly.add_all(coming)
-        judgement = release_until_stable(self.assembly, verdict)
+            self.assembly.remove([placed.brick.id for placed in coming], names_smallest=names_smallest)
+            back, verdict = [], self.assembly.add_all(coming, names_smallest=names_smallest)
+        judgement = release_until_stable(self.assembly, verdict, names_smallest=names_smallest)
         for placed in back:
             self.engine.freeze(placed.brick.id)
             self.engine.put_at(placed.brick.id, placed.pose)
@@ -139,7 +139,6 @@ class ProvenStability:
         asked = {brick: self.assembly.bricks[brick].pose for brick in sorted(bricks) if self.is_frozen(brick)}
         if not asked:
             return ()
-        self._awake.ask_again()
         judgement = release_until_stable(self.assembly, self.assembly.remove(asked))
         return self._give_back({**asked, **judgement.released})
 
@@ -160,12 +159,12 @@ class ProvenStability:
 
     def _notice_new(self) -> None:
         bricks = self.engine.masses()
-        # Whoever shares the world with nobody may count: all else has been announced.
+        # Without a guard nobody else adds bricks, so that counting them is enough.
         if self.guard or len(bricks) != len(self._awake.names) + len(self.assembly.bricks):
-            self._awake.names = bricks.keys() - self.assembly.bricks.keys()
+            self._awake.notice(bricks.keys(), self.assembly.bricks.keys())
 
     def _clear(self, resting: Mapping[BodyId, Placed]) -> list[Placed]:
-        """Those of the resting bricks that touch nothing of which statics is silent."""
+        """The resting bricks that touch nothing that statics does not know."""
         if not resting:
             return []
         if self.planes is not None and len(resting) == len(self._awake.names):
@@ -182,13 +181,12 @@ class ProvenStability:
     def _carry_out(self, judgement: Judgement, coming: Sequence[BodyId], announced: set[BodyId]) -> Update:
         frozen = tuple(brick for brick in coming if brick not in judgement.released)
         for brick in frozen:
-            self._freeze(brick)
+            self.engine.freeze(brick)
+        self._observers.frozen(frozen)
         refused = {brick: judgement.released[brick] for brick in coming if brick in judgement.released}
-        if frozen or len(judgement.released) > len(refused):
-            self._awake.ask_again()
-        self._awake.refuse(refused)
         fallen = {brick: pose for brick, pose in judgement.released.items() if brick not in refused}
         woken = self._give_back(fallen) + tuple(brick for brick in refused if brick in announced)
+        self._awake.refuse(refused)
         proof = judgement.last.stage.value if frozen and judgement.last.stage is not None else ""
         return Update(
             frozen,
@@ -199,7 +197,7 @@ class ProvenStability:
         )
 
     def _answer_disturbances(self, states: Mapping[BodyId, BodyState]) -> Update:
-        """Wake what is about to be hit, or is pressed away; take apart what rides and is hit, or has moved too far."""
+        """Wake bricks that are about to be hit or pressed away; part rigid groups that are hit or moved too far."""
         if not states or not (self.assembly.bricks or self._rigid_groups.bricks):
             return Update()
         for first in self._rigid_groups.moved_too_far(states):
@@ -214,7 +212,7 @@ class ProvenStability:
         return found
 
     def _wake_struck(self, disturbed: Disturbed) -> Update:
-        """Wake what a disturbance reaches, as a region in which some ride along."""
+        """Wake the region that a disturbance reaches; some of its bricks may move on as rigid groups."""
         for brick in disturbed.struck:
             if brick in self._rigid_groups:
                 self._rigid_groups.release(brick)
@@ -227,47 +225,35 @@ class ProvenStability:
         touched = {brick: sorted(touching(self.assembly, brick)) for brick in riding}
         judgement = release_until_stable(self.assembly, self.assembly.remove(placed))
         poses = {**{brick: was.pose for brick, was in placed.items()}, **judgement.released}
-        self._awake.rest_poses.left(poses)
+        self._awake.rest_poses.remember(poses)
         for group in reached.riding:
             side = min(min(placed[brick].brick.size) for brick in group)
             self._rigid_groups.join({brick: poses[brick] for brick in group}, touched, side)
-        self._awake.ask_again()
-        self._let_go(poses.keys() - riding)
-        self._let_ride(riding)
-        return Update((), tuple(sorted(poses)), reason=disturbed.reason, riding=tuple(sorted(riding)))
-
-    def _let_ride(self, bricks: Iterable[BodyId]) -> None:
-        for brick in bricks:
-            self._awake.woke(brick)
-            self._held.let_go(brick)
-
-    def _freeze(self, brick: BodyId) -> None:
-        self.engine.freeze(brick)
-        self._awake.froze(brick)
-        self._disturbances.froze([brick])
-        if self.guard:
-            self._held.hold(brick)
+        woken = tuple(sorted(poses))
+        self._wake(woken, riding)
+        return Update((), woken, reason=disturbed.reason, riding=tuple(sorted(riding)))
 
     def _give_back(self, bricks: Mapping[BodyId, Pose]) -> tuple[BodyId, ...]:
-        """Wake frozen bricks that are no longer part of the assembly."""
-        self._let_go(bricks)
+        """Wake frozen bricks that are no longer part of the assembly, for they cannot stand."""
+        woken = tuple(sorted(bricks))
+        self._wake(woken)
         self._awake.refuse(bricks)
-        return tuple(sorted(bricks))
+        return woken
 
-    def _let_go(self, bricks: Iterable[BodyId]) -> None:
-        for brick in sorted(bricks):
-            self.engine.wake(brick)
-            self._awake.woke(brick)
-            self._held.let_go(brick)
-        self._disturbances.woke()
+    def _wake(self, bricks: Collection[BodyId], riding: Container[BodyId] = ()) -> None:
+        """Let the engine move bricks. Those that ride have their mass already, as a rigid group."""
+        for brick in bricks:
+            if brick not in riding:
+                self.engine.wake(brick)
+        self._observers.woken(bricks)
 
     # --- what somebody else has changed -------------------------------------------------------------------------------
 
     def _answer_changes(self) -> Update:
         """Judge the frozen bricks again where they or their surroundings are not what they were."""
         lost = self._held.lost(self.assembly.bricks)
-        for brick in lost:
-            self._forget(brick)
+        if lost:
+            self._observers.gone(lost)
         disturbed = self._held.disturbed(self.assembly.bricks.keys() - lost)
         now = changed(self.assembly, lost, disturbed, self._site())
         self.assembly = now.assembly
@@ -277,14 +263,6 @@ class ProvenStability:
         judgement = release_until_stable(self.assembly, now.verdict)
         woken = self._give_back({**now.pushed, **judgement.released})
         return Update((), woken, judgement.lowest, judgement.first.reason or "moved by somebody else" if woken else "")
-
-    def _forget(self, brick: BodyId) -> None:
-        """A brick is gone, or is no longer what it was; an engine parts what it was joined to."""
-        if brick in self._rigid_groups:
-            self._rigid_groups.parted(brick)
-        self._disturbances.forget(brick)
-        self._held.let_go(brick)
-        self._awake.forget(brick)
 
     def _site(self) -> Site:
         return Site(self.planes, ()) if self.planes is not None else Site(*fixed_bodies(self.engine, self.friction))

@@ -1,4 +1,4 @@
-"""A verdict followed until what is left is proven: what moves, or is in doubt, is taken out, and the rest judged."""
+"""Bricks that move, or are in doubt, are taken out of an assembly until what is left of it is proven."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,16 +11,16 @@ from stability.statics.facts import Stability, Verdict
 
 @dataclass(frozen=True, slots=True)
 class Judgement:
-    """What came of following a verdict."""
+    """What came of a verdict: which bricks an assembly had to release, and what was proven of the rest."""
 
     first: Verdict
-    last: Verdict  # STABLE, of what stays
-    released: Mapping[BodyId, Pose]  # what does not, and where it is
-    lowest: tuple[BodyId, ...]  # of the bricks that the first verdict names the one furthest down, if there are any
+    last: Verdict  # STABLE, of the bricks that stay
+    released: Mapping[BodyId, Pose]  # the bricks that do not stay, and where they are
+    lowest: tuple[BodyId, ...]  # the lowest brick that the first verdict names; empty if it names none
 
 
-def release_until_stable(assembly: Assembly, verdict: Verdict) -> Judgement:
-    """Take out of an assembly what begins to move or is in doubt, until what is left is proven."""
+def release_until_stable(assembly: Assembly, verdict: Verdict, *, names_smallest: bool = True) -> Judgement:
+    """Take out of an assembly what begins to move or is in doubt, until what is left is proven; see `add_all`."""
     first = verdict = as_it_begins(assembly, verdict)
     released: dict[BodyId, Pose] = {}
     lowest: tuple[BodyId, ...] = ()
@@ -29,5 +29,5 @@ def release_until_stable(assembly: Assembly, verdict: Verdict) -> Judgement:
         poses = {brick: assembly.bricks[brick].pose for brick in moving}
         lowest = lowest or (min(moving, key=lambda brick: (poses[brick].position_W[2], brick)),)
         released |= poses
-        verdict = as_it_begins(assembly, assembly.remove(moving))
+        verdict = as_it_begins(assembly, assembly.remove(moving, names_smallest=names_smallest))
     return Judgement(first, verdict, released, lowest)

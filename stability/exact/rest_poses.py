@@ -1,12 +1,13 @@
-"""Bricks that were woken and hardly moved go back to where they were: engines let every brick creep a little."""
+"""Puts bricks that were woken and hardly moved back where they were, because engines let every brick creep a little."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import dist
 
 from stability.geometry.rotations import turn_between
 from stability.model import BodyId, Pose
 from stability.statics.facts import Placed
+from stability.watching.life_cycle import BrickObserver
 
 # Shares of the smallest side, for a plank 0.3 and 0.02 mm. If all that was woken has moved less than the first, the hit
 # moved nothing; if something did move, only what the engine's creep has moved goes back.
@@ -15,25 +16,32 @@ CREPT = 0.0026
 
 
 @dataclass
-class RestPoses:
-    """Where bricks stood when they were woken."""
+class RestPoses(BrickObserver):
+    """Where bricks stood when a hit woke them."""
 
     _poses: dict[BodyId, Pose] = field(default_factory=dict, init=False)
 
-    def left(self, poses: Mapping[BodyId, Pose]) -> None:
-        """These were woken; those that have not come to rest since they were woken before keep their old home."""
+    def remember(self, poses: Mapping[BodyId, Pose]) -> None:
+        """Remember where bricks stand that a hit wakes.
+
+        A brick that has not come to rest since an earlier hit keeps the rest pose that it had before that one.
+        """
         self._poses = {**poses, **self._poses}
 
-    def settled(self, bricks: Iterable[BodyId]) -> None:
-        """These are frozen again, or gone: where they are now is where they stand."""
+    def frozen(self, bricks: Collection[BodyId]) -> None:
+        """Where bricks are frozen again is where they stand."""
         for brick in bricks:
             self._poses.pop(brick, None)
+
+    def gone(self, bricks: Collection[BodyId]) -> None:
+        """What is gone has no place to go back to."""
+        self.frozen(bricks)
 
     def __contains__(self, brick: object) -> bool:
         return brick in self._poses
 
     def put_back(self, coming: Sequence[Placed]) -> list[Placed]:
-        """The bricks that come to rest, those that hardly moved at home."""
+        """The bricks that come to rest; each that hardly moved is at its rest pose."""
         moves = {placed.brick.id: self._moved(placed) for placed in coming if placed.brick.id in self._poses}
         limit = HIT_NOTHING if all(move <= HIT_NOTHING for move in moves.values()) else CREPT
         return [

@@ -73,12 +73,12 @@ def turn_of(problem: Problem, motion: Motion) -> Turn | None:
 
 
 def turned_part(part: FallingPart, angle: float) -> dict[BodyId, Placed]:
-    """Its bricks where they are at an angle [rad]."""
+    """The bricks of a part in their places at an angle [rad]."""
     return {name: _turned(part.problem.bricks[name], part.turn, angle) for name in sorted(part.moving)}
 
 
 def part_in_motion(part: FallingPart, angle: float, speed: float) -> dict[BodyId, BodyState]:
-    """The same, with how they move at a speed of the angle [rad/s]."""
+    """The states of the bricks of a part at an angle [rad] and its speed [rad/s]."""
     spin = scale(speed, part.turn.axis_W)
     return {
         name: BodyState(placed.pose, cross(spin, subtract(placed.pose.position_W, part.turn.point_W)), spin)
@@ -94,7 +94,7 @@ def holds_together(part: FallingPart, angle: float) -> bool:
 
 
 def is_clear(part: FallingPart, angle: float, others: Collection[Placed], planes: Collection[Plane]) -> bool:
-    """Whether at an angle [rad] none of its bricks lies deeper in something than what touches does."""
+    """Whether at an angle [rad] no brick of a part lies deeper in another body than bodies in contact do."""
     for placed in turned_part(part, angle).values():
         size, pose = placed.brick.size, placed.pose
         depth, around = ON_AXIS * min(size), 0.5 * hypot(*size)
@@ -108,7 +108,7 @@ def is_clear(part: FallingPart, angle: float, others: Collection[Placed], planes
 
 
 def reach(part: FallingPart) -> float:
-    """How far from the axis its farthest corner is [m]."""
+    """The distance of the farthest corner of a part from its axis [m]."""
     corners = (c for name in part.moving for c in _corners(part.problem.bricks[name]))
     return max(norm(subtract(corner, _foot(part.turn, corner))) for corner in corners)
 
@@ -141,7 +141,7 @@ def _direction(vector_W: Vec3, turn: Turn, angle: float) -> Vec3:
 
 
 def _foot(turn: Turn, point_W: Vec3) -> Vec3:
-    """The nearest point of the axis."""
+    """The point of the axis that is nearest to a point."""
     return add_scaled(turn.point_W, dot(turn.axis_W, subtract(point_W, turn.point_W)), turn.axis_W)
 
 
@@ -170,7 +170,7 @@ def _inertia_times(placed: Placed, vector_W: Vec3) -> Vec3:
 
 
 def _at_angle(part: FallingPart, angle: float) -> Problem:
-    """All of it in mid-fall, with the forces of inertia on what turns."""
+    """The equilibrium of a part in mid-fall, with the forces of inertia among its loads."""
     moving = turned_part(part, angle)
     omega, alpha = part.pendulum.speed_at(angle), part.pendulum.acceleration_at(angle)
     loads: Mapping[BodyId, Wrench] = {
@@ -182,7 +182,7 @@ def _at_angle(part: FallingPart, angle: float) -> Problem:
 
 
 def _load(placed: Placed, turn: Turn, gravity: float, omega: float, alpha: float) -> Wrench:
-    """The weight of a brick, less mass times acceleration; and less the change of its spin."""
+    """The weight of a brick less its mass times acceleration, and less the rate of change of its angular momentum."""
     arm, spin = subtract(placed.pose.position_W, turn.point_W), scale(omega, turn.axis_W)
     acceleration = add(cross(scale(alpha, turn.axis_W), arm), cross(spin, cross(spin, arm)))
     change = add(_inertia_times(placed, scale(alpha, turn.axis_W)), cross(spin, _inertia_times(placed, spin)))
@@ -193,7 +193,7 @@ def _load(placed: Placed, turn: Turn, gravity: float, omega: float, alpha: float
 
 
 def _contact(part: FallingPart, contact: Contact, angle: float) -> Contact | None:
-    """A contact in mid-fall: turned with the part; with what stands, where it lies on the axis, if anywhere."""
+    """A contact in mid-fall. Within the part it turns along; with what stands, only its points on the axis remain."""
     turn, pair = part.turn, {contact.lower, contact.upper}
     turning = pair & part.moving
     if not turning:

@@ -1,9 +1,10 @@
-"""Parts that fall as one body, for as long as a proof says that they do; bricks that fall one by one begin gently.
+"""Lets parts of a structure move by their equations, without an engine, for as long as a proof covers it.
 
-A solver begins a fall wrongly: contact forces start from nothing, so that all sinks at first, most at the bottom of
-what is tall, and a tower that hangs over by a millimetre topples in half the time. A part that is proven to turn as one
-needs no solver: it is a pendulum, and an engine gets its bricks when the proof ends, where and as fast as they are. Nor
-do planks that slip down a wall, or down each other (statics/sliding.py).
+A solver begins a fall wrongly: contact forces start from nothing, so that everything sinks at first, most at the bottom
+of a tall structure, and a tower that hangs over by a millimetre topples in half the time. A part that is proven to turn
+as one body needs no solver: it is a pendulum (toppling.py), and an engine gets its bricks when the proof ends, where
+and as fast as they are then. Planks that slip down a wall, or down each other, need none either (slipping.py). All
+other bricks that begin to fall are eased in by the engine.
 """
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -17,12 +18,12 @@ from stability.statics.facts import Motion, Placed, Tolerances
 from stability.statics.structure import Structure
 
 MOST = 100  # bricks of a part: a proof takes some tens of milliseconds at each angle
-MOST_FEELING = 60  # bricks besides it that are proven to stand under what it does to them
-AT_REST = 1e-6  # [m/s], and [rad/s]: what moves already has begun otherwise
+MOST_FEELING = 60  # bricks around the part for which it is proven that they stand under its forces
+AT_REST = 1e-6  # [m/s], and [rad/s]: a brick that is faster moves already, and the equations start from rest
 
 
 class KnownMotion(Protocol):
-    """A motion that its equations tell without an engine, for as long as nothing else happens."""
+    """A motion that follows from its own equations, without an engine, for as long as nothing else happens."""
 
     def goes_on(self, duration: float) -> bool:
         """Move for a short time [s]; False, and not at all, if it is not known how."""
@@ -75,7 +76,7 @@ class FallingParts:
         """Let every brick move by itself, for something else is about to happen."""
         if self._known is not None:
             self._known, self._gently = None, True
-        self._coming = None  # what has not begun to move yet does not begin alone any more
+        self._coming = None  # a motion that has not begun is not valid any more
 
     def _begun(self, motion: Motion) -> KnownMotion | None:
         states = self.world.states(sorted(motion.velocity))
@@ -104,7 +105,7 @@ class FallingParts:
                 yield Placed(Brick(name, shape.size, masses[name]), states[name].pose)
 
     def _around(self, part: Sequence[Placed]) -> tuple[list[Placed], list[Placed]]:
-        """The other bricks that these may touch, or reach as they turn; and those that may touch one of these."""
+        """The other bricks that a part may touch or reach as it turns, and beyond them those that may touch these."""
         middle = part[0].pose.position_W
         within = 2.0 * max(dist(middle, one.pose.position_W) + hypot(*one.brick.size) for one in part)
         near, beyond = [], []

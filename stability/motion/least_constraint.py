@@ -51,7 +51,7 @@ def onset(
 
 
 def _root_of_inertia(bricks: Sequence[Placed], system: WrenchMatrix) -> Sparse:
-    """What turns columns into vectors whose squared length is twice the kinetic energy, up to a factor."""
+    """The matrix that takes columns to vectors whose squared length is twice the kinetic energy, up to a factor."""
     from scipy.sparse import block_diag, diags  # noqa: PLC0415 -- slow to import, seldom needed
 
     blocks = []
@@ -65,7 +65,7 @@ def _root_of_inertia(bricks: Sequence[Placed], system: WrenchMatrix) -> Sparse:
 
 
 def _least_energy(system: WrenchMatrix, root: Sparse, gain: float) -> ConicProgram:
-    """The least energy of motions by which the loads gain `gain`."""
+    """The program for the motion of least kinetic energy by which the loads gain `gain`."""
     from scipy.sparse import bmat, csc_matrix  # noqa: PLC0415 -- slow to import, seldom needed
 
     size, columns = root.shape

@@ -1,7 +1,7 @@
-"""A verdict of UNSTABLE, with the motion that everything connected with what falls begins with.
+"""Completes a verdict of UNSTABLE by the motion with which everything that is connected with what falls begins.
 
-The cascade proves that something falls by the smallest part that it finds. What is to be given back to an engine is all
-that begins to move, and what is to be seen of it is how.
+The cascade proves a fall by the smallest part that it finds. An engine, however, must be given back every brick that
+begins to move, and a reader wants to know how they move.
 """
 
 from dataclasses import replace
@@ -15,7 +15,7 @@ MOST = 300  # bricks in one program: a tenth of a second; of larger structures t
 
 
 def as_it_begins(assembly: Assembly, verdict: Verdict) -> Verdict:
-    """The verdict, naming all bricks that begin to move, and how; as it was if nothing falls or none was proven."""
+    """The verdict with all bricks that begin to move, and how; unchanged if nothing falls or no motion is proven."""
     if verdict.stability is not Stability.UNSTABLE or verdict.motion is None:
         return verdict
     from stability.motion.least_constraint import onset  # noqa: PLC0415 -- it brings numpy, and what stands does without
@@ -30,7 +30,7 @@ def as_it_begins(assembly: Assembly, verdict: Verdict) -> Verdict:
 
 
 def _around(assembly: Assembly, bricks: tuple[BodyId, ...]) -> set[BodyId]:
-    """These bricks, and those that are connected with them: the nearest, where there are too many."""
+    """These bricks and all that are connected with them, or only the nearest where there are too many."""
     group = set(bricks)
     while len(group) < MOST:
         larger = group | {other for brick in group for other in _neighbours(assembly, brick)}

@@ -26,7 +26,7 @@ PAIR = 2  # bricks that lean on each other
 
 
 class Flat(NamedTuple):
-    """A vector in the upright plane across the wall [m]."""
+    """A vector in the vertical plane across the wall [m]."""
 
     x: float  # towards the wall
     z: float  # up
@@ -36,7 +36,7 @@ class Flat(NamedTuple):
 class Pressed:
     """What happens while both ends slide, by mass."""
 
-    turning: float  # how fast the rate of the turn grows [rad/s2]
+    angular_acceleration: float  # [rad/s2]
     floor: float  # force of the ground, up [N/kg]
     wall: float  # force of the wall, away from it [N/kg]
 
@@ -53,11 +53,11 @@ class Leaning:
     gravity: float  # [m/s2]
 
     def centre(self, turn: float) -> Flat:
-        """From where ground and wall meet to the centre of mass."""
+        """The vector from where ground and wall meet to the centre of mass."""
         return Flat(-turned_down(self.top, turn).x, -turned_down(self.foot, turn).z)
 
     def centre_goes(self, turn: float) -> Flat:
-        """The way of the centre for a radian."""
+        """The derivative of the centre by the angle [m/rad]."""
         return Flat(-turned_down(self.top, turn).z, turned_down(self.foot, turn).x)
 
     def pressed(self, turn: float, rate: float) -> Pressed:
@@ -73,20 +73,20 @@ class Leaning:
         by_turning, at_rest = (goes_z + wall * goes_x) / both, (self.gravity - (z + wall * x) * square) / both
         arm, high = foot_x - floor * foot_z, top_z + wall * top_x
         resisting = self.inertia + (arm + floor * high) * by_turning - high * goes_x
-        turning = -((arm + floor * high) * at_rest + high * x * square) / resisting
-        pressing = by_turning * turning + at_rest
-        return Pressed(turning, pressing, x * square - goes_x * turning + floor * pressing)
+        angular_acceleration = -((arm + floor * high) * at_rest + high * x * square) / resisting
+        pressing = by_turning * angular_acceleration + at_rest
+        return Pressed(angular_acceleration, pressing, x * square - goes_x * angular_acceleration + floor * pressing)
 
     def after(self, turn: float, rate: float, duration: float) -> tuple[float, float]:
         """Turn [rad] and its rate [rad/s] a short time [s] later: one step of the classical Runge-Kutta method."""
         half = 0.5 * duration
-        pull = self.pressed(turn, rate).turning
+        pull = self.pressed(turn, rate).angular_acceleration
         rate_2 = rate + half * pull
-        pull_2 = self.pressed(turn + half * rate, rate_2).turning
+        pull_2 = self.pressed(turn + half * rate, rate_2).angular_acceleration
         rate_3 = rate + half * pull_2
-        pull_3 = self.pressed(turn + half * rate_2, rate_3).turning
+        pull_3 = self.pressed(turn + half * rate_2, rate_3).angular_acceleration
         rate_4 = rate + duration * pull_3
-        pull_4 = self.pressed(turn + duration * rate_3, rate_4).turning
+        pull_4 = self.pressed(turn + duration * rate_3, rate_4).angular_acceleration
         sixth = duration / 6.0
         return (
             turn + sixth * (rate + 2.0 * (rate_2 + rate_3) + rate_4),
@@ -110,7 +110,11 @@ class Slip:
         """Slip for a short time [s]; False, and not at all, if something else happens."""
         turn, rate = self.leaning.after(self.turn, self.rate, duration)
         now = self.leaning.pressed(turn, rate)
-        if min(now.turning, now.floor, now.wall) <= 0.0 or self._moved(turn) >= self.room or not self._on_edges(turn):
+        if (
+            min(now.angular_acceleration, now.floor, now.wall) <= 0.0
+            or self._moved(turn) >= self.room
+            or not self._on_edges(turn)
+        ):
             return False
         self.turn, self.rate = turn, rate
         return True
@@ -133,12 +137,12 @@ class Slip:
         return BodyState(pose, velocity_W, scale(self.rate, axis_W))
 
     def _moved(self, turn: float) -> float:
-        """How far no point of a brick can have got [m]."""
+        """An upper bound on how far any point of a brick has moved [m]."""
         before, now = self.leaning.centre(0.0), self.leaning.centre(turn)
         return hypot(now.x - before.x, now.z - before.z) + turn * max(hypot(*corner) for corner in self.corners)
 
     def _on_edges(self, turn: float) -> bool:
-        """Whether it still stands and leans on the edges that it began with."""
+        """Whether the brick still stands and leans on the edges on which it began to slip."""
         corners = [turned_down(corner, turn) for corner in self.corners]
         foot, top = turned_down(self.leaning.foot, turn), turned_down(self.leaning.top, turn)
         slack = ALIKE * hypot(*self.corners[0])
@@ -165,7 +169,7 @@ def slip_of(
     if not leans or len(leans) != len(names) or not (_against_a_wall(leans) or _against_each_other(leans)):
         return None
     first, now = leans[0], leans[0].leaning.pressed(0.0, 0.0)
-    if min(now.turning, now.floor, now.wall) <= 0.0:
+    if min(now.angular_acceleration, now.floor, now.wall) <= 0.0:
         return None
     bricks = {name: problem.bricks[name] for name in names}
     touched = {body for contact in contacts for body in (contact.lower, contact.upper)}

@@ -1,4 +1,4 @@
-"""A part that topples as one body, followed for as long as it is proven to hold together and to hit nothing."""
+"""Toppling: a part turns about an axis as one body, for as long as it is proven to hold together and to hit nothing."""
 
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -11,6 +11,7 @@ from stability.statics.facts import Motion, Placed, Problem
 # It is proven that a part holds together at every fifth degree; it is parted at the last at which it does. Later the
 # weight turns against the layers, and what reaches farther than 30 deg has hit something in most cases.
 STAGE, FURTHEST = radians(5.0), radians(30.0)
+ROUNDING = 1e-9  # share of an angle: stages are sums of angles
 # A part is looked at so often that no corner of it passes more than this share of the smallest side unseen.
 UNSEEN = 0.5
 
@@ -44,7 +45,7 @@ class Toppling:
     def _looked_further(self) -> bool:
         if self._clear >= self._stage:
             stage = self._stage + STAGE
-            if stage > FURTHEST * (1.0 + 1e-9) or not holds_together(self.part, stage):
+            if stage > FURTHEST * (1.0 + ROUNDING) or not holds_together(self.part, stage):
                 return False
             self._stage = stage
         further = min(self._stage, self._clear + self.pitch)

@@ -6,13 +6,14 @@ second impact objects". What has been part of the stack and falls on what still 
 A hit must be seen before it happens: when an engine reports the contact, its solver has taken the speed away.
 """
 
-from collections.abc import Container, Iterable
+from collections.abc import Collection, Container, Iterable
 from dataclasses import dataclass, field
 
 from stability.engines.protocol import Engine
 from stability.model import BodyId, Vec3
 from stability.watching.approach import Approaches
-from stability.watching.freezing import RestLimits
+from stability.watching.life_cycle import BrickObserver
+from stability.watching.rest import RestLimits
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,33 +26,35 @@ class DirectHit:
 
 
 @dataclass
-class DirectHits:
+class DirectHits(BrickObserver):
     """Follows the bricks of one engine that may hit its stack."""
 
     engine: Engine
     rest: RestLimits
     _approaches: Approaches = field(init=False)
     _stacked: set[BodyId] = field(default_factory=set, init=False)  # all that are, or once were, part of the stack
-    _told: set[tuple[BodyId, BodyId]] = field(default_factory=set, init=False)  # who was about to hit whom, last time
+    _reported: set[tuple[BodyId, BodyId]] = field(
+        default_factory=set, init=False
+    )  # who was about to hit whom, last time
 
     def __post_init__(self) -> None:
         self._approaches = Approaches(self.engine, horizon=self.rest.dwell, least=self.rest.speed)
 
-    def joined(self, brick: BodyId) -> None:
-        """A brick has become part of the stack."""
-        self._stacked.add(brick)
-        self._approaches.forget(brick)
+    def frozen(self, bricks: Collection[BodyId]) -> None:
+        """What has become part of the stack is a second object from now on, also when it falls off."""
+        self._stacked.update(bricks)
+        self._approaches.frozen(bricks)
 
-    def forget(self, brick: BodyId) -> None:
-        """A brick is gone; its name may come back with another one."""
-        self._stacked.discard(brick)
-        self._approaches.forget(brick)
+    def gone(self, bricks: Collection[BodyId]) -> None:
+        """A name may come back with another brick, which has never been part of the stack."""
+        self._stacked.difference_update(bricks)
+        self._approaches.gone(bricks)
 
     def coming(self, awake: Iterable[BodyId], stack: Container[BodyId]) -> list[DirectHit]:
         """The hits on bricks of the stack that the next step will bring, and that were not told of yet."""
         states = self.engine.states([brick for brick in awake if brick not in self._stacked])
         hits = self._approaches.hits(states, stack)
-        told, self._told = self._told, {(hit.by, hit.brick) for hit in hits}
+        told, self._reported = self._reported, {(hit.by, hit.brick) for hit in hits}
         return [
             DirectHit(hit.by, hit.brick, states[hit.by].velocity_W) for hit in hits if (hit.by, hit.brick) not in told
         ]

@@ -1,4 +1,4 @@
-"""The shell: after each step of the engine, read it, judge, and write back who is frozen and who is woken.
+"""The published method on a running engine: after each step it judges the bricks, freezes some and wakes others.
 
 Source: the stack-stability thesis, section 3.3.1: collect contacts, test the bricks that may be at rest one by one,
 add the stable ones, update what is above each brick, test the whole stack, wake what fails and all above it.
@@ -20,10 +20,10 @@ from stability.published.resting import ContactLimits, resting_points
 from stability.published.support import Load, StackedBrick, failing, lies_above, loads_above, shares, tipping_margin
 from stability.statics.facts import Verdict
 from stability.watching.extension import Update
-from stability.watching.freezing import RestLimits
 from stability.watching.held_bodies import HeldBodies
+from stability.watching.life_cycle import Observers
 from stability.watching.refusals import Refusals
-from stability.watching.stillness import Stillness
+from stability.watching.rest import RestLimits, Stillness
 
 SUPPORT_REMOVED = "support removed"
 
@@ -35,7 +35,8 @@ class StackStability:
     engine: Engine
     rest: RestLimits = field(default_factory=RestLimits)
     contact: ContactLimits = field(default_factory=ContactLimits)
-    # Look at every frozen brick and its supports each time, and wake what somebody else has moved. Without it, cheaper.
+    # Whether every update also looks for frozen bricks and supports that somebody else has moved, and wakes what they
+    # carry. It costs time.
     guard: bool = True
     # Coulomb coefficient of brick on brick, and on fixed bodies that are not among the planes; for leaning bricks only.
     friction: float = 0.5
@@ -49,13 +50,16 @@ class StackStability:
     _friction: Friction = field(init=False)
     _hits: DirectHits = field(init=False)
     _refusals: Refusals = field(init=False)  # of the leaning test, which costs too much to be done at every step
+    _observers: Observers = field(init=False)  # all of these: who hears what becomes of bricks, in this order
 
     def __post_init__(self) -> None:
         self._friction = Friction(self.friction, {plane.id: plane.friction for plane in self.planes})
         self._stillness = Stillness(self.rest)
-        self._held = HeldBodies(self.engine)
+        self._held = HeldBodies(self.engine, self._held_by)
         self._hits = DirectHits(self.engine, self.rest)
         self._refusals = Refusals(self.rest.hold_off)
+        guarded = (self._held,) if self.guard else ()
+        self._observers = Observers((*guarded, self._hits, self._stillness, self._refusals))
 
     def awake(self) -> list[BodyId]:
         """The bricks that the engine moves, by name."""
@@ -89,20 +93,18 @@ class StackStability:
         return None
 
     def least_margin(self) -> float | None:
-        """The smallest tipping margin in the stack [m]; None if nothing rests. What leans has none."""
+        """The smallest tipping margin in the stack [m]; None if nothing rests. A leaning brick has no such margin."""
         resting = ((name, brick) for name, brick in self.stack.items() if name not in self.leaning)
         return min((tipping_margin(brick, self.loads[name]) for name, brick in resting), default=None)
 
     def set_down(self, bricks: Iterable[BodyId]) -> None:
         """Say that these bricks were set down at rest: they may be tested at once, before any step."""
-        self._stillness.set_down(bricks)
+        self._observers.set_down(list(bricks))
 
     def taken_out(self, bricks: Iterable[BodyId]) -> Update:
         """Say that these bricks were taken out of the engine: what rested on them is woken at once."""
         gone = set(bricks)
-        for brick in gone - self.stack.keys():
-            self._stillness.forget(brick)
-            self._hits.forget(brick)
+        self._observers.gone(sorted(gone - self.stack.keys()))
         lost = self._drop(sorted(gone & self.stack.keys()))
         failed, woken = self._wake_failing()
         return Update((), lost + woken, failed, SUPPORT_REMOVED if lost or woken else "")
@@ -132,7 +134,7 @@ class StackStability:
         return Update((), self.wake([brick]) if impact.disturbs else (), reason=f"{brick} pushed: {impact}")
 
     def _wake_hit(self) -> tuple[tuple[BodyId, ...], str]:
-        """Wake what is about to be hit hard enough, and what rests on it; and say why."""
+        """Wake bricks that are about to be hit hard enough, and what rests on them; returns these and the reason."""
         masses = self.engine.masses()
         blows = {}
         for hit in self._hits.coming(self.awake(), self.stack):
@@ -150,7 +152,7 @@ class StackStability:
         return self._wake([brick for brick in bricks if brick in self.stack]) + self._wake_failing()[1]
 
     def _wake_failing(self) -> tuple[tuple[BodyId, ...], tuple[BodyId, ...]]:
-        """The stack test, until all that is left passes: who failed, and who was woken for it."""
+        """Repeat the stack test until all that is left passes; returns the bricks that failed, and those woken."""
         all_failed: tuple[BodyId, ...] = ()
         all_woken: tuple[BodyId, ...] = ()
         while True:
@@ -172,9 +174,7 @@ class StackStability:
         """Strike bricks from the stack that the engine no longer holds; wake what has lost a support."""
         for brick in gone:
             self._strike(brick)
-            self._held.let_go(brick)
-            self._stillness.forget(brick)
-            self._hits.forget(brick)
+        self._observers.gone(gone)
         fixed, bricks = self.engine.fixed(), self.engine.masses().keys() - gone
         # A brick may lean on one that is not in the stack, and never was.
         there = {name: bricks if name in self.leaning else self.stack.keys() for name in self.stack}
@@ -216,7 +216,7 @@ class StackStability:
         return found
 
     def _leaning(self, tested: StackedBrick, side: float, states: Mapping[BodyId, BodyState]) -> LeaningBrick | None:
-        """What a brick leans on, if that holds it, one of both is in the stack, and neither hits it."""
+        """What a brick leans on, if that holds it, neither body moves, and one of the two is no awake brick."""
         areas = touching_areas(self.engine, tested.id, self._friction)
         slow = [area for area in areas if area.on not in states or self.rest.slow(states[area.on])]
         if all(area.on in states for area in slow):
@@ -224,22 +224,16 @@ class StackStability:
         leaning = leaning_brick(slow, side)
         return leaning if leaning and holds(leaning, Load(tested.mass, tested.com_W[:2])) else None
 
-    def _freeze(self, added: Iterable[tuple[StackedBrick, LeaningBrick | None]]) -> None:
+    def _freeze(self, added: Collection[tuple[StackedBrick, LeaningBrick | None]]) -> None:
         for brick, leaning in added:
-            self._refusals.changed()
-            self._refusals.forget(brick.id)
             self.engine.freeze(brick.id)
             self.stack[brick.id] = brick
             if leaning:
                 self.leaning[brick.id] = leaning
-            self._stillness.froze(brick.id)
-            self._hits.joined(brick.id)
-            if self.guard:
-                self._held.hold(brick.id, self._held_by(brick.id))
+        self._observers.frozen([brick.id for brick, _ in added])
 
     def _strike(self, brick: BodyId) -> None:
         """Take a brick out of the stack."""
-        self._refusals.changed()
         del self.stack[brick]
         self.leaning.pop(brick, None)
 
@@ -248,8 +242,7 @@ class StackStability:
         for brick in woken:
             self.engine.wake(brick)
             self._strike(brick)
-            self._held.let_go(brick)
-            self._stillness.woke(brick)
+        self._observers.woken(woken)
         return tuple(woken)
 
 

@@ -12,7 +12,7 @@ LIGHTEST, HEAVIEST = 1e-60, 1e60  # [kg]
 
 
 def admit_brick(placed: Placed) -> None:
-    """Raise ValueError for a brick that is none."""
+    """Raise ValueError for a brick whose size, mass or place means nothing."""
     if _is_usual(placed):
         return
     brick, name = placed.brick, placed.brick.id
@@ -25,7 +25,7 @@ def admit_brick(placed: Placed) -> None:
 
 
 def _is_usual(placed: Placed) -> bool:
-    """Whether there is nothing to be said: as quickly as can be, since every brick is asked."""
+    """Whether a brick is admitted, by the quickest test there is, since every brick that is set down passes it."""
     brick, pose = placed.brick, placed.pose
     if not (len(brick.size) == len(pose.position_W) == 3 and len(pose.orientation) == 4):  # noqa: PLR2004 -- as they are
         return False
@@ -43,7 +43,7 @@ def _is_usual(placed: Placed) -> bool:
 
 
 def admit_place(placed: Placed) -> None:
-    """Raise ValueError for a pose that is none."""
+    """Raise ValueError for a pose that means nothing."""
     name, pose = placed.brick.id, placed.pose
     _admit(name, "position", pose.position_W, 3, "write x, y and z in metres")
     if not all(-LONGEST <= part <= LONGEST for part in pose.position_W):
@@ -54,7 +54,7 @@ def admit_place(placed: Placed) -> None:
 
 
 def admit_site(planes: Sequence[Plane], tables: Sequence[Placed], friction: float, gravity: float) -> None:
-    """Raise ValueError for fixed bodies, a friction or a gravity that are none."""
+    """Raise ValueError for fixed bodies, a friction or a gravity that mean nothing."""
     if not 0.0 <= friction < float("inf"):
         raise ValueError(f"the friction is {friction}; it is 0 or more")
     if not 0.0 < gravity < float("inf"):

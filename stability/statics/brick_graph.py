@@ -17,14 +17,14 @@ from stability.statics.load_core import plan
 from stability.statics.propagation import VerticalLoad, shared
 from stability.statics.structure import Structure
 
-NOTHING = 1e-6  # share of a brick's weight: what presses less, touches
+NOTHING = 1e-6  # share of a brick's weight: a contact that presses less is taken to press with nothing
 SIDEWAYS = 1e-6  # vertical part of a normal up to which a contact without friction carries no weight
 
 Shares = Mapping[BodyId, float]
 
 
 def brick_graph(structure: Structure, ledger: Ledger, bricks: Collection[BodyId]) -> dict[BodyId, Shares]:
-    """What some bricks rest on, with shares of their weight and of that of the others among them."""
+    """What some bricks rest on, and the share of each support in their weight and in that of the others among them."""
     group = set(bricks)
     leaning = {name: bodies for name in group if (bodies := _leans_on(structure, ledger, name)) is not None}
     loads: dict[BodyId, VerticalLoad | None] = {
@@ -57,7 +57,7 @@ def supports_of(structure: Structure, brick: BodyId) -> list[BodyId]:
 
 
 def _of_unknown(structure: Structure, name: BodyId, leans_on: Iterable[BodyId]) -> Shares:
-    """Shares where the load of a brick is not handed down straight."""
+    """Shares of a brick whose load upright forces do not pass down."""
     supports = sorted({*supports_of(structure, name), *leans_on})
     able = [on for on in supports if _takes_weight(structure.touching[name][on])]
     if len(able) == 1:
@@ -75,7 +75,7 @@ def rests_on(structure: Structure, ledger: Ledger, brick: BodyId) -> list[BodyId
 
 
 def _leans_on(structure: Structure, ledger: Ledger, brick: BodyId) -> set[BodyId] | None:
-    """What holds a brick that needs friction or leaning: less what it carries. None if upright forces hold it."""
+    """The bodies that hold a brick by friction or leaning, but for those that it carries; None if upright forces do."""
     proven = ledger.group(brick)
     if proven is None or proven.stage is not Stage.CONES:
         return None
@@ -93,5 +93,5 @@ def _is_upright(contact: Contact) -> bool:
 
 
 def _size(forces: ConeForces) -> float:
-    """The sum of what forces come to in size [N]."""
+    """The sum of the absolute components of forces [N]."""
     return sum(abs(x) + abs(y) + abs(z) for of_point in forces for x, y, z in of_point)

@@ -18,7 +18,7 @@ from stability.model import BodyId, Vec3
 from stability.statics.facts import UP, ConeForces, Contact, Motion, Problem, Stability, Stage, Verdict
 from stability.statics.ledger import Group
 from stability.statics.load_core import carries_upright, piece, plan
-from stability.statics.overlaps import told_overlap
+from stability.statics.overlaps import overlap_in_words
 from stability.statics.propagation import Failure, VerticalForce, VerticalLoad, propagate
 from stability.statics.solvers.fall_words import described
 from stability.statics.structure import Structure
@@ -28,9 +28,9 @@ if TYPE_CHECKING:
     from stability.statics.solvers.equilibrium import Balance
 
 SPREAD = 4  # times more levels, or bricks, each time that a group grows
-SEARCHED = 300  # bricks: of a body that tips and is not larger, the smallest part that tips by itself is looked for
-CUT = 60  # bricks: of what falls and is not larger, the part that falls as one body from somewhere on is looked for
-TOLD = 20  # bricks that move of which it is looked whether they are deep in another body
+SEARCHED = 300  # bricks: in a tipping body up to this size the smallest part that tips by itself is looked for
+CUT = 60  # bricks: in a falling group up to this size the smallest upper part that falls as one body is looked for
+TOLD = 20  # moving bricks that are tested for lying deep in another body, for the reason of a verdict
 SMALL = 60  # bricks: a program of so many is still cheap
 
 
@@ -42,8 +42,19 @@ class Answer:
     verdict: Verdict | None = None
 
 
-def judge(structure: Structure, brick: BodyId, partners: "Partners") -> Answer:
-    """Prove that a brick stands, or that something falls, or say why neither can be proven."""
+@dataclass(frozen=True, slots=True)
+class _Falling:
+    """A group that cannot balance, and a motion that proves it, of more bricks than need be."""
+
+    problem: Problem
+    motion: Motion
+
+
+def judge(structure: Structure, brick: BodyId, partners: "Partners", names_smallest: bool) -> Answer:
+    """Prove that a brick stands, or that something falls, or say why neither can be proven.
+
+    With `names_smallest` the friction cones name as few bricks as are found to fall without the rest, which is dear.
+    """
     fallen = _tips(structure, brick)
     if fallen is not None:
         return fallen
@@ -53,12 +64,14 @@ def judge(structure: Structure, brick: BodyId, partners: "Partners") -> Answer:
         if isinstance(passed, Answer):
             return passed
         if passed is None or not passed.hinders:
-            return _programs(structure, brick, group, partners)
+            break
         group, levels = partners.of(_grown(structure, group, passed.hinders, levels)), levels * SPREAD
+    answer = _programs(structure, brick, group, partners)
+    return answer if isinstance(answer, Answer) else _falls(structure, answer, names_smallest)
 
 
 def _grown(structure: Structure, group: set[BodyId], downwards: Collection[BodyId], levels: int) -> set[BodyId]:
-    """A group, and so many levels of bricks from some below it on."""
+    """A group with some bricks below it, and so many levels of bricks below these."""
     larger = group.union(downwards)
     front = set(downwards)
     for _ in range(levels - 1):
@@ -67,7 +80,7 @@ def _grown(structure: Structure, group: set[BodyId], downwards: Collection[BodyI
     return larger
 
 
-def _programs(structure: Structure, brick: BodyId, group: set[BodyId], partners: "Partners") -> Answer:
+def _programs(structure: Structure, brick: BodyId, group: set[BodyId], partners: "Partners") -> Answer | _Falling:
     """The stages that need a solver, on groups that spread from a brick up to all that is connected with it."""
     whole = partners.of(structure.component(brick))
     asked = partners.of({brick} | structure.below([brick]))
@@ -113,9 +126,9 @@ def _tips(structure: Structure, brick: BodyId) -> Answer | None:
 
 
 def _reason(structure: Structure, problem: Problem, motion: Motion) -> str:
-    """What moves and how; and if one that nothing carries is too deep in another body to touch it, that."""
+    """What moves and how, and whether a brick that nothing carries lies too deep in another body to touch it."""
     loose = [name for name in sorted(motion.velocity)[:TOLD] if not structure.supports[name]]
-    overlaps = [told for name in loose if (told := told_overlap(structure, name))]
+    overlaps = [told for name in loose if (told := overlap_in_words(structure, name))]
     return "; ".join([described(problem, motion), *overlaps[:1]])
 
 
@@ -131,7 +144,7 @@ def _fall_of(structure: Structure, brick: BodyId) -> Fall | None:
 
 
 def _fall_on_top(structure: Structure, bricks: Collection[BodyId]) -> Fall | None:
-    """Of bricks that fall, the fewest that do as one body: all, or those above one, with it or without."""
+    """The smallest upper part of falling bricks that falls as one body: all, or those above one, with it or without."""
     if len(bricks) > CUT:
         return None
     above = {frozenset(bricks)} | {frozenset(structure.with_all_above([name])) for name in bricks}
@@ -188,7 +201,7 @@ def _upright(structure: Structure, group: Sequence[BodyId]) -> Answer | None:
 def _landings(
     structure: Structure, members: Collection[BodyId], contacts: Sequence[Contact]
 ) -> Iterator[tuple[Contact, Contact]]:
-    """Contacts as frictionless upright ones: inside the group whole, on a brick outside only over its core."""
+    """Contacts without friction and upright: inside the group as they are, on a brick outside only over its core."""
     for contact in contacts:
         if contact.upper not in members:
             continue
@@ -209,7 +222,7 @@ def _vertical_forces(forces: Sequence[ConeForces], landings: Sequence[tuple[Cont
     ]
 
 
-def _cones(structure: Structure, group: Sequence[BodyId], last: bool) -> Answer | None:
+def _cones(structure: Structure, group: Sequence[BodyId], last: bool) -> Answer | _Falling | None:
     """The exact problem of a group: proven to stand on cores, or to fall though all the rest is held fixed."""
     from stability.statics.solvers.equilibrium import balance  # noqa: PLC0415 -- it brings numpy
     from stability.statics.solvers.self_stress import honest_forces  # noqa: PLC0415 -- it brings numpy
@@ -219,7 +232,7 @@ def _cones(structure: Structure, group: Sequence[BodyId], last: bool) -> Answer 
     fixed = structure.problem(group, contacts)  # all the rest held fixed: more than there is to stand on
     optimistic = balance(fixed, structure.tolerances)
     if optimistic.motion is not None:
-        return _falls(structure, fixed, optimistic.motion)
+        return _Falling(fixed, optimistic.motion)
     inner = [c for c in contacts if _is_within(c, members, structure)]
     outer = [c for c in contacts if not _is_within(c, members, structure) and carries_upright(c)]
     landings = list(_landings(structure, members, outer))
@@ -242,13 +255,13 @@ def _is_within(contact: Contact, members: Collection[BodyId], structure: Structu
     return all(body in members or body not in structure.bricks for body in (contact.lower, contact.upper))
 
 
-def _falls(structure: Structure, problem: Problem, motion: Motion) -> Answer:
+def _falls(structure: Structure, falling: _Falling, names_smallest: bool) -> Answer:
     from stability.statics.solvers.mechanism import smallest_mechanism  # noqa: PLC0415 -- it brings numpy
 
-    least = motion
-    if structure.smallest:
-        whole = _fall_on_top(structure, motion.velocity.keys())
-        least = whole.motion if whole is not None else smallest_mechanism(problem, motion, structure.tolerances)
+    problem, least = falling.problem, falling.motion
+    if names_smallest:
+        whole = _fall_on_top(structure, least.velocity.keys())
+        least = whole.motion if whole is not None else smallest_mechanism(problem, least, structure.tolerances)
     reason = _reason(structure, problem, least)
     return Answer(verdict=Verdict(Stability.UNSTABLE, Stage.CONES, reason, tuple(sorted(least.velocity)), least))
 

@@ -103,7 +103,7 @@ def routed(load: VerticalLoad, core: LoadCore) -> list[tuple[Contact, VerticalLo
 
 
 def _of_hull(at: Point2, core: LoadCore, corners: list[tuple[Contact, Point2]]) -> list[float]:
-    """Three corners at most: what always works, though a single load may then rest on a far corner."""
+    """A load on at most three corners of the hull, which always works, though it may end on a far corner."""
     weights: Mapping[Point2, float] = dict(zip(core.polygon, barycentric(at, core.polygon), strict=True))
     used: set[Point2] = set()
     shares = []

@@ -1,4 +1,4 @@
-"""What statics speaks of: bricks in their places, contacts, forces, motions, verdicts. SI units, frame W, z up.
+"""The facts of statics: bricks in their places, contacts, forces, motions, verdicts. SI units, frame W, z up.
 
 A body that is not among the bricks of a problem is fixed: the ground, a wall, or a brick that is taken as fixed.
 """
@@ -47,7 +47,7 @@ class Contact:
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """Can contact forces hold these bricks?"""
+    """The question whether contact forces can balance the loads on some bricks."""
 
     bricks: Mapping[BodyId, Placed]  # free to move; whatever else a contact names is fixed
     contacts: Sequence[Contact]
@@ -91,7 +91,7 @@ class Stage(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """An answer, and where it comes from."""
+    """What was found of an assembly, by which stage, and with which proof."""
 
     stability: Stability
     stage: Stage | None = None  # None where there was nothing to judge
@@ -103,7 +103,7 @@ class Verdict:
 
 @dataclass(frozen=True, slots=True)
 class Tolerances:
-    """How exact statics is. Lengths are shares of the smallest side of the bricks concerned, so that size is free."""
+    """How exact statics is. Lengths are shares of the smallest side of the bricks concerned: size does not matter."""
 
     # Bodies this far apart, or this deep in each other, are in contact: what engines leave. Less than a fifth of a
     # millimetre for a plank of 7.8 mm, below the 0.2 mm that walls leave between the ends of planks.

@@ -23,7 +23,7 @@ ON_THE_BORDER = 1e-12  # share of a core's extent: closer to the border, inside 
 
 @dataclass(slots=True, eq=False)
 class LoadCore:
-    """The core of one brick; empty if nothing below carries it. Its hull is found when it is asked for."""
+    """The core of one brick; empty if nothing below carries it. Its hull is computed when it is first needed."""
 
     pieces: Sequence[tuple[Contact, tuple[Point2, ...]]]  # what each contact adds: a polygon, a line, or a point
     _polygon: Polygon | None = None

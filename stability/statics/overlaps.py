@@ -1,4 +1,4 @@
-"""Bodies that are too deep in each other to touch: no verdict can hold there, and its reason should say so."""
+"""Says which bodies are too deep in each other to count as touching, for the reason of a verdict."""
 
 from stability.geometry.separation import box_above_plane, boxes_apart
 from stability.model import BodyId
@@ -7,7 +7,7 @@ from stability.statics.structure import Structure
 MILLIMETRES = 1000.0
 
 
-def told_overlap(structure: Structure, brick: BodyId) -> str:
+def overlap_in_words(structure: Structure, brick: BodyId) -> str:
     """The body that a brick is deepest in, in words; empty if it is in none by more than still counts as touching."""
     placed = structure.bricks[brick]
     size, pose = placed.brick.size, placed.pose

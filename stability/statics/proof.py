@@ -1,4 +1,4 @@
-"""Do these forces balance a problem, does this motion lower it? Plain arithmetic, trusting nothing but the problem.
+"""Checks by plain arithmetic whether forces balance a problem or a motion lowers it, trusting nothing but the problem.
 
 Forces prove that a problem can stand: each within its cone, on every brick the sum is nothing. A motion proves that it
 cannot: the loads gain by it, while it lies in the dual of every cone, `n . dv >= mu |dv_t|`, so that no forces of the
@@ -32,7 +32,7 @@ UNLOADED = Wrench(ZERO)
 
 @dataclass(frozen=True, slots=True)
 class ForceCheck:
-    """Whether forces balance a problem, and where they do so worst."""
+    """Whether forces balance a problem, and where the residual is largest."""
 
     holds: bool
     residual: float  # the largest on any brick, relative to what that brick carries
@@ -108,7 +108,7 @@ def check_motion(problem: Problem, motion: Motion, tolerances: Tolerances) -> Mo
     return MotionCheck(holds, gain, violation)
 
 
-def least_opening(problem: Problem, motion: Motion) -> float:
+def least_separating_speed(problem: Problem, motion: Motion) -> float:
     """How fast a motion opens the contact that it opens least, relative to the speed there; negative if it closes it.
 
     Where this is positive, all forces of contacts gain by the motion: none but no forces at all balance each other.
@@ -122,7 +122,7 @@ def least_opening(problem: Problem, motion: Motion) -> float:
 
 
 def power(loads: Mapping[BodyId, Wrench], motion: Motion) -> float:
-    """What loads gain by a motion [W]."""
+    """The power of loads along a motion [W]."""
     loaded = [(name, *motion.velocity[name]) for name in sorted(motion.velocity) if name in loads]
     return sum(dot(loads[name].force_W, v) + dot(loads[name].torque_W, w) for name, v, w in loaded)
 
@@ -193,9 +193,9 @@ def _shortfall(cones: _Cones, velocity: Array) -> tuple[Array, Array]:
     slip = above[:, :3] + _cross(above[:, 3:], upper_arms) - below[:, :3] - _cross(below[:, 3:], lower_arms)
     speed = _size(above[:, :3]) + _size(above[:, 3:]) * _size(upper_arms)
     speed += _size(below[:, :3]) + _size(below[:, 3:]) * _size(lower_arms)
-    opening = np.einsum("ij,ij->i", cones.normals, slip)
-    sliding = _size(slip - opening[:, None] * cones.normals)
-    return cones.friction * sliding - opening, speed
+    separating = np.einsum("ij,ij->i", cones.normals, slip)
+    sliding = _size(slip - separating[:, None] * cones.normals)
+    return cones.friction * sliding - separating, speed
 
 
 def _weight_on(problem: Problem, moving: Collection[BodyId]) -> float:

@@ -17,8 +17,12 @@ from stability.model import BodyId
 from stability.statics.facts import Contact
 from stability.statics.load_core import ON_THE_BORDER, LoadCore, piece, plan
 
-MOST_TURNS = 30  # of the search for the corners that press; four or five do, and what takes longer is left to others
+MOST_TURNS = 30  # of the search for the corners that press; four or five are usual, and later stages take the rest
 ROUNDING = 1e-12  # of a balance, relative; well below the residual that proofs allow
+# Share of the products that a determinant is the sum of, some tens of their rounding errors: corners whose determinant
+# is smaller lie on a line, as far as floating point can tell.
+SINGULAR = 1e-14
+TINIEST = 1e-300  # close to the smallest normal float, 2e-308: stands for products that have all come out as zero
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,20 +166,20 @@ def _plane(points: Sequence[Point2]) -> tuple[float, float, float] | None:
     # Cramer's rule on the normal equations [[n, sx, sy], [sx, sxx, sxy], [sy, sxy, syy]] (u, v, w) = (1, 0, 0).
     cu, cv, cw = sxx * syy - sxy * sxy, sxy * sy - sx * syy, sx * sxy - sxx * sy
     determinant = n * cu + sx * cv + sy * cw
-    if abs(determinant) <= 1e-14 * n * max(sxx * syy, sx * sx * syy, sy * sy * sxx, 1e-300):
+    if abs(determinant) <= SINGULAR * n * max(sxx * syy, sx * sx * syy, sy * sy * sxx, TINIEST):
         return None
     return cu / determinant, cv / determinant, cw / determinant
 
 
 def _balances(forces: Sequence[float], points: Sequence[Point2]) -> bool:
-    """Close to the border of the hull the equations lose digits, and what comes out must be looked at."""
+    """Whether forces balance a unit load: close to the border of the hull the equations lose digits."""
     moment_x = sum(force * x for force, (x, _) in zip(forces, points, strict=True))
     moment_y = sum(force * y for force, (_, y) in zip(forces, points, strict=True))
     return abs(sum(forces) - 1.0) < ROUNDING and max(abs(moment_x), abs(moment_y)) < ROUNDING
 
 
 def _on_a_line(load: Point2, corners: Sequence[Point2]) -> list[float] | None:
-    """The same where all corners lie on a line, or are one: by least squares, if that pushes only."""
+    """Forces of least norm where all corners lie on a line, or are one: by least squares, if none of them pulls."""
     if not corners:
         return None
     import numpy as np  # noqa: PLC0415 -- it takes longer to load than most scenes to judge, and hardly any comes here

@@ -1,4 +1,4 @@
-"""The bricks that stand about, what touches what, and the load core of each: geometry, kept up to date."""
+"""The bricks of an assembly, what touches what, and the load core of each, kept up to date as bricks come and go."""
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -25,10 +25,9 @@ class Structure:
     bricks: dict[BodyId, Placed] = field(default_factory=dict)
     touching: dict[BodyId, dict[BodyId, Contact]] = field(default_factory=dict)  # by brick, then by other body
     supports: dict[BodyId, list[Contact]] = field(default_factory=dict)  # contacts that can press a brick straight up
-    carried: dict[BodyId, list[BodyId]] = field(default_factory=dict)  # bricks that one can press straight up
+    carried: dict[BodyId, list[BodyId]] = field(default_factory=dict)  # bricks that a brick can press straight up
     cores: dict[BodyId, LoadCore] = field(default_factory=dict)
     weights: dict[BodyId, VerticalLoad] = field(default_factory=dict)  # the weight of each brick
-    smallest: bool = True  # whether as few bricks as are found to fall without the rest are named, which is dear
     _turn: dict[BodyId, int] = field(default_factory=dict)  # in which order their cores were found
     _solids: dict[BodyId, Solid] = field(default_factory=dict)
     _neighbours: Neighbours = field(init=False)

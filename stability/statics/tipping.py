@@ -16,7 +16,7 @@ from stability.model import BodyId, Vec3
 from stability.statics.facts import ZERO, Contact, Motion, Placed
 from stability.statics.load_core import carries_upright
 
-OVERHANG = 1e-11  # share of the support's extent: less is rounding
+OVERHANG = 1e-11  # share of the support's extent: a smaller overhang is rounding
 SLIP = 1e-10  # of the speed at a contact: what rounding leaves of a point on the axis
 
 
@@ -94,9 +94,9 @@ def _opens(contact: Contact, on_axis: Vec3, angular_velocity: Vec3, moving: Coll
         velocity = scale(sign, cross(angular_velocity, subtract(point, on_axis)))
         speed_squared = dot(velocity, velocity)
         for normal in contact.normals_W:
-            opening = dot(normal, velocity)
-            slip = sqrt(max(0.0, speed_squared - opening * opening))
-            if opening < contact.friction * slip - SLIP * _reach(point, on_axis):
+            separating = dot(normal, velocity)
+            slip = sqrt(max(0.0, speed_squared - separating * separating))
+            if separating < contact.friction * slip - SLIP * _reach(point, on_axis):
                 return False
     return True
 

@@ -1,11 +1,11 @@
-"""Which bricks at rest are about to be hit, told before the engine lets it happen.
+"""Sees which bricks at rest are about to be hit, before the engine lets it happen.
 
 A frozen brick has no mass for the engine, and takes all momentum out of what hits it. So what may give way has to be
 woken before the hit, while the surfaces are still apart. Only the gap between boxes and the speed of its closing are
 looked at; bricks in contact press on each other, and do not hit.
 """
 
-from collections.abc import Container, Mapping
+from collections.abc import Collection, Container, Mapping
 from dataclasses import dataclass, field
 from math import hypot, inf, sqrt
 
@@ -14,15 +14,18 @@ from stability.geometry.rotations import multiply
 from stability.geometry.separation import Separation, boxes_apart
 from stability.geometry.vectors import add_scaled, scale
 from stability.model import BodyId, BodyState, Box, Pose, Vec3
+from stability.watching.life_cycle import BrickObserver
 
 # Shares of the smallest side of the flying brick.
-IN_TOUCH = 0.03  # closer, two bricks press on each other: what engines leave between bricks at rest, and a little more
-CLOSE = 0.125  # a millimetre for a plank: so much closer than its speed brings it, a brick counts as about to hit
-AHEAD = 1.0  # how far around a brick is looked
+# Bricks that are closer press on each other: engines leave nearly so much between bricks at rest.
+IN_TOUCH = 0.03
+# A millimetre for a plank. A hit is told when the gap is no more than this beyond what the speed closes in time.
+CLOSE = 0.125
+AHEAD = 1.0  # how far around a brick others are looked for
 GLANCE = 0.05  # of the time ahead, over which the speed of closing is taken
-LONGEST_STEP = 1.0 / 240.0  # [s] of an engine whose first step is not over
-STEPS = 2.0  # how many steps ahead, as speed may grow
-MOST_GAPS = 8  # that a flight is followed through; two boxes seldom have more than three
+LONGEST_STEP = 1.0 / 240.0  # [s]; assumed until two looks have shown how long a step of the engine is
+STEPS = 2.0  # how many steps ahead hits are told, since speeds may grow
+MOST_GAPS = 8  # gaps through which a flight is followed; two boxes seldom have more than three
 ROUNDING = 1e-9  # [m]
 
 
@@ -50,7 +53,7 @@ class _Near:
 
 
 @dataclass
-class Approaches:
+class Approaches(BrickObserver):
     """Follows the moving bricks of one engine. A brick that has nothing near is not looked at until it could have."""
 
     engine: Engine
@@ -88,10 +91,15 @@ class Approaches:
                 found += [hit for other in near if (hit := _hit(_Box(brick, size, state), other, ahead))]
         return [hit for hit in found if hit.speed > least]
 
-    def forget(self, brick: BodyId) -> None:
-        """A brick was frozen, or is gone."""
-        self._look_at.pop(brick, None)
-        self._known.discard(brick)
+    def frozen(self, bricks: Collection[BodyId]) -> None:
+        """What does not move hits nothing."""
+        for brick in bricks:
+            self._look_at.pop(brick, None)
+            self._known.discard(brick)
+
+    def gone(self, bricks: Collection[BodyId]) -> None:
+        """What is gone hits nothing."""
+        self.frozen(bricks)
 
     def _size(self, brick: BodyId) -> Vec3 | None:
         shape = self.engine.shape(brick)
@@ -132,8 +140,8 @@ def _hit(flying: _Box, other: _Near, within: float) -> Hit | None:
 
 def _apart(flying: _Box, other: _Box, ahead: float) -> Separation:
     """The separation of two bricks when the one has flown and turned on for a while [s]."""
-    pose, turning = flying.state.pose, scale(0.5 * ahead, flying.state.angular_velocity_W)
-    turn = multiply((*turning, 1.0), pose.orientation)
+    pose, half_turn = flying.state.pose, scale(0.5 * ahead, flying.state.angular_velocity_W)
+    turn = multiply((*half_turn, 1.0), pose.orientation)
     size = sqrt(sum(part * part for part in turn))
     x, y, z, w = (part / size for part in turn)
     then = Pose(add_scaled(pose.position_W, ahead, flying.state.velocity_W), (x, y, z, w))

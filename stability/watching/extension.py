@@ -10,17 +10,17 @@ from stability.statics.facts import Verdict
 
 @dataclass(frozen=True, slots=True)
 class Update:
-    """What one pass changed; bricks by name."""
+    """What one pass of an extension changed; bricks by name."""
 
     frozen: tuple[BodyId, ...] = ()
     woken: tuple[BodyId, ...] = ()  # left to the engine: they were frozen, or set down at rest, and cannot stand
     failed: tuple[BodyId, ...] = ()  # those of `woken` that give way; the rest stood on them
     reason: str = ""  # why bricks were woken
-    proof: str = ""  # what proved that the frozen ones stand, where something does
+    proof: str = ""  # the stage that proved that the frozen bricks stand; empty where nothing proves
     riding: tuple[BodyId, ...] = ()  # those of `woken` that move as rigid bodies on others
 
     def then(self, other: "Update") -> "Update":
-        """Two updates of one pass as one; what is proven in the end is what the other says."""
+        """This update and a later one of the same pass as one; what is frozen, and its proof, are from the later."""
         return Update(
             other.frozen,
             self.woken + tuple(brick for brick in other.woken if brick not in self.woken),

@@ -1,20 +1,26 @@
-"""Frozen bricks and what they rest on, as they were left: tells what somebody else has moved, pushed or taken since."""
+"""Remembers frozen bricks and their supports as they were left, to see what somebody else has done to them since."""
 
-from collections.abc import Collection, Container, Iterable
+from collections.abc import Callable, Collection, Container, Iterable
 from dataclasses import dataclass, field
 
 from stability.engines.protocol import Engine
 from stability.model import BodyId, BodyState
+from stability.watching.life_cycle import BrickObserver
 
 # [m], and of a quaternion's parts: engines make orientations unit again at every step, and move their last digit so.
 ROUNDING = 1e-9
 
 
+def _nothing(_brick: BodyId) -> Collection[BodyId]:
+    return ()
+
+
 @dataclass
-class HeldBodies:
-    """Looks after the bodies of one engine that nobody is expected to touch."""
+class HeldBodies(BrickObserver):
+    """The bodies of one engine that nobody is expected to move, push or take away."""
 
     engine: Engine
+    supports: Callable[[BodyId], Iterable[BodyId]] = _nothing  # what is looked after as well while a brick is frozen
     _held: dict[BodyId, BodyState] = field(default_factory=dict, init=False)
     _seen: tuple[object, object] = field(default=(None, None), init=False)  # the engine's bodies, last time
 
@@ -25,13 +31,20 @@ class HeldBodies:
         self._seen = (bricks, fixed)
         return not unchanged
 
-    def hold(self, brick: BodyId, supports: Iterable[BodyId] = ()) -> None:
-        """Remember a brick as it was just frozen, and those of its supports that are new."""
-        self._held |= self.engine.states([brick, *(on for on in supports if on not in self._held)])
+    def frozen(self, bricks: Collection[BodyId]) -> None:
+        """Remember bricks as they were just frozen, and those of their supports that are new."""
+        for brick in bricks:
+            new = [on for on in self.supports(brick) if on not in self._held]
+            self._held |= self.engine.states([brick, *new])
 
-    def let_go(self, body: BodyId) -> None:
-        """Look after a body no longer."""
-        self._held.pop(body, None)
+    def woken(self, bricks: Collection[BodyId]) -> None:
+        """What the engine moves is looked after no longer."""
+        for brick in bricks:
+            self._held.pop(brick, None)
+
+    def gone(self, bricks: Collection[BodyId]) -> None:
+        """There is nothing left to look after."""
+        self.woken(bricks)
 
     def released(self, frozen: Iterable[BodyId]) -> list[BodyId]:
         """The frozen bricks that the engine no longer holds: another body under the name, or given a mass."""
@@ -46,7 +59,7 @@ class HeldBodies:
         return gone + self.released(brick for brick in frozen if brick not in gone)
 
     def disturbed(self, frozen: Container[BodyId]) -> dict[BodyId, BodyState]:
-        """What has been moved or pushed since it was last looked at, as it is now: bricks that are frozen, supports."""
+        """The frozen bricks and supports that were moved or pushed since the last look, as they are now."""
         if not self._held:
             return {}
         fixed = self.engine.fixed()

@@ -1,15 +1,16 @@
-"""Bricks at rest that could not be proven: when it is worth while to ask again. A verdict follows from poses alone."""
+"""When to ask again about bricks at rest that were not proven: as long as no pose changes, no verdict does."""
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
 from math import dist
 
 from stability.model import BodyId, Pose
+from stability.watching.life_cycle import BrickObserver
 
 # Share of its smallest side that a brick must move by to be news: a quarter of the gap that still counts as contact,
 # so that a contact which the engine is closing is not missed.
 MOVED = 0.005
-MOMENT = 0.1  # of the hold-off
+MOMENT = 0.1  # share of the hold-off for which nothing is asked while bricks at rest touch moving ones
 RETRY = 10.0  # times the hold-off after which everything is news again
 
 
@@ -17,16 +18,16 @@ RETRY = 10.0  # times the hold-off after which everything is news again
 class _Refusal:
     pose: Pose
     time: float  # [s]
-    changes: int  # of what is frozen, until then
+    changes: int  # how often what is frozen had changed by then
 
 
 @dataclass
-class Refusals:
+class Refusals(BrickObserver):
     """Where and when bricks were not proven."""
 
     hold_off: float  # [s] between one attempt that refused a brick and the next
     _changes: int = field(default=0, init=False)  # how often what is frozen has changed
-    _not_before: float = field(default=0.0, init=False)  # [s]
+    _not_before: float = field(default=0.0, init=False)  # [s] time of the next attempt
     _of: dict[BodyId, _Refusal] = field(default_factory=dict, init=False)
 
     def may_ask(self, now: float) -> bool:
@@ -41,19 +42,35 @@ class Refusals:
         return dist(refused.pose.position_W, pose.position_W) > MOVED * smallest_side
 
     def refuse(self, poses: Iterable[tuple[BodyId, Pose]], now: float) -> None:
-        """These were not proven, where they are."""
+        """Remember where bricks are that were not proven."""
         for brick, pose in poses:
             self._of[brick] = _Refusal(pose, now, self._changes)
             self._not_before = now + self.hold_off
 
     def wait(self, now: float) -> None:
-        """What is at rest hangs on what moves: there is nothing to ask for a moment."""
+        """Ask nothing for a moment, because the bricks at rest touch bricks that still move."""
         self._not_before = max(self._not_before, now + MOMENT * self.hold_off)
 
     def changed(self) -> None:
-        """What is frozen is no longer what it was when bricks were refused."""
+        """What is frozen, or what that rests on, is no longer what it was when bricks were refused."""
         self._changes += 1
 
-    def forget(self, brick: BodyId) -> None:
-        """A brick was proven, or is gone."""
-        self._of.pop(brick, None)
+    def frozen(self, bricks: Collection[BodyId]) -> None:
+        """There is more to stand on, and what was refused before is proven."""
+        self._left(bricks)
+
+    def woken(self, bricks: Collection[BodyId]) -> None:
+        """There is less to stand on."""
+        if bricks:
+            self.changed()
+
+    def gone(self, bricks: Collection[BodyId]) -> None:
+        """There may be less to stand on, and a new brick under an old name was never refused."""
+        self._left(bricks)
+
+    def _left(self, bricks: Collection[BodyId]) -> None:
+        """These are not among the bricks that wait for a proof any more."""
+        if bricks:
+            self.changed()
+        for brick in bricks:
+            self._of.pop(brick, None)

@@ -7,7 +7,7 @@ from math import dist
 from stability.geometry.rotations import lean_between, turn_between
 from stability.model import BodyId, BodyState, Brick, Pose
 from stability.statics.facts import Placed
-from stability.watching.freezing import RestLimits
+from stability.watching.rest import RestLimits
 from stackdsl.timeline import Placement
 from stackdsl.trace import COLLAPSE_SHARE_OF_SMALLEST_SIDE, COLLAPSE_TILT, BrickState, BrickTrack
 

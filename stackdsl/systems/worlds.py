@@ -6,7 +6,7 @@ from stability.engines.protocol import World
 from stability.engines.scene_scale import SceneScale
 from stability.engines.settings import EngineSettings
 from stability.watching.extension import Extension
-from stability.watching.freezing import RestLimits
+from stability.watching.rest import RestLimits
 from stackdsl.systems.systems import Method, System
 from stackdsl.timeline import Timeline
 

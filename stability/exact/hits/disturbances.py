@@ -8,15 +8,17 @@ from stability.exact.hits.overload import Overloads
 from stability.model import BodyId, BodyState, Vec3
 from stability.statics.assembly import Assembly
 from stability.watching.approach import Approaches, Hit
-from stability.watching.freezing import RestLimits
+from stability.watching.life_cycle import BrickObserver, Observers
+from stability.watching.rest import RestLimits
 
 NO_LINE: Vec3 = (0.0, 0.0, 0.0)  # the direction of what is pressed, not hit
-# Shares of the hold-off, a tenth of a second for planks, and of the speed at rest.
+# Shares of the hold-off, which is a tenth of a second for planks.
 HORIZON = 0.05
-AHEAD = 0.1  # contacts of what is woken start without force, and have found it by then
+AHEAD = 0.1  # a hit is told so early: contacts of woken bricks start without force, and need a while to find it
 PERIOD = 0.02
-PRESSES = 0.1  # before, forces that have just begun say little
-HITS = 4.0  # a plank that is hit at 20 mm/s and slides on wood moves by 0.05 mm
+PRESSES = 0.1  # a load must last so long: forces that have just begun say little
+# Times the speed at rest. A plank that is hit at 20 mm/s and slides on wood moves by 0.05 mm.
+HITS = 4.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +30,7 @@ class Disturbed:
 
 
 @dataclass
-class Disturbances:
+class Disturbances(BrickObserver):
     """Looks out for what disturbs the frozen bricks of one engine."""
 
     engine: Engine
@@ -36,6 +38,7 @@ class Disturbances:
     gravity: float  # [m/s2]
     _approaches: Approaches = field(init=False)
     _overloads: Overloads = field(init=False)
+    _observers: Observers = field(init=False)
     _looked: float = field(default=0.0, init=False)  # when loads were last looked at [s]
 
     def __post_init__(self) -> None:
@@ -47,9 +50,10 @@ class Disturbances:
             self.gravity,
         )
         self._overloads = Overloads(self.engine, PRESSES * self.rest.hold_off)
+        self._observers = Observers((self._approaches, self._overloads))
 
     def least_speed(self) -> float:
-        """A brick that is hit more slowly, or pushed to less, stays where it is [m/s]."""
+        """The speed [m/s] below which a hit or a push leaves a brick where it is."""
         return HITS * self.rest.speed
 
     def hits(self, states: Mapping[BodyId, BodyState], still: Container[BodyId]) -> list[Hit]:
@@ -65,23 +69,20 @@ class Disturbances:
         found = self._overloads.found(assembly, moving, min(step, 2.0 * PERIOD * self.rest.hold_off))
         return Disturbed(dict.fromkeys(found, NO_LINE), f"{', '.join(found)} pressed away") if found else None
 
-    def froze(self, bricks: Iterable[BodyId]) -> None:
-        """These bricks are frozen now."""
-        for brick in bricks:
-            self._approaches.forget(brick)
-        self._overloads.forget()
+    def frozen(self, bricks: Collection[BodyId]) -> None:
+        """Frozen bricks hit nothing, and there is more to be disturbed."""
+        self._observers.frozen(bricks)
 
-    def forget(self, brick: BodyId) -> None:
-        """A brick is gone; its name is free again."""
-        self._approaches.forget(brick)
-        self._overloads.forget()
+    def woken(self, bricks: Collection[BodyId]) -> None:
+        """There is less to be disturbed."""
+        self._observers.woken(bricks)
 
-    def woke(self) -> None:
-        """Frozen bricks were woken."""
-        self._overloads.forget()
+    def gone(self, bricks: Collection[BodyId]) -> None:
+        """What is gone neither hits nor is disturbed."""
+        self._observers.gone(bricks)
 
 
 def in_words(hits: Iterable[Hit]) -> str:
-    """Who hits what, and how fast."""
+    """Which brick hits which, and how fast."""
     told = sorted({(hit.brick, hit.by): hit.speed for hit in hits}.items())
     return ", ".join(f"{brick} hit by {by} at {speed:.3g} m/s" for (brick, by), speed in told)

@@ -1,4 +1,4 @@
-"""Which frozen bricks are pressed by what moves beyond what the proof says that they can take.
+"""Which frozen bricks do moving bricks press harder than the proof covers?
 
 Straight down a brick takes any load inside its load core (statics/load_core.py); of others, and of those that sideways
 forces take out of it on their way to the foot of the brick, statics are asked.
@@ -19,15 +19,16 @@ from stability.model import BodyId, ContactPoint, Vec3
 from stability.statics.assembly import Assembly
 from stability.statics.extra_load import withstands
 from stability.statics.facts import Placed, Wrench
+from stability.watching.life_cycle import BrickObserver
 
 MOVED = 0.0064  # share of the smallest side, 0.05 mm for a plank: it has given way when it would have moved so far
 OUTSIDE = 0.04  # share of the smallest side by which a load must lie outside the core
-COUNTS = 0.05  # share of its weight from which on a load may tip a brick
+COUNTS = 0.05  # share of a brick's weight: a smaller load is not taken to tip it
 NO_FORCE: Vec3 = (0.0, 0.0, 0.0)
 
 
 @dataclass
-class Overloads:
+class Overloads(BrickObserver):
     """Sums up what moving bricks do to the frozen ones that they touch."""
 
     engine: Engine
@@ -44,7 +45,7 @@ class Overloads:
         return [brick for brick in sorted(pressing) if self._gives_way(assembly, brick, pressing[brick], step)]
 
     def _pressing(self, assembly: Assembly, moving: Sequence[BodyId]) -> dict[BodyId, list[ContactPoint]]:
-        """The contact points of frozen bricks with those that move. Of two that are frozen, engines tell old forces."""
+        """The contact points of frozen bricks with moving ones. Between frozen bricks engines report old forces."""
         found: dict[BodyId, list[ContactPoint]] = defaultdict(list)
         frozen, presses = assembly.bricks.keys(), set(moving)
         for brick in min(frozen, moving, key=len):
@@ -54,8 +55,19 @@ class Overloads:
                     found[pressed].append(point)
         return found
 
-    def forget(self) -> None:
-        """What is frozen has changed."""
+    def frozen(self, bricks: Collection[BodyId]) -> None:
+        """What holds a brick, and what presses on it, may be other bricks by now: all sums begin anew."""
+        self._begin_anew()
+
+    def woken(self, bricks: Collection[BodyId]) -> None:
+        """All sums begin anew, also if none was woken: the proof of what is frozen may be another one."""
+        self._begin_anew()
+
+    def gone(self, bricks: Collection[BodyId]) -> None:
+        """All sums begin anew."""
+        self._begin_anew()
+
+    def _begin_anew(self) -> None:
         self._excess.clear()
         self._outside.clear()
         self._holding.clear()
@@ -81,7 +93,7 @@ class Overloads:
     def _tips(
         self, assembly: Assembly, brick: BodyId, forces: Collection[tuple[ContactPoint, Vec3]], step: float
     ) -> bool:
-        """Whether a load outside the core has been there for a while, and is more than statics allow."""
+        """Whether a load outside the core has lasted for a while, and statics find no forces that balance it."""
         placed = assembly.bricks[brick]
         load = _wrench(placed.pose.position_W, forces)
         down, counts = -load.force_W[2], COUNTS * placed.brick.mass * assembly.gravity
@@ -102,7 +114,7 @@ class Overloads:
 
 @dataclass
 class _Load:
-    """A load over a while."""
+    """A load summed over time, for its mean."""
 
     span: float = 0.0  # [s]
     force_W: Vec3 = NO_FORCE  # summed over time [N s]
@@ -128,7 +140,7 @@ def _wrench(centre_W: Vec3, forces: Collection[tuple[ContactPoint, Vec3]]) -> Wr
 def _within_core(
     assembly: Assembly, placed: Placed, forces: Collection[tuple[ContactPoint, Vec3]], down: float
 ) -> bool:
-    """Whether the load goes through the core of the brick, where it gets to its foot."""
+    """Whether the line of the load meets the foot of the brick inside its core."""
     x, y = _tipping(assembly, placed, forces)
     x += sum(-force[2] * point.position_W[0] for point, force in forces)
     y += sum(-force[2] * point.position_W[1] for point, force in forces)
@@ -143,7 +155,7 @@ def _hardly_tips(
 
 
 def _tipping(assembly: Assembly, placed: Placed, forces: Collection[tuple[ContactPoint, Vec3]]) -> Point2:
-    """What sideways forces do to a brick by their height above its foot, along x and y [N m].
+    """The moments that sideways forces exert on a brick by their height above its foot, along x and y [N m].
 
     Nothing where it is so low that it slides before it tips, as a plank does that lies flat.
     """
@@ -162,7 +174,7 @@ def _force_on(brick: BodyId, point: ContactPoint) -> Vec3:
 
 
 def _held_by(assembly: Assembly, brick: BodyId) -> float:
-    """The normal forces below and above a brick, without what moves: 2 N + w, N what it carries, w its weight [N]."""
+    """The normal forces below and above a brick [N], moving bricks left out: 2 N + w, if it weighs w and carries N."""
     above = assembly.with_all_above([brick])
     shares = assembly.all_shares(above)
     loads = {name: assembly.bricks[name].brick.mass * assembly.gravity for name in above}

@@ -24,15 +24,15 @@ IN_LINE = 0.7  # cosine between a hit and the normal of a contact through which 
 # Share of the smallest side, a millimetre for a plank: a brick that is hit closes such a gap within the very step.
 BEHIND = 0.125
 SIDEWAYS = 0.5  # vertical part of a normal up to which bricks stand side by side
-LEVEL = 1.0 - 1e-6  # vertical part of a normal from which on what lies on a contact may ride
+LEVEL = 1.0 - 1e-6  # vertical part of a normal; on a contact that is less level no group may ride
 
 
 @dataclass(frozen=True, slots=True)
 class Region:
-    """Bricks by name."""
+    """The bricks that a disturbance wakes, by name."""
 
     one_by_one: tuple[BodyId, ...]
-    riding: tuple[tuple[BodyId, ...], ...]  # each group one rigid body
+    riding: tuple[tuple[BodyId, ...], ...]  # rigid groups
 
 
 def region(assembly: Assembly, struck: Mapping[BodyId, Vec3], ride: bool) -> Region:

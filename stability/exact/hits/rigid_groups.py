@@ -1,4 +1,4 @@
-"""Bricks that ride along: joined into one rigid body as long as it hardly moves, and looked at through one of them."""
+"""Bricks that ride along: they are joined into one rigid body while it hardly moves, and one of them is watched."""
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -8,10 +8,11 @@ from stability.engines.protocol import Joining
 from stability.geometry.rotations import turn_between
 from stability.graph import components
 from stability.model import BodyId, BodyState, Pose
+from stability.watching.life_cycle import BrickObserver
 
 MOVED = 0.25  # share of the smallest side, 2 mm for a plank: further than that, a group is taken apart
-FEWEST = 3  # bricks for which a rigid body is worth its making
-TURNED = 0.0175  # [rad], 1 deg
+FEWEST = 3  # bricks: making a rigid body of fewer is not worth it
+TURNED = 0.0175  # [rad], 1 deg: a group that has turned further is taken apart
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,13 +25,13 @@ class Group:
 
     @property
     def first(self) -> BodyId:
-        """The brick through which it is looked at."""
+        """The brick that is watched for the whole group."""
         return next(iter(self.starts))
 
 
 @dataclass
-class RigidGroups:
-    """The joined bricks of one engine, in groups, each followed by its first brick."""
+class RigidGroups(BrickObserver):
+    """The joined bricks of one engine, in groups, each watched through its first brick."""
 
     joiner: Joining | None  # None if nothing ever rides
     _groups: dict[BodyId, Group] = field(default_factory=dict, init=False)  # by the first of its members
@@ -41,7 +42,7 @@ class RigidGroups:
 
     @property
     def bricks(self) -> frozenset[BodyId]:
-        """All that ride."""
+        """All bricks that ride."""
         return frozenset(self._first)
 
     def join(self, starts: Mapping[BodyId, Pose], touching: Mapping[BodyId, Collection[BodyId]], side: float) -> None:
@@ -69,21 +70,27 @@ class RigidGroups:
         """Take apart the group of a brick; these are its bricks."""
         if self.joiner is not None:
             self.joiner.part(brick)
-        return self.parted(brick)
+        return self._strike(brick)
 
-    def parted(self, brick: BodyId) -> tuple[BodyId, ...]:
-        """The engine has taken apart the group of a brick; these are its bricks."""
+    def gone(self, bricks: Collection[BodyId]) -> None:
+        """An engine that removes a brick takes apart the group in which it rode."""
+        for brick in bricks:
+            if brick in self:
+                self._strike(brick)
+
+    def _strike(self, brick: BodyId) -> tuple[BodyId, ...]:
+        """Strike the group of a brick from the record; these are its bricks."""
         group = self._groups.pop(self._first[brick])
         for member in group.starts:
             del self._first[member]
         return tuple(group.starts)
 
-    def followed(self, awake: Iterable[BodyId]) -> list[BodyId]:
-        """The bricks to look at: those that move one by one, and the first of each group."""
+    def watched(self, awake: Iterable[BodyId]) -> list[BodyId]:
+        """The bricks to watch: those that move one by one, and the first of each group."""
         return sorted(brick for brick in awake if self._first.get(brick, brick) == brick)
 
     def members(self, first: BodyId) -> tuple[BodyId, ...]:
-        """The bricks that one that is followed stands for."""
+        """The bricks of the group that a watched brick stands for, or the brick alone."""
         return tuple(self._groups[first].starts) if first in self._groups else (first,)
 
     def moved_too_far(self, states: Mapping[BodyId, BodyState]) -> list[BodyId]:

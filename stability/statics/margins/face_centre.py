@@ -15,6 +15,7 @@ MOST_STEPS = 16  # of Newton's; half of them are usual
 CENTRED = 1e-14  # Newton's decrement squared below which a further step changes nothing that counts
 BALANCED = 1e-11  # what may be left over, in units of what bricks carry
 BOUND = 0.7  # share of the way to the border that a step may go
+TINIEST = 1e-300  # close to the smallest normal float, 2e-308: no division by zero where nothing slips at all
 FAINT = 1e-9  # keeps directions in which no force can act out of the way
 
 
@@ -53,7 +54,7 @@ def _face(held: int, rows: Array, slips: Array) -> _Face:
     """Which cones stick, slip or are open: of force and slip one is on the border of its cone, the lesser one."""
     from scipy.sparse import csc_matrix  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
 
-    slips = slips / max(float(np.abs(slips).max(initial=0.0)), 1e-300)
+    slips = slips / max(float(np.abs(slips).max(initial=0.0)), TINIEST)
     forces, sliding = rows[: 3 * held].reshape(-1, 3), slips[: 3 * held].reshape(-1, 3)
     tangential, across = np.hypot(forces[:, 1], forces[:, 2]), np.hypot(sliding[:, 1], sliding[:, 2])
     opens = sliding[:, 0] - across > forces[:, 0] + tangential

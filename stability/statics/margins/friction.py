@@ -35,7 +35,7 @@ class FrictionMargin:
 
 @dataclass(frozen=True, slots=True)
 class _Step:
-    """What is known at one factor."""
+    """What was proven at one factor."""
 
     forces: Forces | None
     motion: Motion | None
@@ -49,7 +49,7 @@ def least_friction(
 ) -> FrictionMargin:
     """The least factor on all friction coefficients that still allows equilibrium, to a relative `tolerance`.
 
-    Equilibrium alone is asked for: whether it rests on self-stress is not.
+    This asks for equilibrium alone, and not whether it rests on self-stress.
     """
     smooth = balance(_with_friction(problem, 0.0), tolerances)
     if smooth.forces is not None:
@@ -86,7 +86,7 @@ def _with_friction(problem: Problem, factor: float) -> Problem:
 
 
 def _asked(problem: Problem, factor: float, tolerances: Tolerances) -> _Step:
-    """What one factor proves, and the next guess."""
+    """What one factor proves, and the next guess of the least factor."""
     scaled = _with_friction(problem, factor)
     system = wrench_matrix(scaled)
     found = least_prestress(system)

@@ -3,7 +3,7 @@
 The least s such that forces balance the loads while every normal force may count for s more than it is:
 |f_t| <= mu (f_n + s c), with c what the contact's upper brick may carry. With s < 0 the forces lie deep inside their
 cones; with s > 0 there are none within, and the motion that shows it is the proof. Solved over velocities, as in
-`equilibrium`: the greatest power of the loads less the opening of all contacts, of which the duals are the forces.
+`equilibrium`: the greatest power of the loads less the separation of all contacts, of which the duals are the forces.
 """
 
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ ACCURACY = 1e-11  # asked of the solver
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Prestress:
-    """The solver's answer; what it proves is for plain arithmetic to say."""
+    """The solver's answer, which proves nothing before plain arithmetic has checked it."""
 
     least: float  # in shares of what upper bricks may carry; never below -1
     rows: Array  # (rows,) forces, within their cones if `least` is not positive
@@ -33,11 +33,11 @@ def least_prestress(system: WrenchMatrix) -> Prestress:
     normal = np.zeros(len(system.row_scale))
     normal[: 3 * len(system.round) : 3] = 1.0
     normal[3 * len(system.round) :] = 1.0
-    opening = system.matrix.T @ normal
+    separation = system.matrix.T @ normal
     program = ConicProgram(
-        -(system.loads + opening),
-        # The opening is bounded, so that its dual, the prestress, is at least -1.
-        vstack([-system.matrix, csc_matrix(opening)], format="csc"),
+        -(system.loads + separation),
+        # The separation is bounded, so that its dual, the prestress, is at least -1.
+        vstack([-system.matrix, csc_matrix(separation)], format="csc"),
         np.append(np.zeros(len(normal)), 1.0),
         0,
         [3] * len(system.round),

@@ -1,4 +1,4 @@
-"""By how much does an assembly stand? Each margin is worked out when it is asked for, since each has its price."""
+"""By how much does an assembly stand? A margin costs a program of its own, so it is worked out only on request."""
 
 from collections.abc import Collection
 from dataclasses import dataclass

@@ -1,1 +1,1 @@
-"""Questions for a conic solver, of which only the points are used, and only once they are checked."""
+"""Questions for a conic solver. Only its points are used, and only once arithmetic has checked them."""

@@ -1,4 +1,4 @@
-"""Conic programs, and the solver that is asked for their points. What it says of its points is only ever a note."""
+"""Conic programs, and the solver that finds points for them. The status that it reports is never more than a note."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ class ConicProgram:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Point:
-    """Where a solver ended, and what it says of it."""
+    """The point where a solver ended, and the status that it reports."""
 
     x: Array  # (columns,)
     dual: Array  # (rows,) in the same cones where it is a solution: `matrix.T @ dual + cost = 0`
@@ -62,7 +62,7 @@ def clarabel_solve(program: ConicProgram, accuracy: float) -> Point:
 
 
 def solve(program: ConicProgram, accuracy: float, solver: Solver) -> Point | str:
-    """The solver's point, or why it gave none that can be looked at."""
+    """The solver's point, or the reason why it gave none."""
     try:
         point = solver(program, accuracy)
     except Exception as error:

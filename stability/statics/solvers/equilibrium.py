@@ -19,13 +19,13 @@ from stability.geometry.vectors import add_scaled
 from stability.statics.facts import Forces, Motion, Problem, Tolerances
 from stability.statics.proof import check_forces, check_motion
 from stability.statics.solvers.conic_program import Array, ConicProgram, Solver, clarabel_solve, solve
-from stability.statics.solvers.separating_motion import lifting_motion
+from stability.statics.solvers.separating_motion import separating_velocities
 from stability.statics.solvers.wrench_matrix import Sparse, WrenchMatrix, wrench_matrix
 
 MOST_CORRECTIONS = 3  # of forces; what they do not mend is no rounding
 HOPELESS = 1e-6  # share of what a brick carries: a residual above is no rounding
 FAINT = 1e-8  # share of a usual force by which even a contact that does not press may be corrected
-MIXED = (1e-11, 1e-9, 1e-7, 1e-5)  # shares of the speed of the fastest that a lift is mixed in with
+MIXED = (1e-11, 1e-9, 1e-7, 1e-5)  # shares of the speed of the fastest that a separating motion is mixed in with
 DENSE = 200  # columns up to which dense matrices are faster than the import of sparse ones
 QUIET = (1e-4, 1e-9, 0.0)  # shares of the largest speed below which a brick is first taken to stay
 
@@ -170,11 +170,11 @@ def proven_motion(
 
 
 def mended(problem: Problem, motion: Motion) -> Iterator[Motion]:
-    """The motion, then with more and more of a lift of the same bricks, which opens what rounding may have closed."""
+    """The motion, then with more of a separating motion mixed in each time, to open what rounding may have closed."""
     yield motion
-    lift = lifting_motion(problem, motion.velocity) if motion.velocity else None
-    if lift is not None:
+    separating = separating_velocities(problem, motion.velocity) if motion.velocity else None
+    if separating is not None:
         fastest = max(hypot(*velocity) for velocity, _ in motion.velocity.values())
         for share in MIXED:
             rate = share * fastest
-            yield Motion({name: (add_scaled(v, rate, lift[name]), w) for name, (v, w) in motion.velocity.items()})
+            yield Motion({name: (add_scaled(v, rate, separating[name]), w) for name, (v, w) in motion.velocity.items()})

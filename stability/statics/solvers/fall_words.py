@@ -10,19 +10,28 @@ from stability.statics.facts import ZERO, Contact, Motion, Problem
 
 STUCK = 1e-2  # of the speed of a group: a point that moves less against another body is what the group turns about
 TURNING = 1e-3  # of the speed of a group: what its spin may add to that without being called a turn
-MOST_NAMES = 6  # that are written out
+MOST_NAMES = 6  # names that are written out; more are counted
 
 
 @dataclass(frozen=True, slots=True)
 class _Slip:
     """How the upper body of a contact moves against the lower one at a point, at one of the normals there."""
 
-    opening: float  # [m/s]
-    sliding: float
-    friction: float
+    separating: float  # along the normal [m/s]
+    sliding: float  # across the normal [m/s]
+    friction: float  # Coulomb coefficient
 
     def size(self) -> float:
-        return hypot(self.opening, self.sliding)
+        """The relative speed [m/s]."""
+        return hypot(self.separating, self.sliding)
+
+    def sticks(self, speed: float) -> bool:
+        """Whether the point stands still, for a group that moves so fast [m/s]."""
+        return self.size() <= STUCK * speed
+
+    def slides(self, speed: float) -> bool:
+        """Whether the point slides along the other body: it separates no faster than friction allows, if at all."""
+        return self.separating - self.friction * self.sliding <= STUCK * speed and self.sliding > self.separating
 
 
 def described(problem: Problem, motion: Motion) -> str:
@@ -59,28 +68,44 @@ def _lowest(problem: Problem, group: Sequence[BodyId]) -> float:
 
 
 def _of_group(problem: Problem, motion: Motion, group: Sequence[BodyId]) -> str:
-    speed = max(_speed(problem, motion, name) for name in group)
-    about, along, under = set(), set(), set()
-    for contact, other in _border(problem, group):
-        under |= {other} if other == contact.lower else set()
-        for slip in _slips(problem, motion, contact):
-            if slip.size() <= STUCK * speed:
-                about.add(other)
-            elif slip.opening - slip.friction * slip.sliding <= STUCK * speed and slip.sliding > slip.opening:
-                along.add(other)
-    several = len(group) > 1
-    # What stands still is what a group tips over; what moves along with it counts only where nothing stands still.
-    along -= about
-    if any(name not in motion.velocity for name in about | along):
-        about, along = (names - set(motion.velocity) for names in (about, along))
-    turns = any(hypot(*motion.velocity[name][1]) * _half(problem, name) > TURNING * speed for name in group)
-    if turns and about:
-        also = f" and {'slide' if several else 'slides'} on {_named(along)}" if along else ""
-        return f"{_named(group)} {'tip' if several else 'tips'} over {_named(about)}{also}"
+    about, along = _still_against(problem, motion, group)
+    if about and _turns(problem, motion, group):
+        also = f" and {_verb('slide', group)} on {_named(along)}" if along else ""
+        return f"{_named(group)} {_verb('tip', group)} over {_named(about)}{also}"
     if along or about:
-        return f"{_named(group)} {'slide' if several else 'slides'} on {_named(along | about)}"
-    why = "nothing holds {}" if under else "nothing is under {}"
-    return f"{_named(group)} {'fall' if several else 'falls'}: {why.format('them' if several else 'it')}"
+        return f"{_named(group)} {_verb('slide', group)} on {_named(along | about)}"
+    has_something_under_it = any(other == contact.lower for contact, other in _border(problem, group))
+    why = "nothing holds" if has_something_under_it else "nothing is under"
+    return f"{_named(group)} {_verb('fall', group)}: {why} {'them' if len(group) > 1 else 'it'}"
+
+
+def _verb(stem: str, group: Sequence[BodyId]) -> str:
+    return stem if len(group) > 1 else f"{stem}s"
+
+
+def _still_against(problem: Problem, motion: Motion, group: Sequence[BodyId]) -> tuple[set[BodyId], set[BodyId]]:
+    """The bodies that a group turns about, and those that it slides along without turning about them."""
+    speed = _group_speed(problem, motion, group)
+    about, along = set[BodyId](), set[BodyId]()
+    for contact, other in _border(problem, group):
+        for slip in _slips(problem, motion, contact):
+            if slip.sticks(speed):
+                about.add(other)
+            elif slip.slides(speed):
+                along.add(other)
+    along -= about
+    # What stands still is what a group tips over; what moves along with it counts only where nothing stands still.
+    standing = (about | along) - motion.velocity.keys()
+    return (about & standing, along & standing) if standing else (about, along)
+
+
+def _turns(problem: Problem, motion: Motion, group: Sequence[BodyId]) -> bool:
+    least = TURNING * _group_speed(problem, motion, group)
+    return any(hypot(*motion.velocity[name][1]) * _half(problem, name) > least for name in group)
+
+
+def _group_speed(problem: Problem, motion: Motion, group: Sequence[BodyId]) -> float:
+    return max(_speed(problem, motion, name) for name in group)
 
 
 def _border(problem: Problem, group: Sequence[BodyId]) -> Iterator[tuple[Contact, BodyId]]:
@@ -96,9 +121,9 @@ def _slips(problem: Problem, motion: Motion, contact: Contact) -> Iterator[_Slip
         above, below = (_velocity_at(problem, motion, name, point) for name in (contact.upper, contact.lower))
         slip = subtract(above, below)
         for normal in contact.normals_W:
-            opening = sum(a * b for a, b in zip(slip, normal, strict=True))
-            sideways = subtract(slip, (opening * normal[0], opening * normal[1], opening * normal[2]))
-            yield _Slip(opening, hypot(*sideways), contact.friction)
+            separating = sum(a * b for a, b in zip(slip, normal, strict=True))
+            sideways = subtract(slip, (separating * normal[0], separating * normal[1], separating * normal[2]))
+            yield _Slip(separating, hypot(*sideways), contact.friction)
 
 
 def _velocity_at(problem: Problem, motion: Motion, name: BodyId, point: Vec3) -> Vec3:

@@ -1,4 +1,4 @@
-"""Which part falls: from a motion that proves a fall, one that moves as few bricks as can be found.
+"""Which part falls? From a motion that proves a fall, this finds one that moves as few bricks as possible.
 
 Parts that do not touch move without each other, so the smallest that gains is a proof by itself. Within it, the rest
 held fixed, the motion of least sum of speeds is asked for. Then as many of the lower bricks as possible are held fixed,

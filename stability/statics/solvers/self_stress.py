@@ -13,10 +13,10 @@ from stability.statics.facts import ZERO, ConeForces, Contact, Forces, Motion, P
 from stability.statics.proof import check_forces
 from stability.statics.solvers.conic_program import Solver, clarabel_solve
 from stability.statics.solvers.equilibrium import balance
-from stability.statics.solvers.separating_motion import Openings, separating_motion, widest_openings
+from stability.statics.solvers.separating_motion import ContactSeparation, separating_motion, widest_separation
 from stability.statics.solvers.wrench_matrix import passed_down
 
-SHUT = 1e-3  # of the widest opening: a contact that opens less may take part in self-stress
+SHUT = 1e-3  # of the widest separation: a contact that opens less may take part in self-stress
 IDLE = 1e-5  # of what a brick carries: a contact that presses less is not needed
 STEEP = 0.2  # vertical part of a normal up to which a contact is a wall
 MOST_TRIALS = 8  # of contacts left out one by one
@@ -36,19 +36,19 @@ def honest_forces(
     """
     if separating_motion(problem, solver) is not None:
         return forces
-    openings = widest_openings(problem, solver)
-    if openings is None:
+    widest = widest_separation(problem, solver)
+    if widest is None:
         return None
-    for left_out in _choices(problem, forces, openings):
+    for left_out in _choices(problem, forces, widest):
         found = _without(problem, left_out, tolerances, solver)
         if found is not None and separating_motion(_less(problem, left_out), solver) is not None:
             return found
-    return _one_by_one(problem, _shut(problem, openings), tolerances, solver)
+    return _one_by_one(problem, _shut(problem, widest), tolerances, solver)
 
 
-def _choices(problem: Problem, forces: Forces, openings: Openings) -> Iterator[frozenset[int]]:
+def _choices(problem: Problem, forces: Forces, widest: ContactSeparation) -> Iterator[frozenset[int]]:
     """Contacts to leave out at once: all that are shut and press nothing, then all that are shut and steep."""
-    shut = _shut(problem, openings)
+    shut = _shut(problem, widest)
     carried = passed_down(problem)
     idle = [i for i in shut if _press(forces.of_contacts[i]) <= IDLE * _least_carried(problem.contacts[i], carried)]
     steep = [i for i in shut if steepness(problem.contacts[i]) <= STEEP]
@@ -71,9 +71,9 @@ def _one_by_one(problem: Problem, shut: list[int], tolerances: Tolerances, solve
     return None
 
 
-def _shut(problem: Problem, openings: Openings) -> list[int]:
+def _shut(problem: Problem, widest: ContactSeparation) -> list[int]:
     """The contacts that no motion opens, the steepest first."""
-    shut = [i for i, opened in enumerate(openings.of_contacts) if opened < SHUT]
+    shut = [i for i, separation in enumerate(widest.of_contacts) if separation < SHUT]
     return sorted(shut, key=lambda i: (steepness(problem.contacts[i]), i))
 
 
@@ -101,7 +101,7 @@ def _nothing(contact: Contact) -> ConeForces:
 
 
 def _press(forces: ConeForces) -> float:
-    """The sum of what a contact's forces come to in size [N]."""
+    """The sum of the absolute components of a contact's forces [N]."""
     return sum(abs(x) + abs(y) + abs(z) for of_point in forces for x, y, z in of_point)
 
 

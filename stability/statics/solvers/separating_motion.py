@@ -1,4 +1,7 @@
-"""Motions that open contacts strictly. If some motion opens all, no contact forces but none balance each other."""
+"""Separating motions: they open contacts strictly.
+
+If some motion opens all contacts, the only contact forces that balance each other are none at all.
+"""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
@@ -9,20 +12,21 @@ import numpy as np
 from stability.geometry.vectors import scale
 from stability.model import BodyId, Vec3
 from stability.statics.facts import ZERO, Motion, Problem
-from stability.statics.proof import least_opening
+from stability.statics.proof import least_separating_speed
 from stability.statics.solvers.conic_program import Array, ConicProgram, Solver, clarabel_solve, solve
 from stability.statics.solvers.wrench_matrix import WrenchMatrix, wrench_matrix
 
-OPEN = 1e-6  # of the speed there: a contact that opens by less may be closed by what is not known of the geometry
-SPREAD = 0.5  # how much of the friction that a lift leaves free its sideways spread may use up
-# Times the number of bricks: how much faster than the least opening a brick may move. In a row of leaning planks each
-# moves faster than the one before, so height is no measure.
+# Of the speed there: a contact that opens more slowly may be closed by what is not known of the geometry.
+SEPARATES = 1e-6
+SPREAD = 0.5  # how much of the friction that a rise leaves free its sideways spread may use up
+# Times the number of bricks: how much faster a brick may move than the slowest contact opens. In a row of leaning
+# planks each moves faster than the one before, so height is no measure.
 ROOM = 10.0
 ACCURACY = 1e-9  # what the solver is asked for; what is found is checked
 
 
 @dataclass(frozen=True, slots=True)
-class Openings:
+class ContactSeparation:
     """A motion, and how far it opens each contact of a problem: from 0 for not at all to 1."""
 
     motion: Motion
@@ -31,28 +35,28 @@ class Openings:
 
 def separating_motion(problem: Problem, solver: Solver = clarabel_solve) -> Motion | None:
     """A motion that is proven to open every contact strictly; None if none is found."""
-    for motion in (_lift(problem, 0.0), _lift(problem, SPREAD)):
-        if least_opening(problem, motion) >= OPEN:
+    for motion in (_rising(problem, 0.0), _rising(problem, SPREAD)):
+        if least_separating_speed(problem, motion) >= SEPARATES:
             return motion
-    openings = widest_openings(problem, solver)
-    if openings is None or least_opening(problem, openings.motion) < OPEN:
+    widest = widest_separation(problem, solver)
+    if widest is None or least_separating_speed(problem, widest.motion) < SEPARATES:
         return None
-    return openings.motion
+    return widest.motion
 
 
-def lifting_motion(problem: Problem, moving: Collection[BodyId]) -> Mapping[BodyId, Vec3] | None:
-    """Velocities, none faster than 1, that strictly open every contact of some bricks while the rest stay; or None."""
+def separating_velocities(problem: Problem, moving: Collection[BodyId]) -> Mapping[BodyId, Vec3] | None:
+    """Velocities, none faster than 1, that open every contact of some bricks strictly while the rest stays; or None."""
     bricks = {name: problem.bricks[name] for name in sorted(moving)}
     contacts = [c for c in problem.contacts if c.lower in bricks or c.upper in bricks]
     part = replace(problem, bricks=bricks, contacts=contacts)
-    for motion in (_lift(part, 0.0), _lift(part, SPREAD)):
-        if least_opening(part, motion) >= OPEN:
+    for motion in (_rising(part, 0.0), _rising(part, SPREAD)):
+        if least_separating_speed(part, motion) >= SEPARATES:
             fastest = max(hypot(*velocity) for velocity, _ in motion.velocity.values())
             return {name: scale(1.0 / fastest, velocity) for name, (velocity, _) in motion.velocity.items()}
     return None
 
 
-def _lift(problem: Problem, spread: float) -> Motion:
+def _rising(problem: Problem, spread: float) -> Motion:
     """All bricks move up, the higher in the stack the faster, and sideways from the middle."""
     ranks = stack_ranks(problem)
     centres = [placed.pose.position_W for placed in problem.bricks.values()]
@@ -86,7 +90,7 @@ def stack_ranks(problem: Problem) -> Mapping[BodyId, int]:
     return ranks
 
 
-def widest_openings(problem: Problem, solver: Solver = clarabel_solve) -> Openings | None:
+def widest_separation(problem: Problem, solver: Solver = clarabel_solve) -> ContactSeparation | None:
     """The motion that opens contacts most, each counted up to a limit: those that it leaves shut, no motion opens."""
     system = wrench_matrix(problem, whole=True, carried=dict.fromkeys(problem.bricks, 1.0))
     room = ROOM * (1 + len(problem.bricks))
@@ -94,12 +98,12 @@ def widest_openings(problem: Problem, solver: Solver = clarabel_solve) -> Openin
     if isinstance(point, str) or not np.isfinite(point.x).all():
         return None
     columns = len(system.loads)
-    opened = np.clip(point.x[columns:], 0.0, 1.0)
-    return Openings(system.motion(point.x[:columns]), tuple(opened.tolist()))
+    separations = np.clip(point.x[columns:], 0.0, 1.0)
+    return ContactSeparation(system.motion(point.x[:columns]), tuple(separations.tolist()))
 
 
 def _program(system: WrenchMatrix, contacts: int, room: float) -> ConicProgram:
-    """The largest sum of openings, each from 0 to 1, at a speed of up to `room`."""
+    """The largest sum of separations, one a contact and each from 0 to 1, at a speed of up to `room`."""
     from scipy.sparse import bmat, csc_matrix, identity  # noqa: PLC0415 -- slow to import, and few need to ask
 
     rows, columns = system.matrix.shape
@@ -107,9 +111,11 @@ def _program(system: WrenchMatrix, contacts: int, room: float) -> ConicProgram:
     held, flat = 3 * len(system.round), len(system.flat)
     normals = np.append(np.arange(0, held, 3), np.arange(held, rows))
     which = of_contact[np.append(system.round, system.flat)]
-    opening = csc_matrix((np.ones(len(normals)), (normals, which)), shape=(rows, contacts))
+    separation = csc_matrix((np.ones(len(normals)), (normals, which)), shape=(rows, contacts))
     speed, each = identity(columns), identity(contacts)
-    matrix = bmat([[-system.matrix, opening], [speed, None], [-speed, None], [None, each], [None, -each]], format="csc")
+    matrix = bmat(
+        [[-system.matrix, separation], [speed, None], [-speed, None], [None, each], [None, -each]], format="csc"
+    )
     offset: Array = np.concatenate([np.zeros(rows), np.full(2 * columns, room), np.ones(contacts), np.zeros(contacts)])
     cost = np.append(np.zeros(columns), np.full(contacts, -1.0))
     return ConicProgram(cost, matrix, offset, 0, [3] * len(system.round), flat + 2 * columns + 2 * contacts)

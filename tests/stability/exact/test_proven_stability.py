@@ -182,8 +182,8 @@ def test_what_was_refused_is_not_asked_again_until_something_changes(
     asked: list[Verdict] = []
     add_all = stability.assembly.add_all
 
-    def counted(bricks: Iterable[Placed]) -> Verdict:
-        asked.append(add_all(bricks))
+    def counted(bricks: Iterable[Placed], **how: bool) -> Verdict:
+        asked.append(add_all(bricks, **how))
         return asked[-1]
 
     monkeypatch.setattr(stability.assembly, "add_all", counted)

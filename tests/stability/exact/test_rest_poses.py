@@ -21,7 +21,7 @@ def shifted(pose: Pose, by: float) -> Pose:
 
 def put_back(was: Mapping[BodyId, Pose], moves: Mapping[BodyId, float]) -> dict[BodyId, Pose]:
     rest_poses = RestPoses()
-    rest_poses.left(was)
+    rest_poses.remember(was)
     coming = [Placed(plank(name), shifted(pose, moves.get(name, 0.0))) for name, pose in was.items()]
     return {placed.brick.id: placed.pose for placed in rest_poses.put_back(coming)}
 
@@ -46,7 +46,7 @@ def test_if_something_moved_only_what_crept_goes_back() -> None:
 def test_a_turn_counts_by_what_it_moves_the_end_of_a_plank(end_moves: float, back: bool) -> None:
     half = end_moves / (LENGTH / 2.0) / 2.0
     rest_poses = RestPoses()
-    rest_poses.left({"L1": column(1)["L1"]})
+    rest_poses.remember({"L1": column(1)["L1"]})
     turned = Pose(column(1)["L1"].position_W, (0.0, 0.0, sin(half), cos(half)))
     (placed,) = rest_poses.put_back([Placed(plank("L1"), turned)])
     assert (placed.pose == column(1)["L1"]) is back
@@ -55,18 +55,18 @@ def test_a_turn_counts_by_what_it_moves_the_end_of_a_plank(end_moves: float, bac
 def test_who_is_hit_twice_before_it_rests_goes_back_to_where_it_was_at_first() -> None:
     home = column(1)["L1"]
     rest_poses = RestPoses()
-    rest_poses.left({"L1": home})
-    rest_poses.left({"L1": shifted(home, 0.2e-3)})
+    rest_poses.remember({"L1": home})
+    rest_poses.remember({"L1": shifted(home, 0.2e-3)})
     (placed,) = rest_poses.put_back([Placed(plank("L1"), shifted(home, 0.25e-3))])
     assert placed.pose == home
 
 
 def test_who_has_come_to_rest_elsewhere_is_at_home_there() -> None:
     rest_poses, there = RestPoses(), shifted(column(1)["L1"], SHIFT)
-    rest_poses.left(column(1))
-    rest_poses.settled(["L1"])
+    rest_poses.remember(column(1))
+    rest_poses.frozen(["L1"])
     assert "L1" not in rest_poses
-    rest_poses.left({"L1": there})
+    rest_poses.remember({"L1": there})
     (placed,) = rest_poses.put_back([Placed(plank("L1"), shifted(there, CREEP))])
     assert placed.pose == there
 
@@ -74,5 +74,5 @@ def test_who_has_come_to_rest_elsewhere_is_at_home_there() -> None:
 def test_what_was_never_woken_stays_where_it_comes_to_rest() -> None:
     far: Vec3 = (0.5, 0.0, THICKNESS / 2.0)
     rest_poses = RestPoses()
-    rest_poses.left(column(1))
+    rest_poses.remember(column(1))
     assert rest_poses.put_back([Placed(plank("shot"), Pose(far))])[0].pose == Pose(far)

@@ -8,7 +8,7 @@ import pytest
 from stability.engines.pybullet import PyBulletWorld
 from stability.model import BodyId, Brick, Plane, Pose, Vec3
 from stability.published.direct_hits import DirectHits
-from stability.watching.freezing import RestLimits
+from stability.watching.rest import RestLimits
 from stackdsl.systems.systems import HELD
 
 CUBE = 0.02  # [m]
@@ -41,7 +41,7 @@ def scene() -> Iterator[Scene]:
     found = Scene(world, DirectHits(world, RestLimits()))
     found.put("target", -CUBE, (0.0, 0.0, 0.0))
     world.freeze("target")
-    found.hits.joined("target")
+    found.hits.frozen(["target"])
     yield found
     world.close()
 
@@ -86,13 +86,13 @@ def test_a_brick_that_has_parted_may_hit_again(scene: Scene) -> None:
 
 
 def test_what_is_or_was_part_of_the_stack_hits_nothing(scene: Scene) -> None:
-    scene.hits.joined("shot")
+    scene.hits.frozen(["shot"])
     scene.put("shot", 0.001, (-1.0, 0.0, 0.0))
     assert scene.coming() == []
 
 
 def test_another_brick_of_the_same_name_is_a_stranger(scene: Scene) -> None:
-    scene.hits.joined("shot")
-    scene.hits.forget("shot")
+    scene.hits.frozen(["shot"])
+    scene.hits.gone(["shot"])
     scene.put("shot", 0.001, (-1.0, 0.0, 0.0))
     assert scene.coming() == [("shot", "target")]

@@ -8,7 +8,7 @@ import pytest
 
 from stability.model import GROUND, Vec3
 from stability.statics.facts import UP, ConeForces, Contact, Forces, Motion, Problem, Tolerances, Wrench
-from stability.statics.proof import check_forces, check_motion, least_opening, power
+from stability.statics.proof import check_forces, check_motion, least_separating_speed, power
 from stability.statics.solvers.equilibrium import balance
 from tests.stability.statics.hand_built import (
     GRAVITY,
@@ -236,10 +236,12 @@ def test_normals_are_unit_and_friction_is_not_negative() -> None:
 def test_lifting_opens_a_stack_and_not_a_ladder() -> None:
     stack = stepped(3, 0.01)
     rising = Motion({name: ((0.0, 0.0, float(i + 1)), (0.0, 0.0, 0.0)) for i, name in enumerate(sorted(stack.bricks))})
-    assert least_opening(stack, rising) == pytest.approx(1.0 / 5.0)  # the third against the second: 3 - 2 of 3 + 2
+    assert least_separating_speed(stack, rising) == pytest.approx(
+        1.0 / 5.0
+    )  # the third against the second: 3 - 2 of 3 + 2
     lifted = Motion({"ladder": (UP, (0.0, 0.0, 0.0))})
-    assert least_opening(ladder(1.0, 0.5), lifted) == 0.0
-    assert least_opening(ladder(1.0, 0.5, 0.5), lifted) < 0.0
+    assert least_separating_speed(ladder(1.0, 0.5), lifted) == 0.0
+    assert least_separating_speed(ladder(1.0, 0.5, 0.5), lifted) < 0.0
 
 
 def test_power_is_force_times_velocity_and_torque_times_spin() -> None:

@@ -44,7 +44,7 @@ def at(brick: BodyId, shift: Vec3 = (0.0, 0.0, 0.0), turn: float = 0.0) -> dict[
 
 
 def test_a_group_is_looked_at_through_its_lowest_brick(rigid_groups: RigidGroups) -> None:
-    assert rigid_groups.followed(TOWER) == ["L1", "L2"]
+    assert rigid_groups.watched(TOWER) == ["L1", "L2"]
     assert rigid_groups.members("L2") == ("L2", "L3", "L4")
     assert rigid_groups.members("L1") == ("L1",)
     assert rigid_groups.bricks == {"L2", "L3", "L4"}
@@ -80,9 +80,9 @@ def test_a_group_that_moves_two_millimetres_is_taken_apart_with_its_motion(
 
 def test_what_an_engine_has_parted_rides_no_more(world: PyBulletWorld, rigid_groups: RigidGroups) -> None:
     world.remove_brick("L3")
-    assert rigid_groups.parted("L3") == ("L2", "L3", "L4")
+    rigid_groups.gone(["L3"])
     assert rigid_groups.bricks == frozenset()
-    assert rigid_groups.followed(["L2", "L4"]) == ["L2", "L4"]
+    assert rigid_groups.watched(["L2", "L4"]) == ["L2", "L4"]
 
 
 def test_nothing_rides_where_the_engine_cannot_join() -> None:

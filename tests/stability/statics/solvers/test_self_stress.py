@@ -7,11 +7,11 @@ import pytest
 
 from stability.model import GROUND
 from stability.statics.facts import UP, Contact, Forces, Problem, Tolerances
-from stability.statics.proof import check_forces, least_opening
+from stability.statics.proof import check_forces, least_separating_speed
 from stability.statics.solvers.conic_program import ConicProgram, Point
 from stability.statics.solvers.equilibrium import balance
 from stability.statics.solvers.self_stress import honest_forces, separating_motion
-from stability.statics.solvers.separating_motion import lifting_motion, widest_openings
+from stability.statics.solvers.separating_motion import separating_velocities, widest_separation
 from tests.stability.statics.hand_built import (
     EAST,
     LENGTH,
@@ -98,7 +98,7 @@ def test_what_can_be_opened_everywhere_is_honest(name: str) -> None:
     problem = OPENED[name]
     motion = separating_motion(problem)
     assert motion is not None
-    assert least_opening(problem, motion) > 0.0
+    assert least_separating_speed(problem, motion) > 0.0
     forces = balance(problem).forces
     assert forces is not None
     assert honest_forces(problem, forces, EXACT) is forces
@@ -158,13 +158,13 @@ def test_without_a_solver_nothing_is_honest_but_what_can_be_lifted() -> None:
 
 
 def test_contacts_that_no_motion_opens_are_named() -> None:
-    openings = widest_openings(between_walls(column([0.0, 0.0]), friction=0.0))
-    assert openings is not None
-    assert [opened > 0.5 for opened in openings.of_contacts] == [True, True, False, False, False, False]
+    widest = widest_separation(between_walls(column([0.0, 0.0]), friction=0.0))
+    assert widest is not None
+    assert [separation > 0.5 for separation in widest.of_contacts] == [True, True, False, False, False, False]
 
 
 def test_what_is_under_a_fixed_brick_cannot_be_lifted() -> None:
     stack = stepped(3, 0.0)
-    assert lifting_motion(stack, ["p03"]) is not None
-    assert lifting_motion(stack, ["p01", "p02", "p03"]) is not None
-    assert lifting_motion(stack, ["p01", "p02"]) is None
+    assert separating_velocities(stack, ["p03"]) is not None
+    assert separating_velocities(stack, ["p01", "p02", "p03"]) is not None
+    assert separating_velocities(stack, ["p01", "p02"]) is None

@@ -3,7 +3,7 @@
 import pytest
 
 from stability.model import BodyState, Pose
-from stability.watching.freezing import Activity, Evidence, RestLimits, next_activity
+from stability.watching.rest import Activity, Evidence, RestLimits, next_activity
 
 LIMITS = RestLimits()
 STILL = Pose((0.0, 0.0, 0.0))

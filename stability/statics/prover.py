@@ -1,0 +1,104 @@
+"""Keeps every brick of a structure proven, as far as it can be, while bricks come and go.
+
+A brick that comes is asked whether its weight lies in its own load core, which costs next to nothing. Only what is not
+proven so is put to the cascade, and what the cascade finds of it is remembered until something near it changes.
+"""
+
+from collections.abc import Iterable, Sequence
+
+from stability.model import BodyId
+from stability.statics.cascade import Partners, judge
+from stability.statics.facts import Placed, Stability, Stage, Verdict
+from stability.statics.ledger import Ledger
+from stability.statics.structure import Structure
+
+DEAREST_FIRST = tuple(reversed(Stage))
+
+
+class Prover:
+    """The proofs of the bricks of one structure, and the bricks that have none."""
+
+    def __init__(self, structure: Structure) -> None:
+        """Nothing stands yet."""
+        self.structure = structure
+        self.ledger = Ledger()
+        self._unproven: set[BodyId] = set()
+        self._in_doubt: dict[BodyId, Verdict] = {}  # what was found of unproven bricks
+        self._partners = Partners(structure, self.ledger.with_partners)
+
+    def put(self, bricks: Sequence[Placed]) -> None:
+        """Set bricks in their places, each after those that it rests on."""
+        for placed in bricks:
+            self.structure.put(placed)
+            self._ask_core(placed.brick.id)
+        self._doubt_anew([placed.brick.id for placed in bricks])
+
+    def take(self, bricks: Sequence[BodyId]) -> list[BodyId]:
+        """Take bricks out, and the proofs that counted on them; returns the bricks to be judged again."""
+        structure = self.structure
+        self._doubt_anew(bricks)
+        affected = structure.with_all_above(bricks)
+        while True:
+            larger = structure.with_all_above(affected | self.ledger.strike(affected))
+            if len(larger) == len(affected):
+                break
+            affected = larger
+        for name in bricks:
+            structure.take(name)
+        again = structure.upwards(affected.difference(bricks))
+        self._unproven.difference_update(bricks)
+        for name in again:
+            del structure.cores[name]
+        for name in again:
+            structure.find_core(name)
+            self._ask_core(name)
+        return again
+
+    def all_proven(self) -> bool:
+        """Whether every brick has a proof."""
+        return not self._unproven
+
+    def prove(self, names_smallest: bool) -> Verdict | None:
+        """Judge the bricks without a proof, from the lowest on; None if all are proven now."""
+        found: Verdict | None = None
+        for name in self.structure.upwards(self._unproven):
+            if name not in self._unproven:
+                continue
+            verdict = self._in_doubt.get(name) or self._asked(name, names_smallest)
+            found = verdict or found
+            if found is not None and found.stability is Stability.UNSTABLE:
+                break  # what moves must go before more can be said
+        return found
+
+    def dearest(self, bricks: Sequence[BodyId]) -> Stage | None:
+        """The dearest of the stages that proved these bricks; None if none has proved any."""
+        if len(bricks) == 1:
+            return self.ledger.stage(bricks[0])
+        stages = {self.ledger.stage(name) for name in bricks}
+        return next((stage for stage in DEAREST_FIRST if stage in stages), None)
+
+    def _ask_core(self, name: BodyId) -> None:
+        """Ask whether the weight of a brick lies in its load core."""
+        if self.structure.cores[name].carries(self.structure.weights[name].at):
+            self.ledger.prove_by_core(name)
+            self._unproven.discard(name)
+        else:
+            self._unproven.add(name)
+
+    def _asked(self, name: BodyId, names_smallest: bool) -> Verdict | None:
+        """The verdict of the cascade on a brick that it cannot prove; it is remembered until something near changes."""
+        answer = judge(self.structure, name, self._partners, names_smallest)
+        if answer.group is not None:
+            self.ledger.enter(answer.group)
+            self._unproven.difference_update(answer.group.members)
+            return None
+        if answer.verdict is not None:
+            self._in_doubt |= dict.fromkeys(self._unproven.intersection({*answer.verdict.moving, name}), answer.verdict)
+        return answer.verdict
+
+    def _doubt_anew(self, names: Iterable[BodyId]) -> None:
+        """Forget what was found of all bricks that are connected with these."""
+        if self._in_doubt:
+            for name in names:
+                for other in self.structure.component(name):
+                    self._in_doubt.pop(other, None)
