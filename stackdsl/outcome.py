@@ -33,6 +33,7 @@ class GoldenStatus(StrEnum):
     MISSING = "missing"
     DIFFERENT = "different"
     WRITTEN = "written"
+    OTHER_ENGINE = "of another engine"  # made with it, and the same in what no engine decides
     NEWER = "newer"  # a newer version of stackdsl wrote it, so that it is neither read nor rewritten
     UNREADABLE = "unreadable"
 
@@ -65,6 +66,7 @@ class RunStatus(StrEnum):
     """How playing one variant ended."""
 
     DONE = "done"
+    SKIPPED = "skipped"  # what it needs is not installed
     BLOCKED = "blocked"  # an action could not be done, since something had moved in its way
     CRASHED = "crashed"
     TIMED_OUT = "timed out"
@@ -89,7 +91,8 @@ class VariantResult:
     outcomes: tuple[Outcome, ...] = ()  # expectations
     truths: tuple[Outcome, ...] = ()  # the same, against the answer known from outside; they inform and never fail
     golden: GoldenResult | None = None
-    message: str = ""  # why it crashed or timed out
+    engine: str = ""  # the package that took the steps; empty if none was taken
+    message: str = ""  # why it crashed, timed out or was skipped
     mistake: Diagnostic | None = None  # what kept a run that was blocked from going on, and where in the file that is
     refinement: tuple[Change, ...] | None = None  # beside the refined run; None if that was not asked for
 
@@ -145,7 +148,8 @@ class VariantResult:
             return self.status.value
         if not self.passed:
             return NUMERICAL_COLLAPSE if self.numerical else "failed"
-        return f"golden {self.golden.status.value}" if self.golden is not None and self.golden_failed else "passed"
+        told = self.golden is not None and (self.golden_failed or self.golden.status is GoldenStatus.OTHER_ENGINE)
+        return f"golden {self.golden.status.value}" if self.golden is not None and told else "passed"
 
 
 @dataclass(frozen=True, slots=True)
@@ -197,11 +201,12 @@ def exit_code(report: Report) -> int:
         return ExitCode.INTERRUPTED
     if report.diagnostics or any(result.status is RunStatus.BLOCKED for result in report.results):
         return ExitCode.INVALID
-    if any(result.status is not RunStatus.DONE for result in report.results):
+    tried = [result for result in report.results if result.status is not RunStatus.SKIPPED]
+    if any(result.status is not RunStatus.DONE for result in tried):
         return ExitCode.CRASHED
-    if not report.results:
+    if not tried:
         return ExitCode.USAGE
-    if not all(result.passed for result in report.results):
+    if not all(result.passed for result in tried):
         return ExitCode.FAILED
     if report.obsolete or any(result.golden_failed for result in report.results):
         return ExitCode.GOLDEN

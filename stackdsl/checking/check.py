@@ -1,7 +1,7 @@
 """The pipeline: cases -> traces -> outcomes and snapshots -> report. Worlds are stepped in supervised processes."""
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
@@ -17,10 +17,11 @@ from stackdsl.judging.numerical import Refinement, held_against_refined, with_nu
 from stackdsl.outcome import Report, RunStatus, VariantResult
 from stackdsl.playing.clearance import Blocked, BlockedPlacementError
 from stackdsl.playing.runner import play
-from stackdsl.snapshots.golden import check_golden, current_stamp, golden_name, obsolete, remove_obsolete
+from stackdsl.snapshots.golden import check_golden, golden_name, obsolete, remove_obsolete
 from stackdsl.snapshots.record import Snapshot
 from stackdsl.snapshots.snapshot import take
-from stackdsl.systems.known_systems import system_named
+from stackdsl.snapshots.stamp import current_stamp
+from stackdsl.systems.known_systems import system_named, unplayable
 from stackdsl.systems.systems import SYSTEMS
 from stackdsl.timeline import Timeline
 from stackdsl.trace import Event, Trace
@@ -72,14 +73,25 @@ def check(
     started = perf_counter()
     results: dict[int, VariantResult] = {}
 
-    def done(index: int, result: TaskResult) -> None:
-        results[index] = checked(selected[index], result, terms)
-        on_result(results[index])
+    def ended(index: int, result: VariantResult) -> None:
+        results[index] = result
+        on_result(result)
 
+    for index, case in enumerate(selected):
+        if why := unplayable(case.system):
+            ended(index, skipped(case, why))
+    playable = [index for index in range(len(selected)) if index not in results]
     playing, limit = (play_refined, REFINED_COST * terms.time_limit) if terms.refine else (play_case, terms.time_limit)
-    tasks = [Task(played_or_blocked, (playing, case.timeline, case.system), limit) for case in selected]
+    tasks = [
+        Task(played_or_blocked, (playing, selected[index].timeline, selected[index].system), limit)
+        for index in playable
+    ]
+
+    def done(number: int, result: TaskResult) -> None:
+        ended(playable[number], checked(selected[playable[number]], result, terms))
+
     pool = run_supervised(tasks, terms.workers, done, terms.on_wait)
-    for index, left in enumerate(pool.results):
+    for index, left in zip(playable, pool.results, strict=True):
         if index not in results:
             results[index] = checked(selected[index], left, terms)
     known = whole_set and bool(gathered.cases) and not gathered.diagnostics and not pool.interrupted
@@ -148,6 +160,11 @@ def held_up(case: Case, blocked: Blocked) -> VariantResult:
     return replace(_unfinished(case, RunStatus.BLOCKED, mistake.message), mistake=mistake)
 
 
+def skipped(case: Case, why: str) -> VariantResult:
+    """The result of a case whose engine is not there."""
+    return _unfinished(case, RunStatus.SKIPPED, why)
+
+
 def _unfinished(case: Case, status: RunStatus, message: str) -> VariantResult:
     name = case.identity
     return VariantResult(name.scenario, name.variant, case.system, case.source.file, status, message=message)
@@ -167,7 +184,7 @@ def _in_the_way(case: Case, blocked: Blocked) -> Diagnostic:
 def _compared(case: Case, trace: Trace, terms: Terms) -> VariantResult:
     if case.system not in SYSTEMS:  # what came with another package is nobody's snapshot
         return judged(case, trace)
-    golden = check_golden(snapshot_of(case, trace, current_stamp()), terms.golden, terms.update)
+    golden = check_golden(snapshot_of(case, trace), terms.golden, terms.update)
     return replace(judged(case, trace), golden=golden)
 
 
@@ -184,15 +201,18 @@ def judged(case: Case, trace: Trace) -> VariantResult:
         wrong_edges=trace.wrong_edges,
         collapse=trace.collapse,
         drift=trace.drift,
+        engine=system_named(case.system).engine.package.name if trace.cost.steps else "",
         cost=trace.cost,
         outcomes=judge(trace, case.scenario, case.variant, case.source, case.system),
         truths=compare_with_truth(trace, case.scenario, case.variant, case.source),
     )
 
 
-def snapshot_of(case: Case, trace: Trace, stamp: Mapping[str, str]) -> Snapshot:
+def snapshot_of(case: Case, trace: Trace) -> Snapshot:
     """What is locked of a run. Only what a model has proven or computed is locked to the millimetre."""
-    return take(trace, case.timeline.world, case.identity, stamp, modelled=system_named(case.system).extension)
+    system = system_named(case.system)
+    stamp = current_stamp(system.engine.package.name, trace.cost.steps)
+    return take(trace, case.timeline.world, case.identity, stamp, modelled=system.extension)
 
 
 def is_whole_set(paths: Sequence[Path], golden: Path) -> bool:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from stackdsl.checking.check import held_up, judged, play_case
+from stackdsl.checking.check import held_up, judged, play_case, skipped
 from stackdsl.checking.gathering import Case
 from stackdsl.checking.selection import Selection
 from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE
@@ -14,6 +14,7 @@ from stackdsl.outcome import Report, VariantResult, exit_code
 from stackdsl.playing.clearance import BlockedPlacementError
 from stackdsl.report.event_text import event_text
 from stackdsl.report.run_text import run_text
+from stackdsl.systems.known_systems import unplayable
 
 
 @click.command("run")
@@ -31,6 +32,9 @@ def run_command(context: click.Context, file: Path, systems: tuple[str, ...], ke
 def _run(case: Case) -> VariantResult:
     """Play a case here, and print what happens and how it ended."""
     write(case.name)
+    if why := unplayable(case.system):
+        write(f"  skipped: {why}\n\n")
+        return skipped(case, why)
     try:
         trace = play_case(case.timeline, case.system, lambda event: write(event_text(event)))
     except BlockedPlacementError as error:

@@ -14,7 +14,7 @@ UNBOUNDED = 10_000  # [characters] more than any table takes
 GAP = "  "  # between two columns
 STYLES = (
     dict.fromkeys(("stands", "same", "agrees"), "green")
-    | dict.fromkeys(("written", "differs", "not run"), "yellow")
+    | dict.fromkeys(("written", "differs", "not run", "skipped", "of another engine"), "yellow")
     | dict.fromkeys(
         ("missing", "different", "unreadable", "blocked", "crashed", "timed out", NUMERICAL_COLLAPSE), "red"
     )

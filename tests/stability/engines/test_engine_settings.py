@@ -14,8 +14,8 @@ from stability.engines.scene_scale import USUAL_DIAGONAL, USUAL_GRAVITY, SceneSc
 from stability.engines.settings import EngineSettings
 from stability.model import Brick, Vec3
 from stackdsl.systems.known_systems import KNOWN
-from stackdsl.systems.peers import MUJOCO, MUJOCO_STIFF, SAPIEN
-from stackdsl.systems.systems import HELD, MOVING, STOCK, TUNED
+from stackdsl.systems.peers import MUJOCO_STIFF, SAPIEN
+from stackdsl.systems.systems import HELD, MOVING, MUJOCO, STOCK, TUNED
 
 ENGINES = (PyBulletSettings, MuJoCoSettings, SapienSettings)
 ITERATES = {"iterations"}  # which is no field of all: an engine may have no solver that iterates
