@@ -23,6 +23,7 @@ from stability.model import BodyId, BodyState
 from stability.motion.falling_part import Turn, turn_of
 from stability.motion.known_motion import FallingParts
 from stability.motion.onset import as_it_begins
+from stability.shapes.box import as_box
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Motion, Placed, Problem
 from stability.watching.extension import Extension
@@ -192,7 +193,7 @@ def rigid_time(timeline: Timeline, angle: float) -> float:
 
 def _about(turn: Turn, placed: Placed) -> float:
     """The moment of inertia of a plank that lies level about an axis along one of its sides [kg m2]."""
-    a, b, c = placed.brick.size
+    a, b, c = as_box(placed.brick.shape, "the converged fall").size
     across = b if abs(2.0 * asin(placed.pose.orientation[2])) > 1.0 else a  # its side across the axis, along x
     arm = cross(turn.axis_W, subtract(placed.pose.position_W, turn.point_W))
     return placed.brick.mass * ((across * across + c * c) / 12.0 + dot(arm, arm))

@@ -24,6 +24,7 @@ from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stability.engines.pybullet.reshaping import EdgeReshaper
 from stability.geometry.rotations import multiply, rotate
 from stability.model import GROUND, BodyId, BodyState, Brick, Plane, Pose, Quaternion, Vec3
+from stability.shapes.box import Box
 from stackdsl.systems.systems import MOVING
 
 GRAVITY, DENSITY, USUAL = 9.81, 557.0, 0.1176  # [m/s2], [kg/m3], length that settings are made for [m]
@@ -81,7 +82,7 @@ class Scene:
 
     def add(self, engine: PyBulletWorld, name: str, pose: Pose) -> None:
         """Put a plank somewhere; what is not rounded was set down square elsewhere."""
-        brick = Brick(name, self.size, self.brick_mass)
+        brick = Brick(name, Box(self.size), self.brick_mass)
         if self.kind == "rounded":
             engine.add_brick(brick, pose)
         else:
@@ -211,7 +212,7 @@ def _set_upright(engine: PyBulletWorld, scene: Scene, name: str, side: float, me
     pose = v_pose(scene.size, upright, side)
     aside = side * (thick * sin(upright) - length * cos(upright)) / 2.0
     pose = Pose((foot + aside, 0.0, pose.position_W[2]), pose.orientation)
-    engine.add_brick(Brick(name, scene.size, scene.brick_mass), pose)
+    engine.add_brick(Brick(name, Box(scene.size), scene.brick_mass), pose)
     turn = -side * SPIN  # about y, at the foot's inner edge
     engine.bodies.set_motion(name, (turn * pose.position_W[2], 0.0, -turn * aside), (0.0, turn, 0.0))
 

@@ -30,7 +30,7 @@ def timeline(throw: Throw) -> Timeline:
     rise = 0.5 * GRAVITY * DISTANCE / throw.speed  # brings it back to its height when it arrives
     shot = Placement(
         THROWN_AT,
-        Brick(SHOT, tower[0].brick.size, tower[0].brick.mass),
+        Brick(SHOT, tower[0].brick.shape, tower[0].brick.mass),
         0,
         pose,
         velocity_W=(0.0, -throw.speed, rise),

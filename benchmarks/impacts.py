@@ -75,7 +75,7 @@ def played(settings: PyBulletSettings, tower: Iterable[Placed], throw: Throw | N
         world.add_brick(placed.brick, placed.pose)
     if throw is not None:
         way = (-throw.speed, 0.0, 0.0) if throw.bearing == FROM_END else (0.0, -throw.speed, 0.0)
-        world.add_brick(Brick(SHOT, tower[0].brick.size, tower[0].brick.mass), thrown(throw), way)
+        world.add_brick(Brick(SHOT, tower[0].brick.shape, tower[0].brick.mass), thrown(throw), way)
     for _ in range(round(WATCHED / settings.time_step)):
         fastest = max(norm(state.velocity_W) for state in world.states(world.masses()).values())
         world.limit_travel(fastest)

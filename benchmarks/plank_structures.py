@@ -4,6 +4,7 @@ from math import cos, pi, sin
 
 from stability.geometry.plan import Point2
 from stability.model import Brick, Pose, Quaternion
+from stability.shapes.box import Box
 from stability.statics.facts import Placed
 
 LENGTH, WIDTH, THICKNESS = 0.1176, 0.0234, 0.0078  # a KAPLA plank [m]
@@ -14,7 +15,7 @@ GAP = 0.0002  # [m] between the ends of planks in a wall
 def plank_at(name: str, at: Point2, level: int, yaw: float = 0.0, length: float = LENGTH) -> Placed:
     """A plank that lies flat with its centre above `at`, at a level counted from 1."""
     turn: Quaternion = (0.0, 0.0, sin(0.5 * yaw), cos(0.5 * yaw))
-    brick = Brick(name, (length, WIDTH, THICKNESS), DENSITY * length * WIDTH * THICKNESS)
+    brick = Brick(name, Box((length, WIDTH, THICKNESS)), DENSITY * length * WIDTH * THICKNESS)
     return Placed(brick, Pose((*at, (level - 0.5) * THICKNESS), turn))
 
 

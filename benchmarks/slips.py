@@ -24,6 +24,7 @@ from stability.geometry.rotations import multiply, rotate
 from stability.geometry.vectors import add, cross, dot, scale, subtract
 from stability.model import GROUND, BodyState, Brick, Plane, Pose, Vec3
 from stability.motion.known_motion import FallingParts
+from stability.shapes.box import Box
 from stability.watching.extension import Extension
 from stackdsl.systems.systems import MOVING, SYSTEMS, System
 from stackdsl.systems.worlds import extension_for, opened_world
@@ -116,7 +117,7 @@ def timeline(case: Case) -> Timeline:
             poses["right"] = leaning_pose(case.size, angle, 1.0, yaw)
         else:
             planes.append(Plane("wall", (0.0, 0.0, 0.0), scale(-1.0, towards(yaw)), 0.0))
-    placed = (Placement(0.0, Brick(name, case.size, MASS), 1, pose) for name, pose in poses.items())
+    placed = (Placement(0.0, Brick(name, Box(case.size), MASS), 1, pose) for name, pose in poses.items())
     return Timeline(Scene(GRAVITY, case.friction, tuple(planes)), tuple(placed), hold=1.0)
 
 

@@ -2,7 +2,7 @@
 
 Statics alone, without an engine::
 
-    from stability import Assembly, Brick, Pose, margins
+    from stability import Assembly, Box, Brick, Pose, margins
 
 An extension in your own PyBullet world::
 
@@ -18,8 +18,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:  # what type checkers see; at run time `__getattr__` finds the same
     from stability.engines.pybullet import PyBulletBodies
     from stability.exact.proven_stability import ProvenStability
-    from stability.model import Box, Brick, Plane, Pose
+    from stability.model import Brick, Plane, Pose
     from stability.published.stack_stability import StackStability
+    from stability.shapes.box import Box
     from stability.statics.assembly import Assembly
     from stability.statics.facts import Placed, Stability, Verdict
     from stability.statics.margins.summary import margins
@@ -41,7 +42,7 @@ __all__ = [
 
 _HOMES = {
     "Assembly": "stability.statics.assembly",
-    "Box": "stability.model",
+    "Box": "stability.shapes.box",
     "Brick": "stability.model",
     "Placed": "stability.statics.facts",
     "Plane": "stability.model",

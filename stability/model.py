@@ -1,7 +1,8 @@
 """The facts that every part of the extension shares: bodies, poses, motions, contacts. SI units, frame W, z up."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Protocol, TypeAlias, final
 
 Vec3: TypeAlias = tuple[float, float, float]
 Quaternion: TypeAlias = tuple[float, float, float, float]  # x, y, z, w; unit length
@@ -22,21 +23,73 @@ class Pose:
 
 
 @dataclass(frozen=True, slots=True)
-class Brick:
-    """A homogeneous box."""
+class Face:
+    """A flat side of a convex shape."""
 
-    id: BodyId
-    size: Vec3  # full lengths along the body axes [m]
-    mass: float  # [kg]
+    normal: Vec3  # unit, out of the solid, in body axes
+    corners: tuple[int, ...]  # places among the corners of the shape, counter-clockwise seen from outside
+
+
+class ConvexShape(Protocol):
+    """What a shape promises: all that statics, engines and compiler ask of a homogeneous convex solid.
+
+    All of it is in body axes, whose origin is the centre of mass: that need not be the middle of the box around the
+    shape, and the axes need not be principal axes of inertia. `stability.shapes` says where a shape is in a pose. A
+    shape is a value: frozen, comparable, hashable.
+    """
+
+    @property
+    def corners(self) -> Sequence[Vec3]:
+        """Its corners [m], always in the same order."""
+
+    @property
+    def edges(self) -> Sequence[tuple[int, int]]:
+        """The two ends of each edge, as places among the corners."""
+
+    @property
+    def faces(self) -> Sequence[Face]:
+        """Its faces; no two of them lie in one plane."""
+
+    @property
+    def least_thickness(self) -> float:
+        """The least distance of two parallel planes between which it fits [m]; the smallest side of a box."""
+
+    @property
+    def length(self) -> float:
+        """The longest side of the box around it along its body axes [m]."""
+
+    @property
+    def bounding_radius(self) -> float:
+        """How far its farthest corner is from the centre of mass [m]; half the diagonal of a box."""
+
+    @property
+    def volume(self) -> float:
+        """In [m3]."""
+
+    @property
+    def principal_axes(self) -> Quaternion:
+        """The turn from its principal axes of inertia to its body axes."""
+
+    def moments(self, mass: float) -> Vec3:
+        """The moments of inertia about its principal axes through the centre of mass, at a mass [kg m2]."""
+
+    def reach(self, direction: Vec3) -> float:
+        """How far it extends from the centre of mass along a direction of any length, times that length [m]."""
+
+    def support(self, direction: Vec3) -> Vec3:
+        """A corner that is farthest along a direction [m]; of several that are, always the same."""
 
 
 @dataclass(frozen=True, slots=True)
-class Box:
-    """The shape of a brick, and of many a table."""
+class Brick:
+    """A homogeneous convex solid."""
 
-    size: Vec3  # full lengths along the body axes [m]
+    id: BodyId
+    shape: ConvexShape
+    mass: float  # [kg]
 
 
+@final
 @dataclass(frozen=True, slots=True)
 class HalfSpace:
     """The shape of ground without end: all that lies behind a plane through the body's position."""
@@ -44,7 +97,12 @@ class HalfSpace:
     normal: Vec3  # unit, out of the solid, in body axes
 
 
-Shape: TypeAlias = Box | HalfSpace | None  # None for any other
+Shape: TypeAlias = ConvexShape | HalfSpace | None  # None for any other
+
+
+def convex(shape: Shape) -> ConvexShape | None:
+    """The shape of a body if it is a convex solid."""
+    return None if isinstance(shape, HalfSpace) else shape
 
 
 @dataclass(frozen=True, slots=True)

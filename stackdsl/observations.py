@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from math import degrees, isfinite
 from typing import TypeAlias
 
-from stability.geometry.boxes import box_top
+from stability.shapes.in_pose import top_W
 from stackdsl.trace import NO_PART, STAND, BrickState, Trace
 
 Seen: TypeAlias = float | str | tuple[str, ...] | None  # None where there was nothing of the kind to see
@@ -89,7 +89,7 @@ def observations(trace: Trace) -> Mapping[str, Seen]:
         "drift of what stands": MILLIMETRES * max((track.shift for track in standing), default=0.0),
         "shift before": MILLIMETRES * trace.shift_before,
         "largest tilt": degrees(max((track.tilt for track in placed), default=0.0)),
-        "height": MILLIMETRES * max((box_top(track.brick.size, track.final) for track in standing), default=0.0),
+        "height": MILLIMETRES * max((top_W(track.brick.shape, track.final) for track in standing), default=0.0),
         "energy gain": _finite(PERCENT * trace.energy.gain) if trace.energy is not None else None,
         "reach": MILLIMETRES * landing.reach if landing is not None else None,
         "bearing": degrees(landing.bearing) if landing is not None else None,

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping
 
 from stability.model import GROUND, BodyId, Brick, Plane, Pose, Quaternion, Vec3
+from stability.shapes.box import Box
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability
 
@@ -16,7 +17,7 @@ FLOOR = Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), WOOD)
 
 
 def plank(name: BodyId, size: Vec3 = SIZE) -> Brick:
-    return Brick(name, size, MASS)
+    return Brick(name, Box(size), MASS)
 
 
 def lying(level: int, x: float = 0.0, y: float = 0.0, turn: Quaternion = ALONG) -> Pose:

@@ -19,6 +19,7 @@ LAYERS = {
     "stability": (
         {"model"},
         {"graph", "geometry"},
+        {"shapes"},
         {"mechanics"},
         {"statics"},
         {"engines"},
@@ -26,7 +27,7 @@ LAYERS = {
         {"published", "exact"},
     ),
     "stackdsl": (
-        {"diagnostics"},
+        {"diagnostics", "entry_points"},
         {"reading"},
         {"language"},
         {"timeline"},

@@ -13,7 +13,8 @@ from stability.engines.protocol import World
 from stability.geometry.rotations import body_axes
 from stability.geometry.separation import Block, block
 from stability.geometry.vectors import add, add_scaled, cross, dot, norm, scale, subtract
-from stability.model import BodyId, BodyState, Box, ContactPoint, Pose, Vec3
+from stability.model import BodyId, BodyState, ContactPoint, Pose, Vec3
+from stability.shapes.box import Box
 
 EDGE_RADIUS = 1e-4  # [m] how much edges are taken to be rounded
 MOST_ROUNDED = 0.02  # share of a brick's smallest side; less than EDGE_RADIUS on bricks thinner than 5 mm

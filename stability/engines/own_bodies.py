@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from stability.model import BodyId, Box, Brick, HalfSpace, Plane, Shape
+from stability.model import BodyId, Brick, HalfSpace, Plane, Shape
 
 if TYPE_CHECKING:
     from stability.geometry.bounding_boxes import BoundingBoxes
@@ -40,7 +40,7 @@ class OwnBodies:
 
     def shape(self, body: BodyId) -> Shape:
         """The shape of a body, as it was asked for."""
-        return HalfSpace(self.planes[body].normal_W) if body in self.planes else Box(self.bricks[body].size)
+        return HalfSpace(self.planes[body].normal_W) if body in self.planes else self.bricks[body].shape
 
     def near(self, brick: BodyId, boxes: "BoundingBoxes", within: float) -> Sequence[BodyId]:
         """The bodies that may be as close to a brick as this [m], by the boxes around all bricks as they are now."""

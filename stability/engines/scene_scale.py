@@ -6,7 +6,7 @@ Masses, and friction, change nothing of it.
 
 from collections.abc import Collection
 from dataclasses import dataclass
-from math import floor, hypot, log2, sqrt
+from math import floor, log2, sqrt
 from statistics import median_low
 from typing import Self
 
@@ -32,8 +32,8 @@ class SceneScale:
     @classmethod
     def of(cls, bricks: Collection[Brick], gravity: float) -> Self:
         """That of a scene with these bricks, of which there is one at least, and with gravity [m/s2]."""
-        sides = [min(brick.size) / USUAL_SIDE for brick in bricks]
-        diagonals = [hypot(*brick.size) / USUAL_DIAGONAL for brick in bricks]
+        sides = [brick.shape.least_thickness / USUAL_SIDE for brick in bricks]
+        diagonals = [2.0 * brick.shape.bounding_radius / USUAL_DIAGONAL for brick in bricks]
         return cls(gravity, min(sides), max(sides), max(diagonals), median_low(diagonals))
 
     def times(self, lengths: float) -> float:

@@ -4,7 +4,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 from stability.engines.protocol import Engine
-from stability.exact.candidates import boxes
+from stability.exact.candidates import solids
 from stability.exact.hits.rigid_groups import RigidGroups
 from stability.exact.rest_poses import RestPoses
 from stability.model import BodyId, BodyState, Pose
@@ -89,7 +89,8 @@ class AwakeBricks(BrickObserver):
             return {}
         resting = self._resting(now, states)
         news = any(
-            brick in self.announced or self._refusals.is_news(brick, placed.pose, min(placed.brick.size), now)
+            brick in self.announced
+            or self._refusals.is_news(brick, placed.pose, placed.brick.shape.least_thickness, now)
             for brick, placed in resting.items()
         )
         return resting if news else {}
@@ -104,4 +105,4 @@ class AwakeBricks(BrickObserver):
             member for brick in sorted(slow) if brick in self.rigid_groups for member in self.rigid_groups.part(brick)
         ]
         single = [brick for brick in slow if brick not in ridden]
-        return dict(boxes(self.engine, self.engine.states(sorted([*single, *ridden]))))
+        return dict(solids(self.engine, self.engine.states(sorted([*single, *ridden]))))

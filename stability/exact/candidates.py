@@ -1,11 +1,12 @@
-"""Which bricks that an engine moves may be put to the proof: boxes that touch nothing of which statics is silent."""
+"""Which bricks that an engine moves may be put to the proof: solids that touch nothing of which statics is silent."""
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 
 from stability.engines.protocol import Engine
-from stability.geometry.separation import boxes_apart, in_world
-from stability.model import BodyId, BodyState, Box, Brick, HalfSpace, Plane
+from stability.geometry.separation import in_world
+from stability.model import BodyId, BodyState, Brick, HalfSpace, Plane, convex
+from stability.shapes.apart import apart
 from stability.statics.facts import Placed, Tolerances
 
 NO_MASS = 0.0  # of what is fixed; nobody weighs it
@@ -13,13 +14,13 @@ TOUCHING = Tolerances().gap  # share of the smallest side
 ON_TOP = -0.5  # z of the normal from one body towards another that it lies on
 
 
-def boxes(engine: Engine, states: Mapping[BodyId, BodyState]) -> Iterator[tuple[BodyId, Placed]]:
-    """Those of the bricks that are boxes, where they are."""
+def solids(engine: Engine, states: Mapping[BodyId, BodyState]) -> Iterator[tuple[BodyId, Placed]]:
+    """Those of the bricks whose shape is known, where they are."""
     masses = engine.masses()
     for brick, state in states.items():
-        shape = engine.shape(brick)
-        if isinstance(shape, Box):
-            yield brick, Placed(Brick(brick, shape.size, masses[brick]), state.pose)
+        shape = convex(engine.shape(brick))
+        if shape is not None:
+            yield brick, Placed(Brick(brick, shape, masses[brick]), state.pose)
 
 
 def clear_of_strangers(
@@ -37,18 +38,18 @@ def clear_of_strangers(
 
 
 def _hangs_on(engine: Engine, placed: Placed, other: BodyId, states: Mapping[BodyId, BodyState]) -> bool:
-    size, gap = placed.brick.size, TOUCHING * min(placed.brick.size)
-    shape = engine.shape(other) if other in states else None
-    if isinstance(shape, Box):
-        apart = boxes_apart(size, placed.pose, shape.size, states[other].pose)
+    own = placed.brick.shape
+    shape, gap = convex(engine.shape(other)) if other in states else None, TOUCHING * own.least_thickness
+    if shape is not None:
+        between = apart(own, placed.pose, shape, states[other].pose)
         # What still moves on top of a brick is a load to come: it is judged when it has come to rest.
-        return apart.gap <= gap and apart.normal_BA_W[2] > ON_TOP
+        return between.gap <= gap and between.normal_BA_W[2] > ON_TOP
     contacts = engine.contacts(placed.brick.id)
     return any(other in (point.a, point.b) and point.gap <= gap for point in contacts)
 
 
 def fixed_bodies(engine: Engine, friction: float) -> tuple[tuple[Plane, ...], tuple[Placed, ...]]:
-    """The fixed bodies of an engine, as statics knows them: half-spaces and boxes."""
+    """The fixed bodies of an engine, as statics knows them: half-spaces and convex solids."""
     shapes = {body: engine.shape(body) for body in sorted(engine.fixed())}
     poses = {body: state.pose for body, state in engine.states(shapes).items()}
     planes = [
@@ -56,5 +57,5 @@ def fixed_bodies(engine: Engine, friction: float) -> tuple[tuple[Plane, ...], tu
         for body, shape in shapes.items()
         if isinstance(shape, HalfSpace)
     ]
-    tables = [(body, shape) for body, shape in shapes.items() if isinstance(shape, Box)]
-    return tuple(planes), tuple(Placed(Brick(body, box.size, NO_MASS), poses[body]) for body, box in tables)
+    tables = [(body, table) for body, shape in shapes.items() if (table := convex(shape)) is not None]
+    return tuple(planes), tuple(Placed(Brick(body, table, NO_MASS), poses[body]) for body, table in tables)

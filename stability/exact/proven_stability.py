@@ -227,7 +227,7 @@ class ProvenStability:
         poses = {**{brick: was.pose for brick, was in placed.items()}, **judgement.released}
         self._awake.rest_poses.remember(poses)
         for group in reached.riding:
-            side = min(min(placed[brick].brick.size) for brick in group)
+            side = min(placed[brick].brick.shape.least_thickness for brick in group)
             self._rigid_groups.join({brick: poses[brick] for brick in group}, touched, side)
         woken = tuple(sorted(poses))
         self._wake(woken, riding)

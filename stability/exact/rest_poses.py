@@ -53,6 +53,6 @@ class RestPoses(BrickObserver):
 
     def _moved(self, placed: Placed) -> float:
         """How far any point of a brick may have moved, as a share of its smallest side."""
-        home, size = self._poses[placed.brick.id], placed.brick.size
-        shift = dist(home.position_W, placed.pose.position_W) + 0.5 * max(size) * turn_between(home, placed.pose)
-        return shift / min(size)
+        home, shape = self._poses[placed.brick.id], placed.brick.shape
+        shift = dist(home.position_W, placed.pose.position_W) + 0.5 * shape.length * turn_between(home, placed.pose)
+        return shift / shape.least_thickness

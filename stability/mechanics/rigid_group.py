@@ -11,10 +11,12 @@ from numpy.typing import NDArray
 
 from stability.geometry.rotations import body_axes, multiply, rotate
 from stability.geometry.vectors import add, cross, scale, subtract
-from stability.mechanics.impulse import moments
+from stability.mechanics.inertia import diagonal_times, inertia_times
 from stability.model import BodyId, BodyState, Brick, Pose, Quaternion, Vec3
+from stability.shapes.in_pose import principal_turn
 
 Matrix = NDArray[np.float64]
+Rows = NDArray[np.int_]
 EQUALLY_NEAR = 1e-7  # [m] far above rounding, far below the gaps of contacts
 
 
@@ -58,23 +60,16 @@ def common_motion(group: RigidGroup, states: Mapping[BodyId, BodyState]) -> tupl
         velocity = add(velocity, scale(brick.mass / group.mass, state.velocity_W))
         arm = subtract(state.pose.position_W, group.pose.position_W)
         twist = add(twist, scale(brick.mass, cross(arm, state.velocity_W)))
-        twist = add(twist, _turned_by(moments(brick.size, brick.mass), state.pose, state.angular_velocity_W))
+        twist = add(twist, inertia_times(brick, state.pose.orientation, state.angular_velocity_W))
     a, b, c = group.moments
-    return velocity, _turned_by((1.0 / a, 1.0 / b, 1.0 / c), group.pose, twist)
-
-
-def _turned_by(diagonal: Vec3, pose: Pose, vector_W: Vec3) -> Vec3:
-    """A tensor that is diagonal in the axes of a body, times a vector, in W."""
-    x, y, z, w = pose.orientation
-    u, v, t = rotate((-x, -y, -z, w), vector_W)
-    return rotate(pose.orientation, (diagonal[0] * u, diagonal[1] * v, diagonal[2] * t))
+    return velocity, diagonal_times((1.0 / a, 1.0 / b, 1.0 / c), group.pose.orientation, twist)
 
 
 def _inertia(brick: Brick, pose: Pose, centre: Vec3) -> Matrix:
     """The inertia of a brick about a point of W (3, 3) [kg m2], by the parallel axis theorem."""
-    axes = np.array(body_axes(pose.orientation)).T
+    axes = np.array(body_axes(principal_turn(brick.shape, pose.orientation))).T
     arm = np.array(subtract(pose.position_W, centre))
-    own: Matrix = axes @ np.diag(moments(brick.size, brick.mass)) @ axes.T
+    own: Matrix = axes @ np.diag(brick.shape.moments(brick.mass)) @ axes.T
     about: Matrix = own + brick.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
     return about
 
@@ -108,24 +103,31 @@ class Surfaces:
     names: tuple[BodyId, ...]
     centres_G: Matrix  # (n, 3) [m]
     axes_G: Matrix  # (n, 3, 3), rows are the axes of a brick
-    halves: Matrix  # (n, 3) half lengths along these axes [m]
+    normals: Matrix  # (faces, 3) of all bricks, one after the other, each in the axes of its brick
+    reaches: Matrix  # (faces,) of each face from the centre of mass of its brick [m]
+    first: Rows  # (n,) where the faces of each brick begin
 
     def brick_at(self, point_G: Vec3) -> BodyId:
         """The brick whose surface is nearest to a point that is not deep inside."""
         local = np.einsum("nij,nj->ni", self.axes_G, np.array(point_G) - self.centres_G)
-        outside = np.max(np.abs(local) - self.halves, axis=1)
+        faces = np.diff(self.first, append=len(self.reaches))
+        beyond = np.einsum("fi,fi->f", self.normals, np.repeat(local, faces, axis=0)) - self.reaches
+        outside = np.maximum.reduceat(beyond, self.first)
         # Of bricks that are equally near, rounding must not choose.
         return self.names[int(np.argmax(outside <= outside.min() + EQUALLY_NEAR))]
 
 
 def surfaces(group: RigidGroup) -> Surfaces:
     """The surfaces of the bricks of a group."""
-    places = group.places_G.values()
+    places, shapes = group.places_G.values(), [group.bricks[name].shape for name in group.places_G]
+    ends = np.cumsum([len(shape.faces) for shape in shapes])
     return Surfaces(
         tuple(group.places_G),
         np.array([place.position_W for place in places]),
         np.array([body_axes(place.orientation) for place in places]),
-        np.array([group.bricks[name].size for name in group.places_G]) / 2.0,
+        np.array([face.normal for shape in shapes for face in shape.faces]),
+        np.array([shape.reach(face.normal) for shape in shapes for face in shape.faces]),
+        np.concatenate(([0], ends[:-1])),
     )
 
 

@@ -8,15 +8,16 @@ stands act where the axis goes through them, all others of these have opened.
 
 from collections.abc import Collection, Mapping, Set
 from dataclasses import dataclass
-from math import cos, dist, hypot, sin
+from itertools import combinations
+from math import cos, dist, sin
 
-from stability.geometry.boxes import box_corners
-from stability.geometry.rotations import body_axes, multiply, rotate
-from stability.geometry.separation import boxes_apart
+from stability.geometry.rotations import multiply, rotate
 from stability.geometry.vectors import add, add_scaled, cross, dot, norm, scale, subtract, unit
-from stability.mechanics.impulse import moments
+from stability.mechanics.inertia import inertia_times
 from stability.mechanics.pendulum import Pendulum
 from stability.model import BodyId, BodyState, Plane, Pose, Vec3
+from stability.shapes.apart import apart, apart_from_plane
+from stability.shapes.in_pose import corners_W
 from stability.statics.contacts.touch import contact_between, solid
 from stability.statics.facts import Contact, Motion, Placed, Problem, Tolerances, Wrench
 
@@ -24,6 +25,7 @@ DOWN: Vec3 = (0.0, 0.0, -1.0)
 PITCH = 1e-6  # of the speed: more of it along the axis, and it is a screw
 ON_AXIS = Tolerances().gap  # share of the smallest side: nearer points stay where they are
 ALONG = 1.0 - 1e-9  # cosine: edges run along the axis
+FLAT = 1e-9  # volume that the normals of three faces span: less, and they meet in no corner
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,13 +98,14 @@ def holds_together(part: FallingPart, angle: float) -> bool:
 def is_clear(part: FallingPart, angle: float, others: Collection[Placed], planes: Collection[Plane]) -> bool:
     """Whether at an angle [rad] no brick of a part lies deeper in another body than bodies in contact do."""
     for placed in turned_part(part, angle).values():
-        size, pose = placed.brick.size, placed.pose
-        depth, around = ON_AXIS * min(size), 0.5 * hypot(*size)
-        if any(_height(pose.position_W, plane) < around and _lowest(size, pose, plane) < -depth for plane in planes):
+        shape, pose = placed.brick.shape, placed.pose
+        depth, around = ON_AXIS * shape.least_thickness, shape.bounding_radius
+        near_planes = [plane for plane in planes if _height(pose.position_W, plane) < around]
+        if any(apart_from_plane(shape, pose, plane).gap < -depth for plane in near_planes):
             return False
         for other in others:
-            near = dist(pose.position_W, other.pose.position_W) < around + 0.5 * hypot(*other.brick.size)
-            if near and boxes_apart(size, pose, other.brick.size, other.pose).gap < -depth:
+            near = dist(pose.position_W, other.pose.position_W) < around + other.brick.shape.bounding_radius
+            if near and apart(shape, pose, other.brick.shape, other.pose).gap < -depth:
                 return False
     return True
 
@@ -114,15 +117,11 @@ def reach(part: FallingPart) -> float:
 
 
 def _corners(placed: Placed) -> tuple[Vec3, ...]:
-    return box_corners(placed.brick.size, placed.pose)
+    return corners_W(placed.brick.shape, placed.pose)
 
 
 def _height(point_W: Vec3, plane: Plane) -> float:
     return dot(subtract(point_W, plane.point_W), plane.normal_W)
-
-
-def _lowest(size: Vec3, pose: Pose, plane: Plane) -> float:
-    return min(_height(corner, plane) for corner in box_corners(size, pose))
 
 
 def _turned(placed: Placed, turn: Turn, angle: float) -> Placed:
@@ -162,11 +161,7 @@ def _about(turn: Turn, placed: Placed) -> float:
 
 
 def _inertia_times(placed: Placed, vector_W: Vec3) -> Vec3:
-    """The inertia of a brick about its centre, times a vector."""
-    x, y, z, w = placed.pose.orientation
-    a, b, c = rotate((-x, -y, -z, w), vector_W)
-    one, two, three = moments(placed.brick.size, placed.brick.mass)
-    return rotate(placed.pose.orientation, (one * a, two * b, three * c))
+    return inertia_times(placed.brick, placed.pose.orientation, vector_W)
 
 
 def _at_angle(part: FallingPart, angle: float) -> Problem:
@@ -210,7 +205,7 @@ def _contact(part: FallingPart, contact: Contact, angle: float) -> Contact | Non
 
 def _on_axis(turn: Turn, moving: Placed, points_W: Collection[Vec3]) -> tuple[Vec3, ...]:
     """Those of the points that lie on the axis: exactly, for beside it by what a solver leaves no forces balance."""
-    near = ON_AXIS * min(moving.brick.size)
+    near = ON_AXIS * moving.brick.shape.least_thickness
     return tuple(foot for point in points_W if norm(subtract(foot := _foot(turn, point), point)) <= near)
 
 
@@ -228,8 +223,13 @@ def _edge_contact(part: FallingPart, contact: Contact, moving: Placed, angle: fl
 
 def _on_own_edge(turn: Turn, moving: Placed, point_W: Vec3) -> bool:
     """Whether at a point of the axis an edge of the brick lies along it, or a corner on it."""
-    arm, near = subtract(point_W, moving.pose.position_W), ON_AXIS * min(moving.brick.size)
-    return all(
-        abs(dot(axis_W, turn.axis_W)) > ALONG or abs(dot(axis_W, arm)) > 0.5 * side - near
-        for axis_W, side in zip(body_axes(moving.pose.orientation), moving.brick.size, strict=True)
+    shape, near = moving.brick.shape, ON_AXIS * moving.brick.shape.least_thickness
+    x, y, z, w = moving.pose.orientation
+    point, axis = (
+        rotate((-x, -y, -z, w), vector_W) for vector_W in (subtract(point_W, moving.pose.position_W), turn.axis_W)
     )
+    meeting = [face.normal for face in shape.faces if dot(face.normal, point) > shape.reach(face.normal) - near]
+    edges = [cross(one, other) for one, other in combinations(meeting, 2)]
+    if any(abs(dot(edge, axis)) > ALONG * norm(edge) > 0.0 for edge in edges):
+        return True
+    return any(abs(dot(cross(one, two), three)) > FLAT for one, two, three in combinations(meeting, 3))

@@ -13,7 +13,7 @@ from math import dist, hypot
 from typing import Protocol
 
 from stability.engines.protocol import World
-from stability.model import BodyId, BodyState, Box, Brick, Plane
+from stability.model import BodyId, BodyState, Brick, Plane, convex
 from stability.statics.facts import Motion, Placed, Tolerances
 from stability.statics.structure import Structure
 
@@ -100,20 +100,25 @@ class FallingParts:
     def _placed(self, bricks: Collection[BodyId]) -> Iterator[Placed]:
         masses, states = self.world.masses(), self.world.states(bricks)
         for name in sorted(bricks):
-            shape = self.world.shape(name)
-            if isinstance(shape, Box):
-                yield Placed(Brick(name, shape.size, masses[name]), states[name].pose)
+            shape = convex(self.world.shape(name))
+            if shape is not None:
+                yield Placed(Brick(name, shape, masses[name]), states[name].pose)
 
     def _around(self, part: Sequence[Placed]) -> tuple[list[Placed], list[Placed]]:
         """The other bricks that a part may touch or reach as it turns, and beyond them those that may touch these."""
         middle = part[0].pose.position_W
-        within = 2.0 * max(dist(middle, one.pose.position_W) + hypot(*one.brick.size) for one in part)
+        within = 2.0 * max(dist(middle, one.pose.position_W) + _across(one) for one in part)
         near, beyond = [], []
         for placed in self._placed(self.world.masses().keys() - {one.brick.id for one in part}):
-            apart, size = dist(middle, placed.pose.position_W), hypot(*placed.brick.size)
+            apart, size = dist(middle, placed.pose.position_W), _across(placed)
             if apart <= within + size:
                 near.append(placed)
             else:
                 beyond.append((apart - size, placed))
-        farthest = within + 2.0 * max((hypot(*one.brick.size) for one in near), default=0.0)
+        farthest = within + 2.0 * max((_across(one) for one in near), default=0.0)
         return near, [placed for nearest, placed in beyond if nearest <= farthest]
+
+
+def _across(placed: Placed) -> float:
+    """What a brick measures across at most [m]."""
+    return 2.0 * placed.brick.shape.bounding_radius

@@ -16,8 +16,8 @@ from math import sqrt
 import numpy as np
 
 from stability.geometry.rotations import rotate
-from stability.mechanics.impulse import moments
 from stability.model import Vec3
+from stability.shapes.in_pose import principal_turn
 from stability.statics.facts import Motion, Placed, Problem, Tolerances
 from stability.statics.solvers.conic_program import Array, ConicProgram, Solver, clarabel_solve, solve
 from stability.statics.solvers.equilibrium import proven_motion
@@ -57,8 +57,9 @@ def _root_of_inertia(bricks: Sequence[Placed], system: WrenchMatrix) -> Sparse:
     blocks = []
     for placed in bricks:
         brick, pose = placed.brick, placed.pose
-        spins = zip(moments(brick.size, brick.mass), AXES, strict=True)
-        turns = [[sqrt(moment) * part for part in rotate(pose.orientation, axis)] for moment, axis in spins]
+        spins = zip(brick.shape.moments(brick.mass), AXES, strict=True)
+        turn = principal_turn(brick.shape, pose.orientation)
+        turns = [[sqrt(moment) * part for part in rotate(turn, axis)] for moment, axis in spins]
         blocks += [sqrt(brick.mass) * np.identity(3), np.array(turns)]
     root = block_diag(blocks, format="csc") @ diags(1.0 / system.column_scale)
     return root / abs(root).max()

@@ -12,12 +12,11 @@ from dataclasses import dataclass
 from math import cos, hypot, inf, sin
 from typing import NamedTuple
 
-from stability.geometry.boxes import box_corners
 from stability.geometry.rotations import body_axes, multiply
-from stability.geometry.separation import boxes_apart
 from stability.geometry.vectors import add, add_scaled, cross, dot, norm, scale, subtract, unit
-from stability.mechanics.impulse import moments
 from stability.model import BodyId, BodyState, Plane, Pose, Vec3
+from stability.shapes.apart import apart, apart_from_plane
+from stability.shapes.in_pose import corners_W, principal_turn
 from stability.statics.facts import UP, Contact, Motion, Placed, Problem
 
 ALIKE = 1e-6  # sine of an angle, or share of a brick's longest side: what is closer counts as the same
@@ -203,7 +202,7 @@ def _leaning(placed: Placed, contacts: Sequence[Contact], problem: Problem, grav
     towards_W = across_W if dot(subtract(top_W, foot_W), across_W) > 0.0 else scale(-1.0, across_W)
     on_brick = wall.lower in problem.bricks
     aside = max(abs(dot(foot_W, along_W)), abs(dot(top_W, along_W)))
-    if aside > ALIKE * max(placed.brick.size) or not _is_upright(placed, wall, along_W):
+    if aside > ALIKE * placed.brick.shape.length or not _is_upright(placed, wall, along_W):
         return None
     if not on_brick and norm(add(wall.normals_W[0], towards_W)) > ALIKE:
         return None
@@ -216,17 +215,21 @@ def _leaning(placed: Placed, contacts: Sequence[Contact], problem: Problem, grav
 def _is_upright(placed: Placed, wall: Contact, along_W: Vec3) -> bool:
     """Whether the edge that leans and the brick are square to the plane across the edge that stands."""
     edge_W = subtract(wall.points_W[1], wall.points_W[0])
-    axes_W = body_axes(placed.pose.orientation)
+    axes_W = _principal_axes_W(placed)
     return all(
         min(norm(cross(direction_W, along_W)) for direction_W in directions_W) <= ALIKE
         for directions_W in ((unit(edge_W),), axes_W)
     )
 
 
+def _principal_axes_W(placed: Placed) -> tuple[Vec3, Vec3, Vec3]:
+    return body_axes(principal_turn(placed.brick.shape, placed.pose.orientation))
+
+
 def _inertia(placed: Placed, along_W: Vec3) -> float:
-    axes_W = body_axes(placed.pose.orientation)
+    axes_W = _principal_axes_W(placed)
     which = max(range(3), key=lambda axis: abs(dot(axes_W[axis], along_W)))
-    return moments(placed.brick.size, placed.brick.mass)[which] / placed.brick.mass
+    return placed.brick.shape.moments(placed.brick.mass)[which] / placed.brick.mass
 
 
 def _against_a_wall(leans: Sequence[_Leans]) -> bool:
@@ -246,7 +249,7 @@ def _against_each_other(leans: Sequence[_Leans]) -> bool:
 
 
 def _corners(placed: Placed, towards_W: Vec3) -> list[Flat]:
-    from_centre = (subtract(corner, placed.pose.position_W) for corner in box_corners(placed.brick.size, placed.pose))
+    from_centre = (subtract(corner, placed.pose.position_W) for corner in corners_W(placed.brick.shape, placed.pose))
     return [Flat(dot(corner, towards_W), corner[2]) for corner in from_centre]
 
 
@@ -256,8 +259,8 @@ def _room(bricks: Collection[Placed], others: Collection[Placed], planes: Collec
 
 def _gaps(bricks: Collection[Placed], others: Collection[Placed], planes: Collection[Plane]) -> Iterator[float]:
     for placed in bricks:
-        size, pose = placed.brick.size, placed.pose
+        shape, pose = placed.brick.shape, placed.pose
         for other in others:
-            yield boxes_apart(size, pose, other.brick.size, other.pose).gap
+            yield apart(shape, pose, other.brick.shape, other.pose).gap
         for plane in planes:
-            yield min(dot(subtract(corner, plane.point_W), plane.normal_W) for corner in box_corners(size, pose))
+            yield apart_from_plane(shape, pose, plane).gap

@@ -66,5 +66,5 @@ def toppling_of(
     if part is None or not holds_together(part, 0.0):
         return None
     moving = [problem.bricks[name] for name in sorted(part.moving)]
-    smallest = min(min(placed.brick.size) for placed in (*moving, *others))
+    smallest = min(placed.brick.shape.least_thickness for placed in (*moving, *others))
     return Toppling(part, others, planes, UNSEEN * smallest / reach(part))

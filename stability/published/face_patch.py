@@ -5,10 +5,11 @@ stack, rounding decides which: PyBullet then reports points in the middle of an 
 asked whether two bricks touch, and geometry where.
 """
 
-from stability.geometry.boxes import box_corners
 from stability.geometry.plan import Point2, Polygon, convex_hull, straightened
 from stability.geometry.rotations import body_axes
 from stability.model import Pose, Vec3
+from stability.shapes.box import Box
+from stability.shapes.in_pose import corners_W
 
 PARALLEL = 0.9994  # cosine of 2 deg: faces further apart in direction touch along an edge, not over an area
 
@@ -24,7 +25,7 @@ def face_patch(upper_size: Vec3, upper: Pose, lower_size: Vec3, lower: Pose) -> 
         return ()
     first, second = (axis for axis in range(3) if axis != axis_l)
     top = 0.5 * sign * lower_size[axis_l]
-    under_side = sorted(box_corners(upper_size, upper), key=lambda corner: _dot(corner, axes_l[axis_l]) * sign)[:4]
+    under_side = sorted(corners_W(Box(upper_size), upper), key=lambda corner: _dot(corner, axes_l[axis_l]) * sign)[:4]
     in_face = [_coordinates(corner, lower, (axes_l[first], axes_l[second])) for corner in under_side]
     half = (0.5 * lower_size[first], 0.5 * lower_size[second])
     corners = straightened(clipped(convex_hull(in_face), half))

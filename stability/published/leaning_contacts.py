@@ -1,8 +1,8 @@
 """On what may a brick lean? All that it touches, with exact contact points and normals.
 
 The engine says which bodies are near; geometry says where they touch and along which normal, since engines give edges
-that meet the normal of a face (docs/decisions/0009). Only boxes and half-spaces are known: if anything else is near,
-nothing is told, and the brick stays with the engine.
+that meet the normal of a face (docs/decisions/0009). Only convex solids and half-spaces are known: if anything else is
+near, nothing is told, and the brick stays with the engine.
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from stability.engines.protocol import Engine
 from stability.geometry.separation import in_world
 from stability.geometry.vectors import scale, unit
-from stability.model import BodyId, Box, Brick, HalfSpace, Plane, Pose
+from stability.model import BodyId, Brick, ConvexShape, HalfSpace, Plane, Pose, Shape, convex
 from stability.published.leaning import LeaningArea
 from stability.statics.contacts.touch import Solid, contact_between, contact_with_plane, solid
 from stability.statics.facts import Contact, Placed, Tolerances
@@ -34,9 +34,9 @@ class Friction:
 
 
 def smallest_side(engine: Engine, brick: BodyId) -> float | None:
-    """The smallest side of a brick [m]; None if it is no box."""
-    shape = engine.shape(brick)
-    return min(shape.size) if isinstance(shape, Box) else None
+    """The smallest side of a brick [m]; None if its shape is not known."""
+    shape = convex(engine.shape(brick))
+    return None if shape is None else shape.least_thickness
 
 
 def touching_areas(engine: Engine, brick: BodyId, friction: Friction) -> Sequence[LeaningArea]:
@@ -58,13 +58,14 @@ def touching_areas(engine: Engine, brick: BodyId, friction: Friction) -> Sequenc
     return [area for area in found if area.normal_W[2] > ON_TOP]
 
 
-def _solid(body: BodyId, shape: object, pose: Pose) -> Solid | None:
-    return solid(Placed(Brick(body, shape.size, NO_MASS), pose)) if isinstance(shape, Box) else None
+def _solid(body: BodyId, shape: Shape, pose: Pose) -> Solid | None:
+    known = convex(shape)
+    return None if known is None else solid(Placed(Brick(body, known, NO_MASS), pose))
 
 
-def _contact(own: Solid, body: BodyId, shape: Box | HalfSpace, pose: Pose, friction: float) -> Contact | None:
-    if isinstance(shape, Box):
-        return contact_between(own, solid(Placed(Brick(body, shape.size, NO_MASS), pose)), friction, Tolerances())
+def _contact(own: Solid, body: BodyId, shape: ConvexShape | HalfSpace, pose: Pose, friction: float) -> Contact | None:
+    if not isinstance(shape, HalfSpace):
+        return contact_between(own, solid(Placed(Brick(body, shape, NO_MASS), pose)), friction, Tolerances())
     surface = in_world(shape, pose)
     return contact_with_plane(own, Plane(body, surface.point_W, surface.normal_W, friction), Tolerances())
 

@@ -12,10 +12,12 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from stability.engines.protocol import TOUCHING, Engine
-from stability.geometry.boxes import box_corners
-from stability.geometry.separation import boxes_apart, in_world
-from stability.model import BodyId, BodyState, Box, ContactPoint, HalfSpace, Plane, Pose, Shape, Vec3
+from stability.geometry.separation import in_world
+from stability.model import BodyId, BodyState, ContactPoint, ConvexShape, HalfSpace, Plane, Pose, Shape, Vec3
 from stability.published.face_patch import face_patch
+from stability.shapes.apart import apart
+from stability.shapes.box import Box
+from stability.shapes.in_pose import corners_W
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,26 +51,26 @@ def corners_on(upper: Shape, at: Pose, lower: Shape, below: Pose, limits: Contac
 
     None if their shapes alone do not tell.
     """
-    if not isinstance(upper, Box):
-        return None
-    match lower:
-        case Box():
-            apart = boxes_apart(upper.size, at, lower.size, below)
-            if abs(apart.gap) > limits.gap or apart.normal_BA_W[2] < limits.upward:
+    match upper, lower:
+        case Box(), Box():
+            between = apart(upper, at, lower, below)
+            if abs(between.gap) > limits.gap or between.normal_BA_W[2] < limits.upward:
                 return ()
             return face_patch(upper.size, at, lower.size, below) or None
-        case HalfSpace():
+        case (None | HalfSpace(), _):
+            return None
+        case _, HalfSpace():
             return _lowest_corners(upper, at, in_world(lower, below), limits)
         case _:
             return None
 
 
-def _lowest_corners(upper: Box, at: Pose, plane: Plane, limits: ContactLimits) -> Sequence[Vec3]:
+def _lowest_corners(upper: ConvexShape, at: Pose, plane: Plane, limits: ContactLimits) -> Sequence[Vec3]:
     nx, ny, nz = plane.normal_W
     px, py, pz = plane.point_W
     if nz < limits.upward:
         return ()
-    heights = {(x, y, z): (x - px) * nx + (y - py) * ny + (z - pz) * nz for x, y, z in box_corners(upper.size, at)}
+    heights = {(x, y, z): (x - px) * nx + (y - py) * ny + (z - pz) * nz for x, y, z in corners_W(upper, at)}
     if min(heights.values()) < -limits.gap:
         return ()
     return [corner for corner, height in heights.items() if height <= limits.gap]

@@ -3,7 +3,8 @@
 from collections.abc import Collection, Iterable, Sequence
 from math import isfinite
 
-from stability.model import BodyId, Plane
+from stability.model import BodyId, ConvexShape, Plane
+from stability.shapes.box import Box
 from stability.statics.facts import Placed
 
 UNIT = 1e-6  # how far the length of a quaternion or a normal may be from 1
@@ -16,9 +17,7 @@ def admit_brick(placed: Placed) -> None:
     if _is_usual(placed):
         return
     brick, name = placed.brick, placed.brick.id
-    _admit(name, "size", brick.size, 3, "write length, width and thickness in metres")
-    if not all(SHORTEST <= side <= LONGEST for side in brick.size):
-        raise ValueError(f"brick '{name}' has the size {brick.size}; each side is from {SHORTEST:g} to {LONGEST:g} m")
+    _admit_shape("brick", name, brick.shape)
     if not LIGHTEST <= brick.mass <= HEAVIEST:
         raise ValueError(f"brick '{name}' has the mass {brick.mass}; it is from {LIGHTEST:g} to {HEAVIEST:g} kg")
     admit_place(placed)
@@ -27,9 +26,12 @@ def admit_brick(placed: Placed) -> None:
 def _is_usual(placed: Placed) -> bool:
     """Whether a brick is admitted, by the quickest test there is, since every brick that is set down passes it."""
     brick, pose = placed.brick, placed.pose
-    if not (len(brick.size) == len(pose.position_W) == 3 and len(pose.orientation) == 4):  # noqa: PLR2004 -- as they are
+    if not isinstance(brick.shape, Box):
+        return False  # it takes the longer way
+    size = brick.shape.size
+    if not (len(size) == len(pose.position_W) == 3 and len(pose.orientation) == 4):  # noqa: PLR2004 -- as they are
         return False
-    (a, b, c), (x, y, z), (i, j, k, w) = brick.size, pose.position_W, pose.orientation
+    (a, b, c), (x, y, z), (i, j, k, w) = size, pose.position_W, pose.orientation
     return (
         SHORTEST <= a <= LONGEST
         and SHORTEST <= b <= LONGEST
@@ -62,13 +64,24 @@ def admit_site(planes: Sequence[Plane], tables: Sequence[Placed], friction: floa
     for plane in planes:
         _admit_plane(plane)
     for table in tables:
-        _admit(table.brick.id, "size", table.brick.size, 3, "write length, width and thickness in metres")
-        if not all(SHORTEST <= side <= LONGEST for side in table.brick.size):
-            limits = f"each side is from {SHORTEST:g} to {LONGEST:g} m"
-            raise ValueError(f"table '{table.brick.id}' has the size {table.brick.size}; {limits}")
+        _admit_shape("table", table.brick.id, table.brick.shape)
         admit_place(table)
     names = [plane.id for plane in planes] + [table.brick.id for table in tables]
     admit_names(names, ())
+
+
+def _admit_shape(what: str, name: BodyId, shape: ConvexShape) -> None:
+    limits = f"from {SHORTEST:g} to {LONGEST:g} m"
+    match shape:
+        case Box(size):
+            _admit(name, "size", size, 3, "write length, width and thickness in metres")
+            if not all(SHORTEST <= side <= LONGEST for side in size):
+                raise ValueError(f"{what} '{name}' has the size {size}; each side is {limits}")
+        case tuple():
+            raise ValueError(f"{what} '{name}' has the shape {shape}; write Box({shape})")
+        case _ if not SHORTEST <= shape.least_thickness <= shape.length <= LONGEST:
+            across = f"{shape.least_thickness} to {shape.length} m"
+            raise ValueError(f"{what} '{name}' measures {across}; each measure is {limits}")
 
 
 def _admit_plane(plane: Plane) -> None:

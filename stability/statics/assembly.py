@@ -1,7 +1,7 @@
 """Bricks in their places, and what is proven of them: the statics API.
 
     >>> assembly = Assembly()
-    >>> plank = Brick("a", (0.12, 0.024, 0.008), 0.0115)
+    >>> plank = Brick("a", Box((0.12, 0.024, 0.008)), 0.0115)
     >>> assembly.add(plank, Pose((0.0, 0.0, 0.004))).stability
     <Stability.STABLE: 'stable'>
 
@@ -211,5 +211,5 @@ def _by_height(placed: Placed) -> tuple[float, BodyId]:
 def _rounded(problem: Problem, tolerances: Tolerances) -> Tolerances:
     """Tolerances, with what is lost of a residual because coordinates far from the origin are rounded."""
     furthest = max((abs(part) for p in problem.bricks.values() for part in p.pose.position_W), default=0.0)
-    smallest = min((max(p.brick.size) for p in problem.bricks.values()), default=1.0)
+    smallest = min((p.brick.shape.length for p in problem.bricks.values()), default=1.0)
     return replace(tolerances, residual=tolerances.residual + LOST_DIGITS * furthest / smallest)

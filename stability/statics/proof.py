@@ -76,7 +76,7 @@ def check_forces(problem: Problem, forces: Forces, tolerances: Tolerances) -> Fo
     wrench = np.vstack([loads, np.zeros((1, 6))])
     _add(wrench, upper, np.hstack([pressed, _cross(upper_arms, pressed)]))
     _add(wrench, lower, -np.hstack([pressed, _cross(lower_arms, pressed)]))
-    half = np.array([0.5 * hypot(*problem.bricks[name].brick.size) for name in names])
+    half = np.array([problem.bricks[name].brick.shape.bounding_radius for name in names])
     carried = np.append(_size(loads[:, :3]) + _size(loads[:, 3:]) / half, inf)
     carried += np.bincount(lower, np.maximum(pressed[:, 2], 0.0), minlength=len(carried))
     cone = _cone_violation(cones, pressed, np.minimum(carried[lower], carried[upper]))
@@ -212,7 +212,7 @@ def _weight_on(problem: Problem, moving: Collection[BodyId]) -> float:
     total = 0.0
     for name in sorted(carried):
         load = problem.loads.get(name, UNLOADED)
-        arm = 0.5 * hypot(*problem.bricks[name].brick.size)
+        arm = problem.bricks[name].brick.shape.bounding_radius
         total += hypot(*load.force_W) + hypot(*load.torque_W) / arm
     return total if isfinite(total) else inf
 

@@ -1,7 +1,7 @@
 """Sees which bricks at rest are about to be hit, before the engine lets it happen.
 
 A frozen brick has no mass for the engine, and takes all momentum out of what hits it. So what may give way has to be
-woken before the hit, while the surfaces are still apart. Only the gap between boxes and the speed of its closing are
+woken before the hit, while the surfaces are still apart. Only the gap between solids and the speed of its closing are
 looked at; bricks in contact press on each other, and do not hit.
 """
 
@@ -11,9 +11,10 @@ from math import hypot, inf, sqrt
 
 from stability.engines.protocol import Engine
 from stability.geometry.rotations import multiply
-from stability.geometry.separation import Separation, boxes_apart
+from stability.geometry.separation import Separation
 from stability.geometry.vectors import add_scaled, scale
-from stability.model import BodyId, BodyState, Box, Pose, Vec3
+from stability.model import BodyId, BodyState, ConvexShape, Pose, Vec3, convex
+from stability.shapes.apart import apart
 from stability.watching.life_cycle import BrickObserver
 
 # Shares of the smallest side of the flying brick.
@@ -40,15 +41,15 @@ class Hit:
 
 
 @dataclass(frozen=True, slots=True)
-class _Box:
+class _Solid:
     id: BodyId
-    size: Vec3  # [m]
+    shape: ConvexShape
     state: BodyState
 
 
 @dataclass(frozen=True, slots=True)
 class _Near:
-    box: _Box
+    solid: _Solid
     apart: Separation  # from the flying brick
 
 
@@ -78,17 +79,18 @@ class Approaches(BrickObserver):
             if now < self._look_at.get(brick, now):
                 continue
             # What is in touch presses, and does not hit; unless it has only just come, and came fast.
-            apart = IN_TOUCH if brick in self._known else -inf
+            closer = IN_TOUCH if brick in self._known else -inf
             self._known.add(brick)
-            fastest = _fastest(state, size) if (size := self._size(brick)) else 0.0
-            if size and fastest > least:
-                around = max(AHEAD * min(size), _close(size, fastest, ahead))
-                near = [n for n in self._near(brick, state, still, around) if n.apart.gap > apart * min(size)]
-                free = min((other.apart.gap for other in near), default=AHEAD * min(size))
+            shape = convex(self.engine.shape(brick))
+            if shape is not None and (fastest := _fastest(state, shape)) > least:
+                flying, thin = _Solid(brick, shape, state), shape.least_thickness
+                around = max(AHEAD * thin, _close(thin, fastest, ahead))
+                near = [n for n in self._near(flying, still, around) if n.apart.gap > closer * thin]
+                free = min((other.apart.gap for other in near), default=AHEAD * thin)
                 # Half the way, for whatever makes it faster meanwhile.
-                rest = 0.5 * max(0.0, free - _close(size, fastest, ahead)) / fastest
+                rest = 0.5 * max(0.0, free - _close(thin, fastest, ahead)) / fastest
                 self._look_at[brick] = now + min(self.horizon, rest)
-                found += [hit for other in near if (hit := _hit(_Box(brick, size, state), other, ahead))]
+                found += [hit for other in near if (hit := _hit(flying, other, ahead))]
         return [hit for hit in found if hit.speed > least]
 
     def frozen(self, bricks: Collection[BodyId]) -> None:
@@ -101,58 +103,53 @@ class Approaches(BrickObserver):
         """What is gone hits nothing."""
         self.frozen(bricks)
 
-    def _size(self, brick: BodyId) -> Vec3 | None:
-        shape = self.engine.shape(brick)
-        return shape.size if isinstance(shape, Box) else None
-
-    def _near(self, brick: BodyId, state: BodyState, still: Container[BodyId], within: float) -> list["_Near"]:
+    def _near(self, flying: _Solid, still: Container[BodyId], within: float) -> list["_Near"]:
         """The bricks `still` that are near."""
-        own = self._size(brick)
-        others = [other for other in self.engine.near(brick, within) if other in still]
+        others = [other for other in self.engine.near(flying.id, within) if other in still]
         states, found = self.engine.states(others), []
         for other in others:
-            size = self._size(other)
-            if own and size:
-                apart = boxes_apart(own, state.pose, size, states[other].pose)
-                found.append(_Near(_Box(other, size, states[other]), apart))
+            shape = convex(self.engine.shape(other))
+            if shape is not None:
+                between = apart(flying.shape, flying.state.pose, shape, states[other].pose)
+                found.append(_Near(_Solid(other, shape, states[other]), between))
         return found
 
 
-def _close(size: Vec3, speed: float, ahead: float) -> float:
-    """How near a brick of this speed must be to be about to hit [m]."""
-    return CLOSE * min(size) + ahead * speed
+def _close(thickness: float, speed: float, ahead: float) -> float:
+    """How near a brick of this least thickness [m] and speed must be to be about to hit [m]."""
+    return CLOSE * thickness + ahead * speed
 
 
-def _hit(flying: _Box, other: _Near, within: float) -> Hit | None:
+def _hit(flying: _Solid, other: _Near, within: float) -> Hit | None:
     """Follow a flight from gap to gap: while one direction closes, another may keep the bricks apart, and for good."""
-    apart, ahead = other.apart, 0.0  # [s]
+    between, ahead = other.apart, 0.0  # [s]
     for _ in range(MOST_GAPS):
-        speed = (apart.gap - _apart(flying, other.box, ahead + GLANCE * within).gap) / (GLANCE * within)
-        close = CLOSE * min(flying.size)
-        if speed <= 0.0 or apart.gap >= close + (within - ahead) * speed:
+        speed = (between.gap - _apart(flying, other.solid, ahead + GLANCE * within).gap) / (GLANCE * within)
+        close = CLOSE * flying.shape.least_thickness
+        if speed <= 0.0 or between.gap >= close + (within - ahead) * speed:
             return None
-        if apart.gap <= close + ROUNDING:
-            return Hit(flying.id, other.box.id, speed, scale(-1.0, apart.normal_BA_W))
-        ahead += (apart.gap - close) / speed
-        apart = _apart(flying, other.box, ahead)
-    return Hit(flying.id, other.box.id, speed, scale(-1.0, apart.normal_BA_W))
+        if between.gap <= close + ROUNDING:
+            return Hit(flying.id, other.solid.id, speed, scale(-1.0, between.normal_BA_W))
+        ahead += (between.gap - close) / speed
+        between = _apart(flying, other.solid, ahead)
+    return Hit(flying.id, other.solid.id, speed, scale(-1.0, between.normal_BA_W))
 
 
-def _apart(flying: _Box, other: _Box, ahead: float) -> Separation:
+def _apart(flying: _Solid, other: _Solid, ahead: float) -> Separation:
     """The separation of two bricks when the one has flown and turned on for a while [s]."""
     pose, half_turn = flying.state.pose, scale(0.5 * ahead, flying.state.angular_velocity_W)
     turn = multiply((*half_turn, 1.0), pose.orientation)
     size = sqrt(sum(part * part for part in turn))
     x, y, z, w = (part / size for part in turn)
     then = Pose(add_scaled(pose.position_W, ahead, flying.state.velocity_W), (x, y, z, w))
-    return boxes_apart(flying.size, then, other.size, other.state.pose)
+    return apart(flying.shape, then, other.shape, other.state.pose)
 
 
-def _fastest(state: BodyState, size: Vec3) -> float:
+def _fastest(state: BodyState, shape: ConvexShape) -> float:
     """A bound on the speed of all points of a brick [m/s]."""
-    return hypot(*state.velocity_W) + _turning_speed(state, size)
+    return hypot(*state.velocity_W) + _turning_speed(state, shape)
 
 
-def _turning_speed(state: BodyState, size: Vec3) -> float:
+def _turning_speed(state: BodyState, shape: ConvexShape) -> float:
     """A bound on how fast points of a brick move about its centre [m/s]."""
-    return 0.5 * hypot(*size) * hypot(*state.angular_velocity_W)
+    return shape.bounding_radius * hypot(*state.angular_velocity_W)

@@ -10,7 +10,7 @@ from itertools import groupby
 
 from stackdsl.bench.answers import Answer, answer_of
 from stackdsl.bench.assessors.assessment import Assessment
-from stackdsl.bench.entrants import ENTRANTS
+from stackdsl.bench.entrants import distributions_of, entrant_named
 from stackdsl.bench.journal import Journal
 from stackdsl.bench.points import Point, points_of
 from stackdsl.bench.run_record import NOT_TAKEN, Record, TruthHeld, finite, job_title, step_text
@@ -53,7 +53,7 @@ class Job:
     @property
     def settings(self) -> Mapping[str, float | bool | str | None]:
         """All that may change what comes of it."""
-        return ENTRANTS[self.system].settings(self.case.timeline, self.factor)
+        return entrant_named(self.system).settings(self.case.timeline, self.factor)
 
     @property
     def title(self) -> str:
@@ -95,7 +95,7 @@ def jobs_of(cases: Iterable[Case], systems: Sequence[str], factors: Sequence[flo
     for _, same in groupby(cases, key=lambda case: (case.scenario.scenario, case.variant.parameters)):
         case = next(same)
         case = replace(case, timeline=_until_answered(case))
-        named, runs = case_name(case), [(name, f) for name in systems for f in ENTRANTS[name].factors(factors)]
+        named, runs = case_name(case), [(name, f) for name in systems for f in entrant_named(name).factors(factors)]
         jobs += [Job(case, named, system, factor) for system, factor in runs]
     return jobs
 
@@ -117,10 +117,10 @@ def case_name(case: Case) -> str:
     return case.scenario.scenario + (f"[{chosen}]" if chosen else "")
 
 
-def versions() -> dict[str, str]:
-    """The versions of all that may change a figure."""
+def versions(systems: Iterable[str] = ()) -> dict[str, str]:
+    """The versions of all that may change a figure of some systems."""
     found = {"python": platform.python_version()}
-    for package in PACKAGES:
+    for package in (*PACKAGES, *distributions_of(systems)):
         try:
             found[package] = version(package)
         except PackageNotFoundError:
@@ -135,7 +135,7 @@ def bench(
 
     `on_record` hears of each as it is done, and `on_wait` is called several times a second meanwhile.
     """
-    made_with = versions()
+    made_with = versions({job.system for job in jobs})
     records: dict[str, Record] = {}
 
     def keep(record: Record) -> None:
@@ -181,7 +181,7 @@ def _stages(jobs: Sequence[Job]) -> tuple[list[Job], list[Job]]:
 
 def _refused(stage: Iterable[Job]) -> list[tuple[Job, str]]:
     """The jobs that their entrants cannot take, each with the reason."""
-    reasons = [(job, ENTRANTS[job.system].refusal(job.case.timeline)) for job in stage]
+    reasons = [(job, entrant_named(job.system).refusal(job.case.timeline)) for job in stage]
     return [(job, why) for job, why in reasons if why]
 
 

@@ -1,6 +1,6 @@
 """Who takes part: our own systems, those on other engines, and assessors of statics, as far as they are installed."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Protocol
 
@@ -8,7 +8,7 @@ from stability.engines.settings import Package
 from stackdsl.bench.assessors.assessment import Assessment, Assessor, Setting, assessed, refusal, why_numerical
 from stackdsl.bench.assessors.compas import ASSESSORS
 from stackdsl.judging.numerical import with_numerical_collapse
-from stackdsl.systems.known_systems import KNOWN
+from stackdsl.systems.known_systems import KNOWN, system_named
 from stackdsl.systems.systems import System
 from stackdsl.systems.worlds import settings_for
 from stackdsl.timeline import Timeline
@@ -129,6 +129,23 @@ JUDGES: Mapping[str, Entrant] = {name: Judge(assessor) for name, assessor in ASS
 ENTRANTS: Mapping[str, Entrant] = {**PLAYERS, **JUDGES}  # by name
 
 
+def entrant_named(name: str) -> Entrant:
+    """One of them, or a system of another package. Raises KeyError if there is none of that name."""
+    return ENTRANTS[name] if name in ENTRANTS else Player(system_named(name))
+
+
 def installed() -> tuple[str, ...]:
-    """The names of those that can take part here."""
-    return tuple(name for name, entrant in ENTRANTS.items() if entrant.package.installed)
+    """The names of those that can take part here. Raises ForeignSystemError if one of other packages cannot."""
+    from stackdsl.systems.foreign import foreign_names  # noqa: PLC0415 -- it reads what is installed
+
+    return tuple(name for name in (*ENTRANTS, *foreign_names()) if entrant_named(name).package.installed)
+
+
+def distributions_of(names: Iterable[str]) -> list[str]:
+    """What brings those of some entrants that come with other packages, as it is installed."""
+    foreign = sorted({*names} - ENTRANTS.keys())
+    if not foreign:
+        return []
+    from stackdsl.systems.foreign import distribution_of  # noqa: PLC0415 -- it reads what is installed
+
+    return list(filter(None, dict.fromkeys(distribution_of(name) for name in foreign)))

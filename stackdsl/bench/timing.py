@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from statistics import median
 
-from stackdsl.bench.entrants import ENTRANTS, Result
+from stackdsl.bench.entrants import Result, entrant_named
 from stackdsl.checking.check import played_or_blocked
 from stackdsl.playing.clearance import Blocked
 from stackdsl.timeline import Timeline
@@ -38,7 +38,7 @@ def measured_or_blocked(timeline: Timeline, system: str, factor: float) -> Playe
 
 def measured(timeline: Timeline, system: str, factor: float) -> Played:
     """Play a timeline at so many times the time step; what takes no time is played several times."""
-    entrant = ENTRANTS[system]
+    entrant = entrant_named(system)
 
     def walls() -> Iterator[float]:
         while True:

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from stackdsl.bench.conduct import Bench, Job, Plan, bench, jobs_of
-from stackdsl.bench.entrants import ENTRANTS, installed
+from stackdsl.bench.entrants import ENTRANTS, entrant_named, installed
 from stackdsl.bench.journal import Journal
 from stackdsl.bench.page import bench_page
 from stackdsl.bench.plot import PlotMissingError, draw
@@ -15,7 +15,7 @@ from stackdsl.bench.summary import bench_json
 from stackdsl.bench.table import bench_text
 from stackdsl.checking.gathering import gather
 from stackdsl.checking.selection import Selection, why_nothing
-from stackdsl.commands.options import LONGEST_LIMIT, ON_KEYWORD, ON_TAGS, FilePath, refuse_missing
+from stackdsl.commands.options import LONGEST_LIMIT, ON_KEYWORD, ON_TAGS, FilePath, SystemChoice, refuse_missing
 from stackdsl.commands.terminal import paper, progress, tell, write
 from stackdsl.exits import ExitCode
 from stackdsl.outcome import RunStatus
@@ -27,8 +27,17 @@ TIME_LIMIT = 300.0  # [s] a run
 
 
 def _playable(names: tuple[str, ...]) -> tuple[str, ...]:
-    refuse_missing((name, ENTRANTS[name].package) for name in names)
+    refuse_missing((name, entrant_named(name).package) for name in names)
     return tuple(dict.fromkeys(names))
+
+
+def _installed() -> tuple[str, ...]:
+    from stackdsl.systems.foreign import ForeignSystemError  # noqa: PLC0415 -- where all systems are asked for
+
+    try:
+        return installed()
+    except ForeignSystemError as error:
+        raise click.UsageError(f"{error}; or name the systems to play on by --system") from error
 
 
 def _factors(context: click.Context, parameter: click.Parameter, text: str) -> tuple[float, ...]:
@@ -48,7 +57,7 @@ def _factors(context: click.Context, parameter: click.Parameter, text: str) -> t
     "--system",
     "systems",
     multiple=True,
-    type=click.Choice(list(ENTRANTS)),
+    type=SystemChoice(list(ENTRANTS)),
     callback=lambda *given: _playable(given[-1]),
     help="Only these systems; default: all that are installed.",
 )
@@ -97,7 +106,7 @@ def bench_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
         tell(diagnostic_text(diagnostic))
     selection = Selection(keyword=keyword, tags=tags)
     cases = [case for case in gathered.cases if selection.takes(case)]
-    jobs = jobs_of(cases, systems or installed(), resolutions)
+    jobs = jobs_of(cases, systems or _installed(), resolutions)
     if not jobs:
         mistaken = "nothing to play: what is selected has mistakes, or has another name"
         tell(mistaken if gathered.diagnostics else why_nothing(selection, gathered.cases, paths))

@@ -11,6 +11,28 @@ from stackdsl.systems.known_systems import KNOWN, needs_of
 FilePath = click.Path(path_type=Path)
 
 
+class SystemChoice(click.Choice[str]):
+    """The name of a system: one of those that are listed, or of one that another package offers."""
+
+    def convert(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """The name. What other packages offer is looked up only if it is none of ours."""
+        if value in self.choices:
+            return value
+        from stackdsl.systems.foreign import ForeignSystemError, foreign_names, foreign_system  # noqa: PLC0415 -- rare
+
+        try:
+            others = foreign_names()
+            if value in others:
+                return foreign_system(value).name
+        except ForeignSystemError as error:
+            self.fail(str(error), param, ctx)
+        listed = ", ".join(f"'{name}'" for name in (*self.choices, *others))
+        self.fail(f"'{value}' is not one of {listed}", param, ctx)
+
+
+SYSTEM_CHOICE = SystemChoice(list(KNOWN))
+
+
 def refuse_missing(needs: Iterable[tuple[str, Package]]) -> None:
     """Refuse what needs a package that is not installed, and say how to get it; `needs` are names and packages."""
     for name, package in needs:
@@ -30,7 +52,7 @@ ON_SYSTEMS = click.option(
     "--system",
     "systems",
     multiple=True,
-    type=click.Choice(list(KNOWN)),
+    type=SYSTEM_CHOICE,
     callback=lambda *given: playable(given[-1]),
     help="Only these systems. Those on other engines than PyBullet are played wherever they are asked for.",
 )

@@ -95,7 +95,7 @@ def where_placed(brick: BodyId, scenario: Scenario, source: Source) -> Span:
 
 
 def _placement(time: float, written: WrittenBrick, level: int, name: BodyId, tilt: Quaternion) -> Placement:
-    brick = Brick(name, written.size, written.mass)
+    brick = Brick(name, written.shape, written.mass)
     return Placement(time, brick, level, turned_pose(written.pose, tilt), written.drop, written.inserted)
 
 
@@ -115,7 +115,7 @@ def _sited(
     """The bricks in an order, each from the moment when it is placed until the one when it is `gone`, by number."""
     turns = {moment: float(turn) for turn, moment in enumerate(sorted({*schedule.bricks, *schedule.impacts}))}
     until = {i: turns[moment] for i, moment in gone.items()}
-    return [Sited(turns[schedule.bricks[i]], written[i].size, written[i].pose, until.get(i, inf)) for i in order]
+    return [Sited(turns[schedule.bricks[i]], written[i].shape, written[i].pose, until.get(i, inf)) for i in order]
 
 
 def _identified(

@@ -8,8 +8,9 @@ from math import floor, hypot, inf
 from statistics import median
 
 from stability.engines.protocol import TOUCHING
-from stability.geometry.separation import Block, Separation, block, block_above_plane, blocks_apart
-from stability.model import Plane, Pose, Vec3
+from stability.geometry.separation import Block, Separation, block_above_plane, blocks_apart
+from stability.model import ConvexShape, Plane, Pose, Vec3
+from stability.shapes.apart import solid_block
 
 OVERLAP = 1e-4  # [m] what rounding in a file may cost; far below what a plank is made to
 MOST_CELLS = 256  # that a box of usual size can reach; a plank on end amid flat ones reaches some sixty
@@ -19,10 +20,10 @@ LEAST_UPWARD = 0.05  # z of a contact normal that carries something; less is a t
 
 @dataclass(frozen=True, slots=True)
 class Sited:
-    """A box, where and when it is put."""
+    """A shape, where and when it is put."""
 
     time: float  # [s], or any number that orders what happens
-    size: Vec3  # [m]
+    shape: ConvexShape
     pose: Pose
     until: float = inf  # when it is taken away again
 
@@ -56,7 +57,7 @@ def fits(boxes: Sequence[Sited], planes: Sequence[Plane]) -> list[Fit]:
 
     Those put at the same time may rest on one another. Of two that overlap, the later one in the order is blamed.
     """
-    blocks = [block(box.size, box.pose) for box in boxes]
+    blocks = [solid_block(box.shape, box.pose) for box in boxes]
     grid = _Grid.suiting(blocks)
     found: list[Fit] = []
     going = sorted((index for index, box in enumerate(boxes) if box.until < inf), key=lambda index: -boxes[index].until)

@@ -26,7 +26,7 @@ def footings_of(
         return [Fit() for _ in written]
     # What a brick stands on does not depend on the clock, only on what the author put before it or in the same step.
     sited = [
-        Sited(float(brick.step), brick.size, brick.pose, until=float(removed_in.get(index, inf)))
+        Sited(float(brick.step), brick.shape, brick.pose, until=float(removed_in.get(index, inf)))
         for index, brick in enumerate(written)
     ]
     return fits(sited, planes)

@@ -5,7 +5,8 @@ from dataclasses import dataclass, replace
 from math import cos, sin
 
 from stability.geometry.rotations import multiply
-from stability.model import Pose, Quaternion, Vec3
+from stability.model import ConvexShape, Pose, Quaternion, Vec3
+from stability.shapes.box import Box
 from stackdsl.language.bricks import BrickKind, SetBrick
 from stackdsl.language.layouts.registry import BrickSpec, place
 from stackdsl.language.schema import Scenario, Step
@@ -18,7 +19,7 @@ class WrittenBrick:
 
     path: Path  # of the brick, or of its layout, in the file
     step: int
-    size: Vec3
+    shape: ConvexShape
     mass: float
     pose: Pose
     level: int | None  # None if it is to be judged by what it stands on
@@ -58,7 +59,7 @@ def _bricks_of_step(number: int, step: Step, scenario: Scenario) -> Iterator[Wri
             path: Path = ("build", number, name)
             mass = kind.mass_of(size)
             yield WrittenBrick(
-                path, number, size, mass, pose, spec.level, own, together=spec.together, within=step.name
+                path, number, Box(size), mass, pose, spec.level, own, together=spec.together, within=step.name
             )
     for index, brick in enumerate(step.bricks or ()):
         set_down = _set_brick(("build", number, "bricks", index), number, brick, kind)
@@ -76,7 +77,7 @@ def pose_of(spec: BrickSpec) -> Pose:
 def _set_brick(path: Path, step: int, brick: SetBrick, kind: BrickKind) -> WrittenBrick:
     made_of = brick.brick or kind
     pose = Pose(brick.at, about_axes(brick.rotate))
-    return WrittenBrick(path, step, made_of.size, made_of.mass_of(made_of.size), pose, brick.level, brick.name)
+    return WrittenBrick(path, step, Box(made_of.size), made_of.mass_of(made_of.size), pose, brick.level, brick.name)
 
 
 def _prefixed(step: Step, name: str | None) -> str | None:

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from itertools import takewhile
 from math import degrees, inf
 
-from stability.geometry.boxes import box_top
 from stability.model import BodyId
+from stability.shapes.in_pose import top_W
 from stackdsl.judging.finding import MILLIMETRES, Finding, mm, placed, remaining, within
 from stackdsl.language.claims import Collapses, Falls, Height, Leaves, Stands
 from stackdsl.trace import COLLAPSE_SHARE_OF_SMALLEST_SIDE, COLLAPSE_TILT, STAND, BrickState, BrickTrack, Trace
@@ -47,7 +47,7 @@ def stands(claim: Stands, trace: Trace) -> Finding:
 
 def _margin_to_collapse(track: BrickTrack) -> tuple[float, str]:
     """How much further a brick may shift, or sink after a hit, or turn if that is closer, before it has collapsed."""
-    limit = COLLAPSE_SHARE_OF_SMALLEST_SIDE * min(track.brick.size)
+    limit = COLLAPSE_SHARE_OF_SMALLEST_SIDE * track.brick.shape.least_thickness
     lost = track.shift if track.sunk is None else track.sunk
     if track.tilt / COLLAPSE_TILT > lost / limit:
         return degrees(COLLAPSE_TILT - track.tilt), "deg"
@@ -114,5 +114,5 @@ def height(claim: Height, trace: Trace) -> Finding:
         return Finding("never placed", 0.0, "mm", passed=False)
     if claim.of is None:
         meant = [track for track in meant if track.state not in (BrickState.FALLEN, BrickState.UNSETTLED)]
-    top = max((box_top(track.brick.size, track.final) for track in meant), default=0.0)
+    top = max((top_W(track.brick.shape, track.final) for track in meant), default=0.0)
     return within(claim.within, top, "mm", mm(top))

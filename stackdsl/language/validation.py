@@ -8,6 +8,7 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from stackdsl.diagnostics import Diagnostic, did_you_mean, reading_order
+from stackdsl.entry_points import offered
 from stackdsl.language.author_types import PROVING
 from stackdsl.language.layouts.registry import place
 from stackdsl.language.mistakes import MistakeError, shown
@@ -108,7 +109,8 @@ def _told(detail: ErrorDetails) -> _Told:
             return _Told("SD102", f"missing key '{last}'", f"add `{last}`, {description_at(path)}")
         case "literal_error":
             choices = re.findall("'([^']*)'", terms["expected"])
-            return _Told("SD104", f"{shown(written)} is not one of the choices", did_you_mean(str(written), choices))
+            hint = did_you_mean(str(written), choices) + (_of_others() if "systems" in path else "")
+            return _Told("SD104", f"{shown(written)} is not one of the choices", hint)
         case "model_type":
             return _Told("SD103", f"expected a mapping, not {shown(written)}", f"its keys: {', '.join(keys_at(path))}")
     if kind in RANGES:
@@ -116,6 +118,12 @@ def _told(detail: ErrorDetails) -> _Told:
     return _Told(
         "SD103", f"expected {WANTED.get(kind, kind)}, not {shown(written)}", _with_meaning(_form(detail), path)
     )
+
+
+def _of_others() -> str:
+    """Where systems are asked for that a scenario cannot name, as it is to be right or wrong alike for everybody."""
+    found = f", and installed are: {', '.join(offered())}" if offered() else ""
+    return f"; systems of other packages are asked for by --system{found}"
 
 
 def _with_meaning(remedy: str, path: Path) -> str:

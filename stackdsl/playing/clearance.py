@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from stability.geometry.separation import boxes_apart
 from stability.model import BodyId
+from stability.shapes.apart import apart
 from stackdsl.playing.watch import Watch, Watched
 from stackdsl.timeline import Placement
 
@@ -46,4 +46,4 @@ def keep_clear(placement: Placement, watch: Watch) -> None:
 def _depth(placement: Placement, other: Watched) -> float:
     """How far the brick would be inside another one [m]."""
     brick = other.placement.brick
-    return -boxes_apart(placement.brick.size, placement.pose, brick.size, other.last).gap
+    return -apart(placement.brick.shape, placement.pose, brick.shape, other.last).gap

@@ -1,24 +1,21 @@
 """Kinetic and potential energy of all bricks, so that what an engine adds by itself shows.
 
-Exact for boxes; of the poses and velocities that the engine has at one time. What is not looked at does not move.
+Exact; of the poses and velocities that the engine has at one time. What is not looked at does not move.
 """
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
-from stability.geometry.rotations import rotate
 from stability.geometry.vectors import dot, subtract
-from stability.mechanics.impulse import moments
+from stability.mechanics.inertia import inertia_times
 from stability.model import BodyId, BodyState, Brick, Plane, Vec3
 from stackdsl.trace import Energy
 
 
 def kinetic_energy(brick: Brick, state: BodyState) -> float:
     """Of translation and rotation [J]."""
-    x, y, z, w = state.pose.orientation
-    spin = rotate((-x, -y, -z, w), state.angular_velocity_W)  # in body axes
-    a, b, c = moments(brick.size, brick.mass)
-    rotation = dot((a * spin[0], b * spin[1], c * spin[2]), spin)
+    spin_W = state.angular_velocity_W
+    rotation = dot(inertia_times(brick, state.pose.orientation, spin_W), spin_W)
     return 0.5 * (brick.mass * dot(state.velocity_W, state.velocity_W) + rotation)
 
 

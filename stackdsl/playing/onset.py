@@ -62,7 +62,7 @@ def turned_about(motion: Motion, bricks: Mapping[BodyId, Placed], planes: Sequen
 def _speed(motion: Motion, placed: Placed) -> float:
     """At most, of any point of a brick."""
     velocity, spin = motion.velocity[placed.brick.id]
-    return norm(velocity) + 0.5 * norm(spin) * norm(placed.brick.size)
+    return norm(velocity) + norm(spin) * placed.brick.shape.bounding_radius
 
 
 def _contacts(

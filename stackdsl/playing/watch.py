@@ -33,7 +33,7 @@ class Watched:
     @property
     def collapse_shift(self) -> float:
         """How far its centre may shift, or sink after a hit [m]."""
-        return COLLAPSE_SHARE_OF_SMALLEST_SIDE * min(self.placement.brick.size)
+        return COLLAPSE_SHARE_OF_SMALLEST_SIDE * self.placement.brick.shape.least_thickness
 
     @property
     def left_its_place(self) -> bool:

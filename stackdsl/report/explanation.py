@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from math import degrees, hypot, inf
 
 from stability.geometry.rotations import body_axes
+from stability.geometry.vectors import scale
 from stability.model import BodyId, Vec3
 from stability.statics.facts import Stability
 from stackdsl.checking.gathering import Case
@@ -21,6 +22,7 @@ from stackdsl.trace import Margins
 
 MOST_FOR_MARGINS = 60  # bricks; beyond, the margins take many seconds and come only when asked for
 MICROSECONDS = 1e6
+AXES: tuple[Vec3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 def explanation_text(cases: Sequence[Case], margins: bool | None = None) -> str:
@@ -101,7 +103,7 @@ def _sited(timeline: Timeline) -> list[Sited]:
         for name in moment.bricks
     }
     return [
-        Sited(float(turn), placement.brick.size, placement.pose, until.get(placement.brick.id, inf))
+        Sited(float(turn), placement.brick.shape, placement.pose, until.get(placement.brick.id, inf))
         for turn, moment in enumerate(moments)
         if isinstance(moment, tuple)
         for placement in moment
@@ -171,7 +173,8 @@ def _mm(position: Vec3) -> str:
 
 def _direction(placement: Placement) -> str:
     """The direction of the longest side of a brick."""
-    longest = max(range(3), key=lambda axis: placement.brick.size[axis])
+    reach = placement.brick.shape.reach
+    longest = max(range(3), key=lambda axis: reach(AXES[axis]) + reach(scale(-1.0, AXES[axis])))
     direction = body_axes(placement.pose.orientation)[longest]
     return "(" + " ".join(f"{round(part, 3) + 0.0:6.3f}" for part in direction) + ")"
 

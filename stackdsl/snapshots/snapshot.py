@@ -5,8 +5,9 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import takewhile
 from math import atan2, degrees, hypot, inf, isfinite, isnan
 
-from stability.geometry.boxes import box_top
 from stability.model import BodyId, Pose, Vec3
+from stability.shapes.box import as_box
+from stability.shapes.in_pose import top_W
 from stability.statics.facts import Stage
 from stackdsl.snapshots.record import (
     COLLAPSE_TIME,
@@ -136,7 +137,7 @@ def _departure(track: BrickTrack) -> float:
 
 
 def _in_limits(length: float, track: BrickTrack) -> float:
-    return length / (COLLAPSE_SHARE_OF_SMALLEST_SIDE * min(track.brick.size))
+    return length / (COLLAPSE_SHARE_OF_SMALLEST_SIDE * track.brick.shape.least_thickness)
 
 
 def _is_moved(track: BrickTrack) -> bool:
@@ -170,7 +171,7 @@ def _lies_still(state: str, collapse: Collapse | None, modelled: bool) -> bool:
 
 def _height(tracks: Mapping[BodyId, BrickTrack], states: Mapping[BodyId, str]) -> Number:
     """The highest corner of what stands; UNCLEAR if it hangs on a brick that is."""
-    tops = {brick: box_top(track.brick.size, track.final) for brick, track in tracks.items()}
+    tops = {brick: top_W(track.brick.shape, track.final) for brick, track in tracks.items()}
     surely = 1000.0 * max((tops[brick] for brick, state in states.items() if state in STANDING), default=0.0)
     perhaps = 1000.0 * max((tops[brick] for brick, state in states.items() if state == UNCLEAR), default=0.0)
     return UNCLEAR if perhaps > surely + HEIGHT.tolerance else _rounded(surely, HEIGHT)
@@ -236,7 +237,7 @@ def _placed(brick: BodyId, trace: Trace, told: bool) -> PlacedBrick:
     return PlacedBrick(
         at_mm=_in_mm(track.placed.position_W, POSITION),
         turn_deg=_turn(track.placed),
-        size_mm=_in_mm(track.brick.size, SIZE),
+        size_mm=_in_mm(as_box(track.brick.shape, "a golden").size, SIZE),
         mass_g=_rounded(1000.0 * track.brick.mass, MASS),
         rests_on=_shares(_supports(edges)[brick]) if edges is not None else None,
     )

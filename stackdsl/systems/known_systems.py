@@ -1,4 +1,4 @@
-"""All systems by name: our own, those on other engines, and what each needs."""
+"""All systems by name: our own, those on other engines, those of other packages, and what each needs."""
 
 from collections.abc import Iterable
 
@@ -10,8 +10,12 @@ KNOWN = {**SYSTEMS, **PEERS}  # by name: those that come with this package
 
 
 def system_named(name: str) -> System:
-    """A system of ours, or on another engine."""
-    return KNOWN[name]
+    """A system of ours, on another engine, or of another package. Raises KeyError if there is none of that name."""
+    if name in KNOWN:
+        return KNOWN[name]
+    from stackdsl.systems.foreign import foreign_system  # noqa: PLC0415 -- it reads what is installed
+
+    return foreign_system(name)
 
 
 def needs_of(names: Iterable[str]) -> list[tuple[str, Package]]:

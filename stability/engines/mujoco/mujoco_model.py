@@ -19,6 +19,7 @@ from stability.geometry.bounding_boxes import BoundingBoxes
 from stability.geometry.rotations import rotate
 from stability.geometry.vectors import add, add_scaled, scale
 from stability.model import BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Quaternion, Vec3
+from stability.shapes.box import as_box
 
 UP = (0.0, 0.0, 1.0)
 SLIDING = 3  # dimensions of a contact force: normal and friction, no resistance to spin or rolling
@@ -161,7 +162,7 @@ def _add_body(world: mujoco.MjsBody, body: Body, scene: Scene) -> None:
     for brick, place in body.bricks:
         added.add_geom(
             type=mujoco.mjtGeom.mjGEOM_BOX,
-            size=scale(0.5, brick.size),
+            size=scale(0.5, as_box(brick.shape, "MuJoCo").size),
             pos=place.position_W,
             quat=_as_wxyz(place.orientation),
             mass=brick.mass,

@@ -84,8 +84,7 @@ class MuJoCoWorld:
         self.own.remove_brick(brick)
 
     def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:
-        size, mass = self.own.bricks[brick].size, self.own.bricks[brick].mass
-        self.set_state(brick, pushed(self.bodies.state(brick), size, mass, impulse_W, at_W))
+        self.set_state(brick, pushed(self.bodies.state(brick), self.own.bricks[brick], impulse_W, at_W))
 
     def set_state(self, brick: BodyId, state: BodyState) -> None:
         self.bodies.part_from_others(brick)

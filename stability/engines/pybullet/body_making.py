@@ -10,9 +10,9 @@ from stability.engines.pybullet.pybullet_binding import pybullet
 from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stability.engines.pybullet.shapes import Solids
 from stability.geometry.vectors import scale
-from stability.mechanics.impulse import moments
 from stability.mechanics.rigid_group import RigidGroup
 from stability.model import BodyId, Brick, Pose, Quaternion, Vec3
+from stability.shapes.box import as_box
 
 # Combined friction is the product of two bodies' own; this stands for "none" where a partner must still reach its own.
 FRICTIONLESS = 1e-6
@@ -44,14 +44,15 @@ class BodyMaker:
 
     def brick(self, brick: Brick, position: Vec3, orientation: Quaternion, rounded: bool) -> None:
         """A new body of a brick, with sharp or rounded edges."""
-        half, radius = scale(0.5 * self.bodies.scale, brick.size), self.bodies.scale * self._edge_radius(brick)
+        half = scale(0.5 * self.bodies.scale, as_box(brick.shape, "PyBullet").size)
+        radius = self.bodies.scale * self._edge_radius(brick)
         shape = self.solids.rounded_box(half, radius) if radius and rounded else self.solids.box(half)
         body = self._body(brick.mass, shape, position, orientation)
         self._enter(body, brick.id, self._own_friction())
         if radius:
             pybullet.changeDynamics(body, -1, collisionMargin=radius, physicsClientId=self.bodies.client)
             if rounded:
-                self._round(body, brick.mass, min(brick.size))
+                self._round(body, brick.mass, brick.shape.least_thickness)
             self.weigh_brick(brick)
 
     def group(self, name: BodyId, group: RigidGroup) -> None:
@@ -59,7 +60,8 @@ class BodyMaker:
         times = self.bodies.scale
         # PyBullet counts a shape as used for ever, so it goes only with the world.
         shape = self.solids.rounded_boxes(
-            (scale(times, group.bricks[brick].size), _scaled(times, place)) for brick, place in group.places_G.items()
+            (scale(times, as_box(group.bricks[brick].shape, "PyBullet").size), _scaled(times, place))
+            for brick, place in group.places_G.items()
         )
         body = self._body(group.mass, shape, scale(times, group.pose.position_W), group.pose.orientation)
         self._enter(body, name, self._own_friction())
@@ -67,11 +69,11 @@ class BodyMaker:
 
     def _edge_radius(self, brick: Brick) -> float:
         """How much the edges of a brick are rounded [m]."""
-        return self.settings.edge_rounding * min(brick.size)
+        return self.settings.edge_rounding * brick.shape.least_thickness
 
     def weigh_brick(self, brick: Brick) -> None:
         """Give the body of a brick its mass and its moments of inertia."""
-        self._weigh(self.bodies.numbers[brick.id], brick.mass, moments(brick.size, brick.mass))
+        self._weigh(self.bodies.numbers[brick.id], brick.mass, brick.shape.moments(brick.mass))
 
     def meet(self, bodies: Iterable[int], group: int, mask: int) -> None:
         """Put bodies into a collision group, and say which groups they meet."""

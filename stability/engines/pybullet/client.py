@@ -7,7 +7,8 @@ from typing import Any
 from stability.engines.protocol import TOUCHING
 from stability.engines.pybullet.client_bodies import ClientBodies
 from stability.engines.pybullet.pybullet_binding import pybullet
-from stability.model import IDENTITY, BodyId, BodyState, Box, ContactPoint, HalfSpace, Pose, Shape
+from stability.model import IDENTITY, BodyId, BodyState, ContactPoint, HalfSpace, Pose, Shape
+from stability.shapes.box import Box
 
 ORIGIN = (0.0, 0.0, 0.0)
 NOT_LOOKED = (-1, -1)  # in the place of the count and the last number of the bodies

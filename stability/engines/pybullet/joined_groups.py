@@ -9,7 +9,6 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from stability.engines.pybullet.brick_bodies import BrickBodies
-from stability.geometry.boxes import box_corners
 from stability.geometry.vectors import add, scale, subtract
 from stability.mechanics.rigid_group import (
     RigidGroup,
@@ -21,6 +20,7 @@ from stability.mechanics.rigid_group import (
     surfaces,
 )
 from stability.model import BodyId, BodyState, ContactPoint, Pose, Vec3
+from stability.shapes.in_pose import bounds_W
 
 NEVER = -1.0  # on the clock
 
@@ -172,6 +172,5 @@ class JoinedGroups:
 
     def _bounds(self, brick: BodyId, pose: Pose, within: float) -> tuple[Vec3, Vec3]:
         """Lowest and highest coordinates of a brick, and so much more [m]."""
-        corners, around = box_corners(self.single.own.bricks[brick].size, pose), (within, within, within)
-        (a, b, c), (d, e, f) = map(min, zip(*corners, strict=True)), map(max, zip(*corners, strict=True))
-        return subtract((a, b, c), around), add((d, e, f), around)
+        (low_W, high_W), around = bounds_W(self.single.own.bricks[brick].shape, pose), (within, within, within)
+        return subtract(low_W, around), add(high_W, around)

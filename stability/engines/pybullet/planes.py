@@ -11,7 +11,8 @@ from math import dist, sqrt
 from stability.engines.pybullet.body_making import HALF_SPACES, ROUNDED, SHARP, BodyMaker
 from stability.geometry.rotations import body_axes
 from stability.geometry.vectors import add_scaled, dot, scale, subtract
-from stability.model import BodyId, Box, Brick, Plane, Pose, Quaternion, Vec3
+from stability.model import BodyId, Brick, Plane, Pose, Quaternion, Vec3
+from stability.shapes.box import Box
 
 # Half the side of the box that stands for a half-space [m]. A box, because PyBullet gives a box on a plane one contact
 # point a step, and a box on a box all four at once.
@@ -86,7 +87,7 @@ class Planes:
 
     def _needed(self, brick: Brick, position_W: Vec3) -> float:
         """How far the boxes that stand for planes must reach for a brick to be well within [m]."""
-        return ROOM * (dist(self._middle_W, position_W) + max(brick.size))
+        return ROOM * (dist(self._middle_W, position_W) + brick.shape.length)
 
     def _renew_boxes(self) -> None:
         """PyBullet cannot change the size of a box: put up others."""

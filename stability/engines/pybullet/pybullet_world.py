@@ -146,8 +146,7 @@ class PyBulletWorld:
         self.bricks.set_state(brick, state)
 
     def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:
-        size, mass = self.own.bricks[brick].size, self.own.bricks[brick].mass
-        after = pushed(self.states([brick])[brick], size, mass, impulse_W, at_W)
+        after = pushed(self.states([brick])[brick], self.own.bricks[brick], impulse_W, at_W)
         self.bodies.set_motion(brick, after.velocity_W, after.angular_velocity_W)
         if brick in self.stepper.fall.flying:
             self.bricks.comes_free(brick)

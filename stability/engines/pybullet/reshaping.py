@@ -13,9 +13,10 @@ from typing import Protocol
 from stability.engines.edge_normals import FACE_ON, leans, nearest_points, velocity_at
 from stability.engines.pybullet.brick_bodies import BrickBodies
 from stability.engines.pybullet.joined_groups import JoinedGroups
-from stability.geometry.separation import Block, block
+from stability.geometry.separation import Block
 from stability.geometry.vectors import dot, norm, scale, subtract
 from stability.model import BodyId, BodyState, Vec3
+from stability.shapes.apart import solid_block
 
 LOOK = 0.02  # [s] between looks at how bricks lie to each other
 ALONG = cos(radians(1.0))  # edges run along each other within this; beyond, the normal of sharp ones is right
@@ -70,13 +71,13 @@ class EdgeReshaper:
         return _slow(state) and self.bricks.planes.lies_square(state.pose)
 
     def _seen(self, name: BodyId, state: BodyState) -> _Seen:
-        return _Seen(state, block(self.bricks.own.bricks[name].size, state.pose))
+        return _Seen(state, solid_block(self.bricks.own.bricks[name].shape, state.pose))
 
     def _edge_on(self, leaning: Mapping[BodyId, _Seen]) -> set[BodyId]:
         """Those whose edges are about to meet edges of another brick that run along them."""
         found: set[BodyId] = set()
         for name, one in leaning.items():
-            thin = min(self.bricks.own.bricks[name].size)
+            thin = self.bricks.own.bricks[name].shape.least_thickness
             for other in self.groups.near(name, NEAR * thin + AHEAD * one.fastest):
                 if other not in self.bricks.own.bricks or (other in leaning and other < name):
                     continue  # every pair once

@@ -12,8 +12,9 @@ from itertools import product
 from tempfile import NamedTemporaryFile
 
 from stability.engines.pybullet.pybullet_binding import pybullet
-from stability.geometry.boxes import box_corners
 from stability.model import Pose, Vec3
+from stability.shapes.box import Box
+from stability.shapes.in_pose import corners_W
 
 # [engine m] What PyBullet gives the parts of a file as collision margin. It must stay: the tree of the parts' bounds is
 # made with it, and parts whose margin grows later are not noticed before they have sunk into what they touch.
@@ -75,7 +76,7 @@ class Solids:
             os.unlink(file.name)
 
 
-# Corners of a box, in the order of `box_corners`; PyBullet needs only that some face names each of them.
+# Corners of a box, in the order of the shape; PyBullet needs only that some face names each of them.
 FACES = ((1, 2, 4, 3), (5, 6, 8, 7))
 
 
@@ -85,7 +86,7 @@ def _obj(boxes: Iterable[tuple[Vec3, Pose]]) -> Iterable[str]:
         a, b, c = size
         inner = (a - 2.0 * PART_MARGIN, b - 2.0 * PART_MARGIN, c - 2.0 * PART_MARGIN)
         yield f"o {part}\n"
-        yield from (f"v {x!r} {y!r} {z!r}\n" for x, y, z in box_corners(inner, pose))
+        yield from (f"v {x!r} {y!r} {z!r}\n" for x, y, z in corners_W(Box(inner), pose))
         yield from (_face(8 * part, corners) for corners in FACES)
 
 

@@ -19,8 +19,8 @@ from stability.engines.shortest_turn import shortest_turn
 from stability.geometry.bounding_boxes import BoundingBoxes
 from stability.geometry.rotations import body_axes
 from stability.geometry.vectors import dot, scale
-from stability.mechanics.impulse import moments
 from stability.model import BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Quaternion, Vec3
+from stability.shapes.box import as_box
 
 Rigid: TypeAlias = sapien.physx.PhysxRigidBaseComponent
 ACROSS = (1.0, 0.0, 0.0)  # the normal of PhysX's planes, in their own axes
@@ -85,11 +85,11 @@ class SceneBodies:
 
     def _brick_body(self, brick: Brick) -> Rigid:
         body = sapien.physx.PhysxRigidDynamicComponent()
-        half = np.array(scale(0.5, brick.size))
+        half = np.array(scale(0.5, as_box(brick.shape, "SAPIEN").size))
         for friction, meets in ((self.friction, WITH_BRICKS), (0.0, WITH_PLANES)):
             self._attach(body, sapien.physx.PhysxCollisionShapeBox(half, _material(friction)), meets)
         body.mass = brick.mass
-        body.inertia = np.array(moments(brick.size, brick.mass))
+        body.inertia = np.array(brick.shape.moments(brick.mass))
         body.cmass_local_pose = sapien.Pose()
         body.linear_damping = body.angular_damping = 0.0
         body.max_linear_velocity = body.max_angular_velocity = TOP_SPEED
@@ -151,7 +151,7 @@ class SceneBodies:
             [brick.id for brick in bricks],
             np.array([pose.position_W for pose in poses]),
             np.array([body_axes(pose.orientation) for pose in poses]).transpose(0, 2, 1),
-            np.array([brick.size for brick in bricks]) / 2.0,
+            np.array([as_box(brick.shape, "SAPIEN").size for brick in bricks]) / 2.0,
         )
 
     def freeze(self, brick: BodyId) -> None:

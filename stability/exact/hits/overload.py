@@ -12,10 +12,10 @@ from dataclasses import dataclass, field
 from math import hypot
 
 from stability.engines.protocol import Engine
-from stability.geometry.boxes import box_corners
 from stability.geometry.plan import Point2
 from stability.geometry.vectors import add, add_scaled, cross, scale, subtract
 from stability.model import BodyId, ContactPoint, Vec3
+from stability.shapes.in_pose import bounds_W
 from stability.statics.assembly import Assembly
 from stability.statics.extra_load import withstands
 from stability.statics.facts import Placed, Wrench
@@ -88,7 +88,7 @@ class Overloads(BrickObserver):
         friction = assembly.friction * (self._holding[brick] + max(0.0, -z))
         excess = max(0.0, self._excess.get(brick, 0.0) + (hypot(x, y) - friction) * step)
         self._excess[brick] = excess
-        return excess * excess > 2.0 * placed.mass * friction * MOVED * min(placed.size)
+        return excess * excess > 2.0 * placed.mass * friction * MOVED * placed.shape.least_thickness
 
     def _tips(
         self, assembly: Assembly, brick: BodyId, forces: Collection[tuple[ContactPoint, Vec3]], step: float
@@ -144,14 +144,14 @@ def _within_core(
     x, y = _tipping(assembly, placed, forces)
     x += sum(-force[2] * point.position_W[0] for point, force in forces)
     y += sum(-force[2] * point.position_W[1] for point, force in forces)
-    return assembly.core_depth(placed.brick.id, (x / down, y / down)) >= -OUTSIDE * min(placed.brick.size)
+    return assembly.core_depth(placed.brick.id, (x / down, y / down)) >= -OUTSIDE * placed.brick.shape.least_thickness
 
 
 def _hardly_tips(
     assembly: Assembly, placed: Placed, forces: Collection[tuple[ContactPoint, Vec3]], counts: float
 ) -> bool:
     """Whether what pushes sideways, and not down, would tip the brick by no more than a force that does not count."""
-    return hypot(*_tipping(assembly, placed, forces)) <= counts * min(placed.brick.size)
+    return hypot(*_tipping(assembly, placed, forces)) <= counts * placed.brick.shape.least_thickness
 
 
 def _tipping(assembly: Assembly, placed: Placed, forces: Collection[tuple[ContactPoint, Vec3]]) -> Point2:
@@ -159,8 +159,7 @@ def _tipping(assembly: Assembly, placed: Placed, forces: Collection[tuple[Contac
 
     Nothing where it is so low that it slides before it tips, as a plank does that lies flat.
     """
-    corners = box_corners(placed.brick.size, placed.pose)
-    (low_x, high_x), (low_y, high_y), (foot, top) = ((min(axis), max(axis)) for axis in zip(*corners, strict=True))
+    (low_x, low_y, foot), (high_x, high_y, top) = bounds_W(placed.brick.shape, placed.pose)
     if assembly.friction * (top - foot) <= 0.5 * min(high_x - low_x, high_y - low_y):
         return (0.0, 0.0)
     heights = [(force, point.position_W[2] - foot) for point, force in forces]

@@ -13,10 +13,10 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from stability.exact.hits.rigid_groups import FEWEST
-from stability.geometry.separation import boxes_apart
 from stability.geometry.vectors import dot
 from stability.graph import components, reached
 from stability.model import BodyId, Vec3
+from stability.shapes.apart import apart
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Contact
 
@@ -55,12 +55,12 @@ def region(assembly: Assembly, struck: Mapping[BodyId, Vec3], ride: bool) -> Reg
 def _behind(assembly: Assembly, brick: BodyId, along_W: Vec3) -> list[BodyId]:
     """The bricks that stand beside a brick in line with a hit."""
     own = assembly.bricks[brick]
-    within, found = BEHIND * min(own.brick.size), []
+    within, found = BEHIND * own.brick.shape.least_thickness, []
     for name in assembly.around(brick, within):
         other = assembly.bricks[name]
-        apart = boxes_apart(own.brick.size, own.pose, other.brick.size, other.pose)
-        sideways = abs(apart.normal_BA_W[2]) < SIDEWAYS and abs(dot(apart.normal_BA_W, along_W)) > IN_LINE
-        if sideways and apart.gap <= within:
+        between = apart(own.brick.shape, own.pose, other.brick.shape, other.pose)
+        sideways = abs(between.normal_BA_W[2]) < SIDEWAYS and abs(dot(between.normal_BA_W, along_W)) > IN_LINE
+        if sideways and between.gap <= within:
             found.append(name)
     return found
 

@@ -6,6 +6,7 @@ from math import hypot, sqrt
 from typing import TypeAlias
 
 from stability.model import BodyId, Pose, Quaternion, Vec3
+from stability.shapes.box import as_box
 from stability.statics.facts import Placed
 
 # What a body axis may lean from the vertical, as a sine, and still count as vertical: rounding, no more.
@@ -49,7 +50,7 @@ class Solid:
 def solid(placed: Placed) -> Solid:
     """A brick in its place, ready for contact detection."""
     brick, pose = placed.brick, placed.pose
-    size = brick.size
+    size = as_box(brick.shape, "contact geometry").size
     a, b, c = half = (0.5 * size[0], 0.5 * size[1], 0.5 * size[2])
     (ux, uy, uz), (vx, vy, vz), (wx, wy, wz) = axes = _axes(pose.orientation)
     rx = a * abs(ux) + b * abs(vx) + c * abs(wx)

@@ -6,7 +6,7 @@ gravity do not matter. The rule of recourse and the inequalities are those that 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import hypot, inf
+from math import inf
 from typing import TypeAlias
 
 import numpy as np
@@ -57,7 +57,7 @@ def recourse(problem: Problem, patches: Sequence[PlanPatch]) -> Recourse | None:
     carried = passed_down(problem)
     heaviest = max(carried.values(), default=0.0) or 1.0
     force = np.array([carried[name] or heaviest for name in names])
-    length = np.array([0.5 * hypot(*problem.bricks[name].brick.size) for name in names])
+    length = np.array([problem.bricks[name].brick.shape.bounding_radius for name in names])
     unit = np.array([_units(patch, number, force) for patch in patches]).reshape(-1, 2)
     balance = np.zeros((3 * len(names), 3 * len(patches)))
     on_plane = np.zeros((len(names), 3 * len(patches)))

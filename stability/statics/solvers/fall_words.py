@@ -140,7 +140,7 @@ def _speed(problem: Problem, motion: Motion, name: BodyId) -> float:
 
 
 def _half(problem: Problem, name: BodyId) -> float:
-    return 0.5 * hypot(*problem.bricks[name].brick.size)
+    return problem.bricks[name].brick.shape.bounding_radius
 
 
 def _named(bodies: Sequence[BodyId] | set[BodyId]) -> str:

@@ -8,7 +8,7 @@ upper body may carry. All positions are relative to the bricks' centres. `proof`
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
-from math import dist, hypot
+from math import hypot
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -204,7 +204,7 @@ def _brick_scales(problem: Problem, names: Sequence[BodyId], weights: Mapping[Bo
     force = np.array([weights[name] for name in names], dtype=float)
     largest = force.max(initial=0.0)
     force = np.where(force > 0.0, force, largest if largest > 0.0 else 1.0)
-    return force, np.array([0.5 * hypot(*problem.bricks[name].brick.size) for name in names], dtype=float)
+    return force, np.array([problem.bricks[name].brick.shape.bounding_radius for name in names], dtype=float)
 
 
 def passed_down(problem: Problem) -> dict[BodyId, float]:
@@ -225,7 +225,7 @@ def passed_down(problem: Problem) -> dict[BodyId, float]:
 def magnitude(problem: Problem, name: BodyId) -> float:
     """How large the load on a brick is [N], its torque as a force at half a diagonal."""
     load = problem.loads.get(name, NO_LOAD)
-    arm = 0.5 * dist(problem.bricks[name].brick.size, ZERO)
+    arm = problem.bricks[name].brick.shape.bounding_radius
     return hypot(*load.force_W) + hypot(*load.torque_W) / arm
 
 

@@ -23,6 +23,7 @@ from stability.engines.settings import Package
 from stability.geometry.rotations import body_axes
 from stability.geometry.vectors import add_scaled, dot, scale, subtract
 from stability.model import Pose
+from stability.shapes.box import as_box
 from stability.statics.contacts.touch import contact_with_plane, solid
 from stability.statics.facts import Contact, Placed, Tolerances
 from stackdsl.bench.assessors.assessment import Scene, Setting
@@ -109,12 +110,12 @@ def assembled(scene: Scene) -> Any:  # noqa: ANN401 -- the peer is untyped
     from compas_assembly.datastructures import Block  # noqa: PLC0415
     from compas_cra.datastructures import CRA_Assembly  # noqa: PLC0415
 
-    length = min(min(placed.brick.size) for placed in scene.bricks)
+    length = min(placed.brick.shape.least_thickness for placed in scene.bricks)
     mass = fmean(placed.brick.mass for placed in scene.bricks)
     assembly, bases = CRA_Assembly(), list(_bases(scene))
     for number, placed in enumerate([*scene.bricks, *bases]):
         along, across, _ = body_axes(placed.pose.orientation)
-        size = scale(1.0 / length, placed.brick.size)
+        size = scale(1.0 / length, as_box(placed.brick.shape, "compas_cra").size)
         block = Block.from_shape(Box(*size, frame=Frame(scale(1.0 / length, placed.pose.position_W), along, across)))
         block.attributes["density"] = placed.brick.mass / mass / prod(size)  # it takes weight for mass
         assembly.add_block(block, node=number)

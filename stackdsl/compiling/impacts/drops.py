@@ -3,9 +3,10 @@
 from math import atan2, sqrt
 
 from stability.geometry.rotations import rotate
-from stability.geometry.separation import block, meeting
+from stability.geometry.separation import meeting
 from stability.geometry.vectors import add_scaled
 from stability.model import Brick, Pose, Quaternion
+from stability.shapes.apart import solid_block
 from stackdsl.compiling.fitting import OVERLAP
 from stackdsl.compiling.impacts.scene import MissError, Scene, Standing, aimed_at, keep_out_of_planes, middle_of
 from stackdsl.compiling.site import turned_pose
@@ -21,7 +22,7 @@ def dropped(brick: Brick, drop: Drop, scene: Scene) -> Placement:
     x, y, z, w = scene.tilt
     down = rotate((-x, -y, -z, w), (0.0, 0.0, -1.0))  # in the frame of the scene
     middle = middle_of(below)
-    falling = block(brick.size, Pose(middle, orientation))
+    falling = solid_block(brick.shape, Pose(middle, orientation))
     ways = [(other, meeting(falling, other.shape, down, OVERLAP)) for other in scene.resting]
     met = {other.name: way for other, way in ways if way is not None}
     # From the middle of what is below; less than zero is above.

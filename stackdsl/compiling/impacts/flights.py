@@ -6,9 +6,9 @@ Where they are is known until they arrive, or something else is done to them; be
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from stability.geometry.separation import boxes_apart
 from stability.geometry.vectors import add_scaled
 from stability.model import BodyId
+from stability.shapes.apart import apart
 from stackdsl.compiling.fitting import OVERLAP
 from stackdsl.compiling.scheduling import Moment
 from stackdsl.timeline import Placement
@@ -58,4 +58,4 @@ def _depth(earlier: Coming, later: Coming, gravity: float) -> float:
     one, other, time = earlier.placement, later.placement, later.moment.time - earlier.moment.time
     fallen = add_scaled(one.pose.position_W, -0.5 * gravity * time * time, (0.0, 0.0, 1.0))
     pose = replace(one.pose, position_W=add_scaled(fallen, time, one.velocity_W))
-    return -boxes_apart(one.brick.size, pose, other.brick.size, other.pose).gap
+    return -apart(one.brick.shape, pose, other.brick.shape, other.pose).gap

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from stability.model import BodyId, Brick
+from stability.shapes.box import Box
 from stackdsl.compiling.impacts.drops import dropped
 from stackdsl.compiling.impacts.flights import Coming, Crossing, crossings
 from stackdsl.compiling.impacts.pushes import Comer, pushed
@@ -24,7 +25,7 @@ def hitting_bricks(scenario: Scenario) -> dict[int, Brick]:
         hit = impact.throw or impact.drop
         if hit is not None:
             kind, comes = hit.brick or scenario.brick, "thrown" if isinstance(hit, Throw) else "dropped"
-            found[number] = Brick(hit.name or f"{comes}-{number + 1}", kind.size, kind.mass_of(kind.size))
+            found[number] = Brick(hit.name or f"{comes}-{number + 1}", Box(kind.size), kind.mass_of(kind.size))
     return found
 
 

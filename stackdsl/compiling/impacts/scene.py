@@ -4,8 +4,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import fsum
 
-from stability.geometry.separation import Block, block, block_above_plane
+from stability.geometry.separation import Block
 from stability.model import BodyId, Brick, Plane, Pose, Quaternion, Vec3
+from stability.shapes.apart import apart_from_plane, solid_block
 from stackdsl.compiling.fitting import OVERLAP
 from stackdsl.compiling.scheduling import Moment
 from stackdsl.compiling.written_bricks import WrittenBrick
@@ -64,7 +65,7 @@ def standing_bricks(
     """The bricks of the structure; `gone` says when those are pulled out that are, by number."""
     for index, (brick, level, name) in enumerate(zip(written, levels, names, strict=True)):
         yield Standing(
-            name, level, block(brick.size, brick.pose), brick.mass, placed[index], gone.get(index), brick.drop
+            name, level, solid_block(brick.shape, brick.pose), brick.mass, placed[index], gone.get(index), brick.drop
         )
 
 
@@ -101,7 +102,7 @@ def middle_of(bricks: Sequence[Standing]) -> Vec3:
 def keep_out_of_planes(brick: Brick, pose: Pose, scene: Scene, key: str) -> None:
     """Raise MissError if a brick starts inside the ground or a wall."""
     for plane in scene.planes:
-        gap = block_above_plane(block(brick.size, pose), plane).gap
+        gap = apart_from_plane(brick.shape, pose, plane).gap
         if gap < -OVERLAP:
             message = f"brick '{brick.id}' starts {-1000.0 * gap:.4g} mm inside {plane.id}"
             raise MissError(key, "SD201", message, "let it start elsewhere, or turn it, or aim elsewhere")

@@ -14,8 +14,8 @@ from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stability.geometry.rotations import multiply
 from stability.geometry.separation import block
 from stability.geometry.vectors import cross, dot, unit
-from stability.mechanics.impulse import moments
 from stability.model import GROUND, Brick, Plane, Pose, Quaternion, Vec3
+from stability.shapes.box import Box
 from stackdsl.playing.runner import play
 from stackdsl.systems.systems import HELD, MOVING, STOCK, SYSTEMS, TUNED
 from tests.scenes import timeline_of
@@ -48,7 +48,7 @@ def leaning(angle: float, side: float, height: float = 0.0) -> Pose:
 
 
 def set_down_square_then_put(engine: PyBulletWorld, name: str, pose: Pose) -> None:
-    engine.add_brick(Brick(name, SIZE, MASS), Pose((10.0 * pose.position_W[0], 0.0, 1.0)))
+    engine.add_brick(Brick(name, Box(SIZE), MASS), Pose((10.0 * pose.position_W[0], 0.0, 1.0)))
     engine.put_at(name, pose)
 
 
@@ -162,8 +162,8 @@ def replaced_step(settings: PyBulletSettings, rate: int) -> PyBulletSettings:
 @BOTH
 def test_another_body_with_other_edges_has_place_motion_mass_and_inertia(settings: PyBulletSettings) -> None:
     with world(settings, ground=-10.0) as engine:
-        engine.add_brick(Brick("a", SIZE, MASS), Pose((0.1, 0.2, 0.3)))
-        engine.add_brick(Brick("b", SIZE, MASS), Pose((1.1, 0.2, 0.3)))
+        engine.add_brick(Brick("a", Box(SIZE), MASS), Pose((0.1, 0.2, 0.3)))
+        engine.add_brick(Brick("b", Box(SIZE), MASS), Pose((1.1, 0.2, 0.3)))
         engine.bodies.set_motion("a", (1.0, -2.0, 0.5), (3.0, 20.0, -4.0))
         masses, order, before = engine.masses(), list(engine.masses()), engine.states(["a"])["a"]
         known = body_facts(engine, "a")
@@ -173,7 +173,7 @@ def test_another_body_with_other_edges_has_place_motion_mass_and_inertia(setting
         assert list(engine.masses()) == order
         assert body_facts(engine, "a") == known
         unit_of_inertia = engine.bodies.mass_unit * engine.bodies.scale**2
-        assert known[2] == pytest.approx([unit_of_inertia * moment for moment in moments(SIZE, MASS)])
+        assert known[2] == pytest.approx([unit_of_inertia * moment for moment in Box(SIZE).moments(MASS)])
 
 
 def body_facts(engine: PyBulletWorld, name: str) -> tuple[object, ...]:
@@ -187,7 +187,7 @@ def test_edges_that_change_in_free_flight_change_neither_way_nor_spin(settings: 
     ends = []
     for swaps in (False, True):
         with world(settings, ground=-10.0) as engine:
-            engine.add_brick(Brick("a", SIZE, MASS), Pose((0.0, 0.0, 0.0)))
+            engine.add_brick(Brick("a", Box(SIZE), MASS), Pose((0.0, 0.0, 0.0)))
             engine.bodies.set_motion("a", (0.3, 0.0, 0.0), (1.0, 5.0, 0.0))
             played(engine, 0.1)
             if swaps:
@@ -218,7 +218,7 @@ def test_planks_that_tilt_together_face_on_face_keep_their_sharp_edges() -> None
     with world(MOVING, ground=-1.0) as engine:
         for name, level in (("low", 0.0), ("high", THICKNESS)):
             aside = (level * sin(radians(20.0)), 0.0, level * cos(radians(20.0)))
-            engine.add_brick(Brick(name, SIZE, MASS), Pose((1.0, 0.0, 1.0 + level)))
+            engine.add_brick(Brick(name, Box(SIZE), MASS), Pose((1.0, 0.0, 1.0 + level)))
             engine.put_at(name, Pose(aside, tilt))
         played(engine, 0.2)
         assert engine.bricks.rounded == set()
@@ -228,7 +228,7 @@ def test_a_plank_whose_edge_stands_on_the_face_of_another_keeps_its_sharp_edges(
     edge = lowest_or_highest(Pose((0.0, 0.0, 0.0), about((1.0, 0.0, 0.0), radians(40.0))), (0.0, 0.0, -1.0))
     x, y, z = edge.position_W
     with world(MOVING) as engine:
-        engine.add_brick(Brick("below", SIZE, MASS), Pose((0.0, 0.0, THICKNESS / 2.0)))
+        engine.add_brick(Brick("below", Box(SIZE), MASS), Pose((0.0, 0.0, THICKNESS / 2.0)))
         set_down_square_then_put(engine, "edge", Pose((x, y, z + THICKNESS), edge.orientation))
         played(engine, 0.02)
         assert engine.bricks.rounded == set()
@@ -270,7 +270,7 @@ def tipped_together() -> Vec3:
         for name, side in (("left", -1.0), ("right", 1.0)):
             aside = side * THICKNESS / 2.0
             pose = Pose((side * foot + aside, 0.0, LENGTH / 2.0), about((0.0, 1.0, 0.0), side * pi / 2.0))
-            engine.add_brick(Brick(name, SIZE, MASS), pose)
+            engine.add_brick(Brick(name, Box(SIZE), MASS), pose)
             turn = -2.0 * side
             engine.bodies.set_motion(name, (turn * LENGTH / 2.0, 0.0, -turn * aside), (0.0, turn, 0.0))
         played(engine, 1.5, 1.0)

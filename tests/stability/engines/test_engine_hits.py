@@ -7,6 +7,7 @@ import pytest
 from stability.engines.pybullet import PyBulletWorld
 from stability.geometry.vectors import add, norm
 from stability.model import BodyId, BodyState, Brick, Pose, Vec3
+from stability.shapes.box import Box
 from stackdsl.systems.systems import MOVING
 
 SIZE = LENGTH, WIDTH, THICKNESS = (0.1176, 0.0234, 0.0078)
@@ -18,8 +19,8 @@ NEARLY = 0.003  # [m] between the two at first
 def after_hit(shot: Pose, velocity_W: Vec3) -> dict[BodyId, BodyState]:
     """What a plank thrown from a pose, and the one at rest in the origin, do 40 ms later, without gravity."""
     world = PyBulletWorld.opened(MOVING, 0.0, 0.5, heaviest=MASS)
-    world.add_brick(Brick("target", SIZE, MASS), Pose((0.0, 0.0, 0.0)))
-    world.add_brick(Brick("shot", SIZE, MASS), shot, velocity_W)
+    world.add_brick(Brick("target", Box(SIZE), MASS), Pose((0.0, 0.0, 0.0)))
+    world.add_brick(Brick("shot", Box(SIZE), MASS), shot, velocity_W)
     for _ in range(round(0.04 / MOVING.time_step)):
         world.limit_travel(norm(velocity_W))
         world.step()

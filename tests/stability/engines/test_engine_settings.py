@@ -13,6 +13,7 @@ from stability.engines.sapien.sapien_settings import SapienSettings
 from stability.engines.scene_scale import USUAL_DIAGONAL, USUAL_GRAVITY, SceneScale
 from stability.engines.settings import EngineSettings
 from stability.model import Brick, Vec3
+from stability.shapes.box import Box
 from stackdsl.systems.known_systems import KNOWN
 from stackdsl.systems.peers import MUJOCO_STIFF, SAPIEN
 from stackdsl.systems.systems import HELD, MOVING, MUJOCO, STOCK, TUNED
@@ -25,7 +26,7 @@ KAPLA: Vec3 = (0.1176, 0.0234, 0.0078)  # [m]
 
 def scale_of(factor: float = 1.0, gravity: float = USUAL_GRAVITY) -> SceneScale:
     a, b, c = KAPLA
-    return SceneScale.of([Brick("plank", (factor * a, factor * b, factor * c), 0.012)], gravity)
+    return SceneScale.of([Brick("plank", Box((factor * a, factor * b, factor * c)), 0.012)], gravity)
 
 
 def own_fields(kind: type[EngineSettings]) -> set[str]:

@@ -9,9 +9,9 @@ import pytest
 from stability.engines.pybullet import PyBulletWorld
 from stability.geometry.rotations import rotate
 from stability.geometry.vectors import add, cross, dot, norm, scale, subtract
-from stability.mechanics.impulse import moments
 from stability.mechanics.rigid_group import grouped, member_state, surfaces
 from stability.model import GROUND, BodyId, BodyState, Brick, Plane, Pose, Quaternion, Vec3
+from stability.shapes.box import Box
 from stackdsl.systems.systems import MOVING
 
 SIZE = LENGTH, WIDTH, THICKNESS = (0.1176, 0.0234, 0.0078)
@@ -33,7 +33,7 @@ def world(tilt: float = 0.0, friction: float = 0.5) -> Iterator[PyBulletWorld]:
 def put(engine: PyBulletWorld, poses: Mapping[BodyId, Pose], size: Vec3 = SIZE) -> None:
     """Put up planks, all frozen."""
     for name, pose in poses.items():
-        engine.add_brick(Brick(name, size, MASS), pose)
+        engine.add_brick(Brick(name, Box(size), MASS), pose)
         engine.freeze(name)
 
 
@@ -56,7 +56,7 @@ def spin(state: BodyState, size: Vec3, mass: float) -> Vec3:
     """Angular momentum of a brick about its centre, in W."""
     x, y, z, w = state.pose.orientation
     turning = rotate((-x, -y, -z, w), state.angular_velocity_W)
-    a, b, c = (moment * rate for moment, rate in zip(moments(size, mass), turning, strict=True))
+    a, b, c = (moment * rate for moment, rate in zip(Box(size).moments(mass), turning, strict=True))
     return rotate(state.pose.orientation, (a, b, c))
 
 
@@ -73,11 +73,14 @@ def test_a_group_has_the_mass_the_centre_and_the_inertia_of_its_bricks() -> None
     #   Two blocks of a x a x a, one on the other, are one of a x a x 2a, whichever way the pair is turned.
     a, half = 0.02, rotate(AWRY, (0.0, 0.0, 0.01))
     group = grouped(
-        [(Brick("low", (a, a, a), 1.0), Pose(scale(-1, half), AWRY)), (Brick("top", (a, a, a), 1.0), Pose(half, AWRY))]
+        [
+            (Brick("low", Box((a, a, a)), 1.0), Pose(scale(-1, half), AWRY)),
+            (Brick("top", Box((a, a, a)), 1.0), Pose(half, AWRY)),
+        ]
     )
     assert group.mass == 2.0
     assert group.pose.position_W == pytest.approx((0.0, 0.0, 0.0), abs=1e-15)
-    assert group.moments == pytest.approx(sorted(moments((a, a, 2 * a), 2.0)), rel=1e-12)
+    assert group.moments == pytest.approx(sorted(Box((a, a, 2 * a)).moments(2.0)), rel=1e-12)
     back = member_state(BodyState(group.pose), group.places_G["top"]).pose
     assert back.position_W == pytest.approx(half, abs=1e-15)
     assert rotate(back.orientation, (1.0, 2.0, 3.0)) == pytest.approx(rotate(AWRY, (1.0, 2.0, 3.0)), abs=1e-14)
@@ -85,8 +88,8 @@ def test_a_group_has_the_mass_the_centre_and_the_inertia_of_its_bricks() -> None
 
 def test_unlike_bricks_balance_about_their_common_centre_of_mass() -> None:
     bricks = [
-        (Brick("heavy", (1.0, 1.0, 1.0), 3.0), Pose((0.0, 0.0, 0.0))),
-        (Brick("light", (1.0, 1.0, 1.0), 1.0), Pose((4.0, 0.0, 0.0))),
+        (Brick("heavy", Box((1.0, 1.0, 1.0)), 3.0), Pose((0.0, 0.0, 0.0))),
+        (Brick("light", Box((1.0, 1.0, 1.0)), 1.0), Pose((4.0, 0.0, 0.0))),
     ]
     group = grouped(bricks)
     assert group.pose.position_W == pytest.approx((1.0, 0.0, 0.0))
@@ -202,7 +205,7 @@ def test_a_hit_turns_a_joined_tower_as_its_inertia_says() -> None:
     put(opened, carried)
     opened.join(list(carried))
     group, name = opened.groups.by_brick["L01.1"].group, opened.groups.by_brick["L01.1"].name
-    opened.add_brick(Brick("shot", SIZE, MASS), Pose((0.0, LENGTH + 0.003, height), CROSSED), (0.0, -speed, 0.0))
+    opened.add_brick(Brick("shot", Box(SIZE), MASS), Pose((0.0, LENGTH + 0.003, height), CROSSED), (0.0, -speed, 0.0))
     stepped(opened, 48)
     shot, tower = opened.states(["shot", name]).values()
     opened.close()
@@ -220,7 +223,7 @@ def _orbital(state: BodyState, mass: float, about: Vec3) -> Vec3:
 
 def _about_x(brick: Brick, pose: Pose, about: Pose) -> float:
     """The moment of inertia of a level plank about an axis along x, by Steiner."""
-    along_x, along_y, _ = moments(brick.size, brick.mass)
+    along_x, along_y, _ = brick.shape.moments(brick.mass)
     _, y, z = subtract(pose.position_W, about.position_W)
     return (along_y if pose.orientation == CROSSED else along_x) + brick.mass * (y * y + z * z)
 
@@ -231,7 +234,7 @@ def test_a_plank_that_lands_on_a_group_lies_on_the_brick_under_it() -> None:
     with world() as engine:
         put(engine, carried)
         engine.join(list(carried))
-        engine.add_brick(Brick("plank", SIZE, MASS), Pose((0.0, 0.0, 20.5 * THICKNESS + 0.001)))
+        engine.add_brick(Brick("plank", Box(SIZE), MASS), Pose((0.0, 0.0, 20.5 * THICKNESS + 0.001)))
         stepped(engine, 240)
         assert engine.states(["plank"])["plank"].pose.position_W[2] == pytest.approx(20.5 * THICKNESS, abs=2e-4)
         assert {p.b if p.a == "plank" else p.a for p in engine.contacts("plank")} == {"L20.1", "L20.2"}

@@ -10,7 +10,8 @@ from stability.engines.lazy_world import RestingWorld
 from stability.engines.protocol import World
 from stability.engines.pybullet import PyBulletWorld
 from stability.engines.pybullet.pybullet_settings import PyBulletSettings
-from stability.model import GROUND, BodyState, Box, Brick, HalfSpace, Plane, Pose
+from stability.model import GROUND, BodyState, Brick, HalfSpace, Plane, Pose
+from stability.shapes.box import Box
 from tests.paths import ROOT
 
 SETTINGS = PyBulletSettings(time_step=1.0 / 960.0, iterations=50, contact_erp=0.4, breaking_threshold=0.1, scale=100.0)
@@ -36,7 +37,7 @@ class Opened:
 def test_nothing_is_opened_while_nothing_is_stepped() -> None:
     opened = Opened()
     world = opened.world()
-    world.add_brick(Brick("a", SIZE, 0.012), Pose((0.0, 0.0, 0.004)))
+    world.add_brick(Brick("a", Box(SIZE), 0.012), Pose((0.0, 0.0, 0.004)))
     world.freeze("a")
     world.skip(3.0)
     world.limit_travel(5.0)
@@ -67,7 +68,7 @@ def test_how_fast_bodies_will_be_is_passed_on_to_an_engine_that_is_opened_later(
 def test_what_is_put_in_motion_before_there_is_an_engine_goes_on_so_in_it() -> None:
     opened = Opened()
     world = opened.world()
-    world.add_brick(Brick("a", SIZE, 0.012), Pose((0.0, 0.0, 1.0)))
+    world.add_brick(Brick("a", Box(SIZE), 0.012), Pose((0.0, 0.0, 1.0)))
     state = BodyState(Pose((0.1, 0.2, 1.5)), (1.0, 0.0, 0.0), (0.0, 0.0, 2.0))
     world.set_state("a", state)
     assert (world.states(["a"])["a"], opened.engines) == (state, [])
@@ -82,7 +83,7 @@ def test_another_object_tells_of_masses_when_a_brick_has_come() -> None:
     world = Opened().world()
     before = world.masses()
     assert world.masses() is before
-    world.add_brick(Brick("a", SIZE, 0.012), Pose((0.0, 0.0, 0.004)))
+    world.add_brick(Brick("a", Box(SIZE), 0.012), Pose((0.0, 0.0, 0.004)))
     assert world.masses() is not before
 
 
@@ -90,7 +91,7 @@ def test_a_brick_that_was_taken_out_does_not_come_into_the_engine_that_is_opened
     opened = Opened()
     world = opened.world()
     for level, name in enumerate("abc"):
-        world.add_brick(Brick(name, SIZE, 0.012), Pose((0.0, 0.0, 0.004 + 0.008 * level)))
+        world.add_brick(Brick(name, Box(SIZE), 0.012), Pose((0.0, 0.0, 0.004 + 0.008 * level)))
         world.freeze(name)
     before = world.masses()
     world.remove_brick("c")
@@ -105,14 +106,14 @@ def test_the_first_step_opens_an_engine_in_which_what_is_frozen_stays_and_the_re
     opened = Opened()
     world = opened.world()
     for name, height in (("held", 1.0), ("loose", 2.0), ("woken", 3.0)):
-        world.add_brick(Brick(name, SIZE, 0.012), Pose((0.0, 0.0, height)))
+        world.add_brick(Brick(name, Box(SIZE), 0.012), Pose((0.0, 0.0, height)))
     world.freeze("held")
     world.freeze("woken")
     world.wake("woken")
     world.skip(1.0)
     for _ in range(96):
         world.step()
-    world.add_brick(Brick("late", SIZE, 0.012), Pose((0.0, 0.0, 4.0)))
+    world.add_brick(Brick("late", Box(SIZE), 0.012), Pose((0.0, 0.0, 4.0)))
     world.freeze("late")
     for _ in range(96):
         world.step()
@@ -126,7 +127,7 @@ def test_the_first_step_opens_an_engine_in_which_what_is_frozen_stays_and_the_re
 
 def test_a_brick_that_is_frozen_when_the_engine_opens_has_its_mass_when_it_is_woken() -> None:
     world = Opened().world()
-    world.add_brick(Brick("a", SIZE, 0.012), Pose((0.0, 0.0, 1.0)))
+    world.add_brick(Brick("a", Box(SIZE), 0.012), Pose((0.0, 0.0, 1.0)))
     world.freeze("a")
     world.step()
     world.wake("a")
@@ -141,7 +142,7 @@ def test_a_brick_that_is_frozen_when_the_engine_opens_has_its_mass_when_it_is_wo
 def test_joined_bricks_fall_as_one_and_may_be_frozen_again_when_they_are_parted() -> None:
     world = Opened().world()
     for name, height in (("low", 1.0), ("top", 1.008)):
-        world.add_brick(Brick(name, SIZE, 0.012), Pose((0.0, 0.0, height)))
+        world.add_brick(Brick(name, Box(SIZE), 0.012), Pose((0.0, 0.0, height)))
         world.freeze(name)
     world.join(["low", "top"])
     assert not world.holds("low")

@@ -10,7 +10,8 @@ import pytest
 from stability.engines.opening import stepped_world
 from stability.engines.protocol import World
 from stability.geometry.vectors import add, cross, subtract
-from stability.model import GROUND, Box, Brick, HalfSpace, Plane, Pose, Quaternion, Vec3
+from stability.model import GROUND, Brick, HalfSpace, Plane, Pose, Quaternion, Vec3
+from stability.shapes.box import Box
 from stackdsl.systems.known_systems import missing, system_named
 from stackdsl.systems.peers import PEERS
 
@@ -47,7 +48,7 @@ def opened(request: pytest.FixtureRequest) -> Opened:
 
 
 def plank(name: str = "plank") -> Brick:
-    return Brick(name, SIZE, MASS)
+    return Brick(name, Box(SIZE), MASS)
 
 
 def play(engine: World, duration: float) -> int:
@@ -217,7 +218,7 @@ def test_parted_bricks_go_on_with_the_motion_that_they_had(opened: Opened) -> No
     #   |------|------|      hung over an edge, they turn as one, and what is parted turns on
     #   |held|
     with opened() as engine:
-        engine.add_brick(Brick("held", (WIDTH, WIDTH, WIDTH), MASS), Pose((0.0, 0.0, 0.3)))
+        engine.add_brick(Brick("held", Box((WIDTH, WIDTH, WIDTH)), MASS), Pose((0.0, 0.0, 0.3)))
         engine.freeze("held")
         for number, brick in enumerate(("near", "far")):
             engine.add_brick(plank(brick), Pose((number * LENGTH, 0.0, 0.3 + (WIDTH + THICKNESS) / 2.0)))
@@ -285,7 +286,7 @@ def test_what_stood_on_a_brick_that_is_taken_out_falls_and_the_name_is_free(open
         play(engine, 0.3)
         assert dict(engine.masses()) == {"top": MASS}
         assert position(engine, "top")[2] == pytest.approx(0.5 * THICKNESS, abs=2e-4)
-        engine.add_brick(Brick("low", (0.05, 0.05, 0.05), 1.0), Pose((0.5, 0.0, 0.025)))
+        engine.add_brick(Brick("low", Box((0.05, 0.05, 0.05)), 1.0), Pose((0.5, 0.0, 0.025)))
         assert engine.shape("low") == Box((0.05, 0.05, 0.05))
         assert engine.masses()["low"] == 1.0
 

@@ -10,8 +10,9 @@ import pytest
 
 from stability.engines.pybullet import PyBulletBodies, PyBulletWorld
 from stability.engines.pybullet.pybullet_settings import PyBulletSettings
-from stability.model import GROUND, Box, Brick, Plane, Pose
+from stability.model import GROUND, Brick, Plane, Pose
 from stability.published.stack_stability import StackStability
+from stability.shapes.box import Box
 
 SIZE = (0.1176, 0.0234, 0.0078)
 SETTINGS = PyBulletSettings(time_step=1.0 / 960.0, iterations=50, contact_erp=0.2, breaking_threshold=0.001)
@@ -29,7 +30,7 @@ def world(scale: float = 1.0, friction: float = 0.5, tilt: float = 0.0) -> Itera
 
 
 def plank(name: str = "plank") -> Brick:
-    return Brick(name, SIZE, 0.012)
+    return Brick(name, Box(SIZE), 0.012)
 
 
 @SCALES
@@ -109,7 +110,7 @@ def test_a_brick_of_the_same_name_as_one_that_was_taken_out_is_another_one() -> 
         engine.add_brick(plank(), Pose((0.0, 0.0, 0.5 * SIZE[2])))
         assert dict(engine.masses()) == {"plank": pytest.approx(0.012)}
         engine.remove_brick("plank")
-        engine.add_brick(Brick("plank", (0.05, 0.05, 0.05), 1.0), Pose((0.0, 0.0, 0.025)))
+        engine.add_brick(Brick("plank", Box((0.05, 0.05, 0.05)), 1.0), Pose((0.0, 0.0, 0.025)))
         assert dict(engine.masses()) == {"plank": pytest.approx(1.0)}
         shape = engine.shape("plank")
         assert isinstance(shape, Box)
@@ -296,7 +297,7 @@ def test_bricks_of_any_mass_stand_on_the_ground(scale: float, mass: float) -> No
     engine = PyBulletWorld.opened(settings, gravity=9.81, friction=0.5, heaviest=mass)
     try:
         engine.add_plane(Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5))
-        engine.add_brick(Brick("brick", SIZE, mass), Pose((0.0, 0.0, SIZE[2] / 2.0)))
+        engine.add_brick(Brick("brick", Box(SIZE), mass), Pose((0.0, 0.0, SIZE[2] / 2.0)))
         for _ in range(200):
             engine.step()
         assert engine.states(["brick"])["brick"].pose.position_W[2] == pytest.approx(SIZE[2] / 2.0, abs=1e-4)

@@ -9,8 +9,8 @@ import pybullet
 import pytest
 
 from stability.engines.pybullet import PyBulletWorld
-from stability.mechanics.impulse import moments
-from stability.model import GROUND, Box, Brick, Plane, Pose
+from stability.model import GROUND, Brick, Plane, Pose
+from stability.shapes.box import Box
 from stackdsl.systems.systems import MOVING
 
 SIZE = LENGTH, _, THICKNESS = (0.1176, 0.0234, 0.0078)
@@ -32,7 +32,7 @@ def lean(engine: PyBulletWorld, name: str, angle: float, side: float) -> None:
     x = (LENGTH * cos(angle) + THICKNESS * sin(angle)) / 2.0
     z = (LENGTH * sin(angle) + THICKNESS * cos(angle)) / 2.0
     turn = (0.0, side * sin(angle / 2.0), 0.0, cos(angle / 2.0))
-    engine.add_brick(Brick(name, SIZE, MASS), Pose((side * x, 0.0, z), turn))
+    engine.add_brick(Brick(name, Box(SIZE), MASS), Pose((side * x, 0.0, z), turn))
 
 
 def stands(engine: PyBulletWorld, brick: str) -> bool:
@@ -79,7 +79,7 @@ def test_a_plank_slides_v_squared_over_two_mu_g(bearing: float, within: float) -
     speed, way = 1.0, radians(bearing)
     with world() as engine:
         velocity_W = (speed * cos(way), speed * sin(way), 0.0)
-        engine.add_brick(Brick("plank", SIZE, MASS), Pose((0.0, 0.0, THICKNESS / 2.0)), velocity_W)
+        engine.add_brick(Brick("plank", Box(SIZE), MASS), Pose((0.0, 0.0, THICKNESS / 2.0)), velocity_W)
         for _ in range(300):
             engine.step()
         x, y, z = engine.states(["plank"])["plank"].pose.position_W
@@ -94,9 +94,9 @@ def test_a_rounded_brick_is_a_box_with_the_inertia_of_one_also_after_it_was_froz
     size: tuple[float, float, float],
 ) -> None:
     with world() as engine:
-        engine.add_brick(Brick("brick", size, MASS), Pose((0.0, 0.0, 1.0)))
+        engine.add_brick(Brick("brick", Box(size), MASS), Pose((0.0, 0.0, 1.0)))
         body, unit = engine.bodies.numbers["brick"], engine.bodies.mass_unit * engine.bodies.scale**2
-        inertia = pytest.approx([unit * moment for moment in moments(size, MASS)])
+        inertia = pytest.approx([unit * moment for moment in Box(size).moments(MASS)])
         assert engine.shape("brick") == Box(size)
         assert pybullet.getDynamicsInfo(body, -1, engine.bodies.client)[2] == inertia
         engine.freeze("brick")
@@ -114,7 +114,7 @@ def test_rounded_bricks_stand_at_their_height_and_creep_less_than_a_quarter_of_a
             for side in (-offset, offset):
                 x, y = (0.0, side) if level % 2 == 0 else (side, 0.0)
                 pose = Pose((x, y, THICKNESS * (level + 0.5)), turns[level % 2])
-                engine.add_brick(Brick(f"{level} {side}", SIZE, MASS), pose)
+                engine.add_brick(Brick(f"{level} {side}", Box(SIZE), MASS), pose)
         before = engine.states(engine.masses())
         for _ in range(960):
             engine.step()
@@ -125,7 +125,7 @@ def test_rounded_bricks_stand_at_their_height_and_creep_less_than_a_quarter_of_a
 def test_the_ground_goes_on_under_bricks_far_away() -> None:
     with world() as engine:
         for name, x in (("here", 0.0), ("there", 3000.0)):
-            engine.add_brick(Brick(name, SIZE, MASS), Pose((x, 0.0, THICKNESS / 2.0)))
+            engine.add_brick(Brick(name, Box(SIZE), MASS), Pose((x, 0.0, THICKNESS / 2.0)))
         for _ in range(240):
             engine.step()
         heights = [state.pose.position_W[2] for state in engine.states(["here", "there"]).values()]

@@ -9,6 +9,7 @@ import pytest
 from stability.engines.pybullet import PyBulletWorld
 from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stability.model import GROUND, Brick, Plane, Pose, Quaternion
+from stability.shapes.box import Box
 from stackdsl.playing.runner import play
 from stackdsl.systems.systems import SYSTEMS
 from stackdsl.systems.worlds import settings_for
@@ -44,7 +45,7 @@ def world(length: float, gravity: float) -> Iterator[PyBulletWorld]:
 
 
 def plank(name: str, length: float) -> Brick:
-    return Brick(name, (length, length / 5.0, length / 15.0), 0.012)
+    return Brick(name, Box((length, length / 5.0, length / 15.0)), 0.012)
 
 
 @pytest.mark.parametrize(

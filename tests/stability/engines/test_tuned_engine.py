@@ -10,8 +10,8 @@ from stability.engines.pybullet import PyBulletWorld
 from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stability.geometry.rotations import body_axes
 from stability.geometry.vectors import dot
-from stability.mechanics.impulse import moments
 from stability.model import GROUND, BodyState, Brick, Plane, Pose, Quaternion, Vec3
+from stability.shapes.box import Box
 from stackdsl.systems.systems import MOVING, TUNED
 
 SIZE = LENGTH, WIDTH, THICKNESS = (0.1176, 0.0234, 0.0078)
@@ -45,7 +45,7 @@ def test_a_plank_slides_as_far_in_every_direction(settings: PyBulletSettings, be
     speed, way = 2.0, radians(bearing)
     with world(settings) as engine:
         velocity_W = (speed * cos(way), speed * sin(way), 0.0)
-        engine.add_brick(Brick("plank", SIZE, MASS), Pose((0.0, 0.0, THICKNESS / 2.0)), velocity_W)
+        engine.add_brick(Brick("plank", Box(SIZE), MASS), Pose((0.0, 0.0, THICKNESS / 2.0)), velocity_W)
         x, y, _ = played(engine, 0.5, speed)["plank"].pose.position_W
     assert hypot(x, y) == pytest.approx(speed**2 / (2.0 * FRICTION * GRAVITY), rel=0.01)
 
@@ -56,7 +56,7 @@ def test_the_ground_goes_on_where_a_plank_slides_to(settings: PyBulletSettings, 
     #   It stops after v^2 / (2 mu g) = 23 m; the box that stands for the ground reaches 5 m at first.
     speed = 15.0
     with world(settings) as engine:
-        engine.add_brick(Brick("plank", SIZE, MASS), Pose((*start, THICKNESS / 2.0)), (speed, 0.0, 0.0))
+        engine.add_brick(Brick("plank", Box(SIZE), MASS), Pose((*start, THICKNESS / 2.0)), (speed, 0.0, 0.0))
         x, _, z = played(engine, 4.0, speed)["plank"].pose.position_W
     assert x - start[0] == pytest.approx(speed**2 / (2.0 * FRICTION * GRAVITY), rel=0.01)
     assert z == pytest.approx(THICKNESS / 2.0, abs=1e-4)
@@ -66,7 +66,7 @@ def test_the_ground_goes_on_where_a_plank_slides_to(settings: PyBulletSettings, 
 @pytest.mark.parametrize("seconds", [0.1, 0.25, 1.0])
 def test_way_and_speed_of_a_fall_are_exact(settings: PyBulletSettings, seconds: float) -> None:
     with world(settings) as engine:
-        engine.add_brick(Brick("plank", SIZE, MASS), Pose((0.0, 0.0, 50.0)))
+        engine.add_brick(Brick("plank", Box(SIZE), MASS), Pose((0.0, 0.0, 50.0)))
         state = played(engine, seconds)["plank"]
         seconds = engine.time()
     assert 50.0 - state.pose.position_W[2] == pytest.approx(GRAVITY * seconds**2 / 2.0, rel=1e-6)
@@ -75,7 +75,7 @@ def test_way_and_speed_of_a_fall_are_exact(settings: PyBulletSettings, seconds: 
 
 def test_a_fall_stays_exact_when_steps_are_split_on_the_way() -> None:
     with world(TUNED) as engine:
-        engine.add_brick(Brick("plank", SIZE, MASS), Pose((0.0, 0.0, 50.0)))
+        engine.add_brick(Brick("plank", Box(SIZE), MASS), Pose((0.0, 0.0, 50.0)))
         played(engine, 0.3)
         played(engine, 0.3, fastest=20.0)
         state = played(engine, 0.3)["plank"]
@@ -92,22 +92,22 @@ def test_a_plank_that_hits_another_squarely_shares_its_speed(
     #   |--a--| ->  |--b--|    restitution 0: both go on with half the speed
     speed = 2.0
     with world(settings) as engine:
-        engine.add_brick(Brick("a", SIZE, MASS), Pose((-side - gap, 0.0, 5.0), turn), (speed, 0.0, 0.0))
-        engine.add_brick(Brick("b", SIZE, MASS), Pose((0.0, 0.0, 5.0), turn))
+        engine.add_brick(Brick("a", Box(SIZE), MASS), Pose((-side - gap, 0.0, 5.0), turn), (speed, 0.0, 0.0))
+        engine.add_brick(Brick("b", Box(SIZE), MASS), Pose((0.0, 0.0, 5.0), turn))
         after = played(engine, 0.02, speed)
     assert [state.velocity_W[0] for state in after.values()] == pytest.approx([speed / 2.0] * 2, rel=1e-3)
 
 
 def energy_of_turning(state: BodyState) -> float:
     turning = (dot(state.angular_velocity_W, axis_W) for axis_W in body_axes(state.pose.orientation))
-    return 0.5 * sum(moment * rate**2 for moment, rate in zip(moments(SIZE, MASS), turning, strict=True))
+    return 0.5 * sum(moment * rate**2 for moment, rate in zip(Box(SIZE).moments(MASS), turning, strict=True))
 
 
 @BOTH
 def test_a_plank_that_tumbles_gains_no_energy_and_loses_little(settings: PyBulletSettings) -> None:
     rate = 10.0 / sqrt(3.0)  # [rad/s] about each axis
     with world(settings) as engine:
-        engine.add_brick(Brick("plank", SIZE, MASS), Pose((0.0, 0.0, 50.0)))
+        engine.add_brick(Brick("plank", Box(SIZE), MASS), Pose((0.0, 0.0, 50.0)))
         engine.bodies.set_motion("plank", (0.0, 0.0, 0.0), (rate, rate, rate))
         before = energy_of_turning(engine.states(["plank"])["plank"])
         after = energy_of_turning(played(engine, 1.0)["plank"])
@@ -118,8 +118,8 @@ def test_a_plank_that_tumbles_gains_no_energy_and_loses_little(settings: PyBulle
 def test_five_planks_hold_one_of_a_thousand_times_their_mass(settings: PyBulletSettings) -> None:
     with world(settings, heaviest=1000.0 * MASS) as engine:
         for level in range(5):
-            engine.add_brick(Brick(f"light {level}", SIZE, MASS), Pose((0.0, 0.0, THICKNESS * (level + 0.5))))
-        engine.add_brick(Brick("heavy", SIZE, 1000.0 * MASS), Pose((0.0, 0.0, 5.5 * THICKNESS)))
+            engine.add_brick(Brick(f"light {level}", Box(SIZE), MASS), Pose((0.0, 0.0, THICKNESS * (level + 0.5))))
+        engine.add_brick(Brick("heavy", Box(SIZE), 1000.0 * MASS), Pose((0.0, 0.0, 5.5 * THICKNESS)))
         after = played(engine, 0.5)["heavy"].pose.position_W
     assert after == pytest.approx((0.0, 0.0, 5.5 * THICKNESS), abs=0.03 * THICKNESS)
 
@@ -135,7 +135,7 @@ def test_anchors_hold_no_plank_on_a_slope_that_is_too_steep(share: float, holds:
         half = (slope / 2.0, way)
         turn = (-sin(half[0]) * sin(way), sin(half[0]) * cos(way), 0.0, cos(half[0]))
         x, y, z = (THICKNESS / 2.0 * part for part in normal_W)
-        opened.add_brick(Brick("plank", SIZE, MASS), Pose((x, y, z), turn))
+        opened.add_brick(Brick("plank", Box(SIZE), MASS), Pose((x, y, z), turn))
         moved_to = played(opened, 1.0)["plank"].pose.position_W
     finally:
         opened.close()
@@ -151,7 +151,7 @@ def test_a_tower_of_ten_levels_creeps_by_less_than_a_twentieth_of_a_millimetre()
             level, side = index // 2, offset if index % 2 else -offset
             height = THICKNESS * (level + 0.5)
             pose = Pose((side, 0.0, height), ACROSS) if level % 2 else Pose((0.0, side, height))
-            engine.add_brick(Brick(f"{index:02}", SIZE, MASS), pose)
+            engine.add_brick(Brick(f"{index:02}", Box(SIZE), MASS), pose)
         before = engine.states(engine.masses())
         after = played(engine, 1.0)
     shifts = [
@@ -164,7 +164,7 @@ def test_a_tower_of_ten_levels_creeps_by_less_than_a_twentieth_of_a_millimetre()
 @BOTH
 def test_a_frozen_brick_gets_its_mass_and_moments_back(settings: PyBulletSettings) -> None:
     with world(settings) as engine:
-        engine.add_brick(Brick("plank", SIZE, MASS), Pose((0.0, 0.0, 1.0), (0.0, sin(pi / 12), 0.0, cos(pi / 12))))
+        engine.add_brick(Brick("plank", Box(SIZE), MASS), Pose((0.0, 0.0, 1.0), (0.0, sin(pi / 12), 0.0, cos(pi / 12))))
         engine.freeze("plank")
         engine.wake("plank")
         engine.push("plank", (0.0, 0.0, 0.001), (LENGTH / 2.0, 0.0, 1.0))

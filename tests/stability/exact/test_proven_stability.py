@@ -9,7 +9,8 @@ import pytest
 
 from stability.engines.pybullet import PyBulletBodies
 from stability.exact.proven_stability import ProvenStability
-from stability.model import GROUND, BodyId, BodyState, Box, ContactPoint, HalfSpace, Plane, Pose, Shape, Vec3
+from stability.model import GROUND, BodyId, BodyState, ContactPoint, HalfSpace, Plane, Pose, Shape, Vec3
+from stability.shapes.box import Box
 from stability.statics.facts import Placed, Stability, Stage, Verdict
 from stability.watching.extension import Update
 

@@ -6,7 +6,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stability.geometry.boxes import box_corners, box_top
 from stability.geometry.plan import Point2, centroid, convex_hull, signed_distance, straightened
 from stability.geometry.rotations import lean_between, multiply, rotate, turn_between
 from stability.model import Pose
@@ -29,19 +28,6 @@ def test_two_turns_compose_to_the_turn_by_the_sum(first: float, second: float) -
     once = rotate(about_z(first + second), (1.0, 2.0, 3.0))
     twice = rotate(multiply(about_z(second), about_z(first)), (1.0, 2.0, 3.0))
     assert twice == pytest.approx(once, abs=1e-12)
-
-
-def test_the_corners_of_a_box_are_its_half_lengths_away() -> None:
-    corners = box_corners((2.0, 4.0, 6.0), Pose((10.0, 0.0, 0.0), about_z(pi / 2.0)))
-    assert {tuple(round(c, 9) for c in corner) for corner in corners} == {
-        (10.0 + x, y, z) for x in (-2.0, 2.0) for y in (-1.0, 1.0) for z in (-3.0, 3.0)
-    }
-
-
-@given(st.floats(-pi, pi), st.floats(-pi, pi))
-def test_the_top_of_a_box_is_its_highest_corner(yaw: float, pitch: float) -> None:
-    pose = Pose((1.0, 2.0, 3.0), multiply(about_z(yaw), (0.0, sin(pitch / 2.0), 0.0, cos(pitch / 2.0))))
-    assert box_top((2.0, 4.0, 6.0), pose) == pytest.approx(max(z for _, _, z in box_corners((2.0, 4.0, 6.0), pose)))
 
 
 def test_the_hull_of_a_square_with_points_inside_and_on_its_edges_is_the_square() -> None:

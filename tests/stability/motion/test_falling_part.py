@@ -17,6 +17,7 @@ from stability.motion.falling_part import (
     turn_of,
     turned_part,
 )
+from stability.shapes.box import Box
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Motion, Placed
 
@@ -30,7 +31,7 @@ def leaning_column(step: float, count: int, friction: float) -> tuple[FallingPar
     ground = Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), friction)
     assembly = Assembly([ground], friction, G)
     first = assembly.add_all(
-        Placed(Brick(f"p{n:02}", (LENGTH, WIDTH, THICKNESS), 0.012), Pose((step * n, 0.0, THICKNESS * (n + 0.5))))
+        Placed(Brick(f"p{n:02}", Box((LENGTH, WIDTH, THICKNESS)), 0.012), Pose((step * n, 0.0, THICKNESS * (n + 0.5))))
         for n in range(count)
     )
     assert first.motion is not None
@@ -96,8 +97,8 @@ def test_a_column_that_tips_slides_on_its_edge_or_in_its_lowest_joint_when_frict
 @pytest.mark.parametrize("wide", [LENGTH, 0.5 * LENGTH])
 def test_one_plank_that_tips_slides_on_its_edge_as_on_the_slope_that_its_face_is(friction: float, wide: float) -> None:
     # It hangs by 1 mm over the end of a post that is as wide as it, or half as wide: an edge on its face, which turns.
-    post = Placed(Brick("post", (wide, WIDTH, 0.1), 0.1), Pose((-0.5 * wide, 0.0, 0.05)))
-    plank = Placed(Brick("plank", (LENGTH, WIDTH, THICKNESS), 0.012), Pose((0.001, 0.0, 0.1 + 0.5 * THICKNESS)))
+    post = Placed(Brick("post", Box((wide, WIDTH, 0.1)), 0.1), Pose((-0.5 * wide, 0.0, 0.05)))
+    plank = Placed(Brick("plank", Box((LENGTH, WIDTH, THICKNESS)), 0.012), Pose((0.001, 0.0, 0.1 + 0.5 * THICKNESS)))
     assembly = Assembly([Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5)], friction, G)
     first = assembly.add_all([post, plank])
     assert first.motion is not None
@@ -120,7 +121,7 @@ def test_a_block_that_tips_on_its_own_edge_slides_as_on_the_ground_that_it_stand
     tall, thin, leans, friction = 0.1, 0.02, radians(20.0), 0.25
     x, z = (0.5 * (tall * sin(leans) - thin * cos(leans)), 0.5 * (tall * cos(leans) + thin * sin(leans)))
     turn = (0.0, sin(0.5 * leans), 0.0, cos(0.5 * leans))
-    block = Placed(Brick("block", (thin, WIDTH, tall), 0.1), Pose((x, 0.0, z), turn))
+    block = Placed(Brick("block", Box((thin, WIDTH, tall)), 0.1), Pose((x, 0.0, z), turn))
     assembly = Assembly([Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), friction)], friction, G)
     first = assembly.add_all([block])
     assert first.motion is not None
@@ -154,7 +155,7 @@ def test_a_part_is_one_body_only_until_its_lowest_corner_strikes_the_ground() ->
 
 def test_a_part_is_one_body_only_until_it_strikes_a_brick() -> None:
     part, _ = leaning_column(0.032, 4, 0.5)
-    post = Placed(Brick("post", (0.02, 0.02, 0.012), 0.01), Pose((0.14, 0.0, 0.006)))
+    post = Placed(Brick("post", Box((0.02, 0.02, 0.012)), 0.01), Pose((0.14, 0.0, 0.006)))
     # The face that the top plank has below is at the height h from the edge; turned, it is h above all points with
     # x sin + z cos = h, where x and z are from the edge. The far upper corner of the post is the first of its.
     edge = part.turn.point_W
@@ -166,7 +167,7 @@ def test_a_part_is_one_body_only_until_it_strikes_a_brick() -> None:
 
 def test_what_slides_or_falls_straight_down_does_not_turn() -> None:
     assembly = Assembly()
-    loose = Placed(Brick("loose", (LENGTH, WIDTH, THICKNESS), 0.012), Pose((1.0, 0.0, 0.5)))
+    loose = Placed(Brick("loose", Box((LENGTH, WIDTH, THICKNESS)), 0.012), Pose((1.0, 0.0, 0.5)))
     first = assembly.add_all([loose])
     assert first.motion is not None
     assert turn_of(assembly.problem(["loose"]), first.motion) is None

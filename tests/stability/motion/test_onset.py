@@ -7,6 +7,7 @@ import pytest
 from stability.geometry.vectors import cross, norm, scale, subtract
 from stability.model import BodyId, Brick, Pose, Vec3
 from stability.motion.onset import as_it_begins
+from stability.shapes.box import Box
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Motion, Placed, Stability, Verdict
 from stability.statics.proof import check_motion
@@ -19,7 +20,7 @@ def stacked(*x: float, size: Vec3 = SIZE) -> list[Placed]:
     """Planks along x, named from the ground, one on another."""
     heights = (THICKNESS * (0.5 + number) for number in range(len(x)))
     return [
-        Placed(Brick(f"p{n}", size, 0.012), Pose((at, 0.0, z)))
+        Placed(Brick(f"p{n}", Box(size), 0.012), Pose((at, 0.0, z)))
         for n, (at, z) in enumerate(zip(x, heights, strict=True), start=1)
     ]
 
@@ -81,7 +82,7 @@ def test_a_crumb_on_a_plank_that_tips_falls_behind_where_the_plank_is_faster_tha
     base, tipping = stacked(0.0, LENGTH / 2.0 + c)
     side = 0.002
     crumb = Placed(
-        Brick("crumb", (side, side, side), 1e-5), Pose((LENGTH / 2.0 + reach, 0.0, 2.0 * THICKNESS + side / 2.0))
+        Brick("crumb", Box((side, side, side)), 1e-5), Pose((LENGTH / 2.0 + reach, 0.0, 2.0 * THICKNESS + side / 2.0))
     )
     _, found = begun([base, tipping, crumb])
     assert found.motion is not None
@@ -100,7 +101,7 @@ def test_what_stands_has_no_beginning() -> None:
 
 def test_what_nothing_holds_begins_to_fall_freely() -> None:
     assembly = Assembly()
-    first = assembly.add_all([*stacked(0.0), Placed(Brick("loose", SIZE, 0.012), Pose((1.0, 0.0, 0.5)))])
+    first = assembly.add_all([*stacked(0.0), Placed(Brick("loose", Box(SIZE), 0.012), Pose((1.0, 0.0, 0.5)))])
     found = as_it_begins(assembly, first)
     assert found.moving == ("loose",)
     assert found.motion is not None

@@ -10,6 +10,7 @@ from stability.geometry.vectors import scale
 from stability.model import GROUND, Brick, Plane, Pose, Vec3
 from stability.motion.onset import as_it_begins
 from stability.motion.slipping import Slip, slip_of
+from stability.shapes.box import Box
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed
 from tests.planks import GRAVITY, LENGTH, MASS, SIZE, THICKNESS
@@ -55,7 +56,9 @@ def begun(kind: str, leaning: Leaning, yaw: float, others: tuple[Placed, ...] = 
         planes.append(Plane("wall", (0.0, 0.0, 0.0), scale(-1.0, towards(yaw)), leaning.wall_friction))
     sides = (-1.0, 1.0) if kind == "V" else (-1.0,)
     size = (leaning.length, SIZE[1], leaning.thickness)
-    bricks = [Placed(Brick(f"{side:+}", size, MASS), leaning_pose(size, leaning.angle, side, yaw)) for side in sides]
+    bricks = [
+        Placed(Brick(f"{side:+}", Box(size), MASS), leaning_pose(size, leaning.angle, side, yaw)) for side in sides
+    ]
     assembly = Assembly(tuple(planes), leaning.floor_friction, leaning.gravity)
     verdict = as_it_begins(assembly, assembly.add_all(bricks))
     assert verdict.motion is not None
@@ -107,7 +110,7 @@ def test_both_ends_go_on_touching(yaw: float) -> None:
 
 def test_a_slip_is_followed_only_as_far_as_there_is_room() -> None:
     def last(gap: float) -> float:
-        block = Placed(Brick("block", (0.02, 0.02, 0.02), MASS), Pose((-0.0588 - 0.01 - gap, 0.0, 0.01)))
+        block = Placed(Brick("block", Box((0.02, 0.02, 0.02)), MASS), Pose((-0.0588 - 0.01 - gap, 0.0, 0.01)))
         found = begun("ladder", Leaning(*KAPLA, radians(60.0), 0.1), 0.0, (block,))
         assert found is not None
         while found.goes_on(STEP):
@@ -123,8 +126,8 @@ def test_what_is_no_mirror_image_is_left_to_an_engine() -> None:
     friction = 0.9 * needed_friction(*KAPLA, radians(60.0))
     floor = Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), friction)
     bricks = [
-        Placed(Brick("left", SIZE, MASS), leaning_pose(SIZE, radians(60.0), -1.0, 0.0)),
-        Placed(Brick("right", heavy, 2.0 * MASS), leaning_pose(heavy, radians(60.0), 1.0, 0.0)),
+        Placed(Brick("left", Box(SIZE), MASS), leaning_pose(SIZE, radians(60.0), -1.0, 0.0)),
+        Placed(Brick("right", Box(heavy), 2.0 * MASS), leaning_pose(heavy, radians(60.0), 1.0, 0.0)),
     ]
     assembly = Assembly((floor,), friction, GRAVITY)
     verdict = as_it_begins(assembly, assembly.add_all(bricks))

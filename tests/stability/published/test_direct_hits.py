@@ -8,6 +8,7 @@ import pytest
 from stability.engines.pybullet import PyBulletWorld
 from stability.model import BodyId, Brick, Plane, Pose, Vec3
 from stability.published.direct_hits import DirectHits
+from stability.shapes.box import Box
 from stability.watching.rest import RestLimits
 from stackdsl.systems.systems import HELD
 
@@ -24,7 +25,7 @@ class Scene:
 
     def put(self, name: BodyId, gap: float, velocity_W: Vec3) -> None:
         pose = Pose((CUBE + gap, 0.0, CUBE / 2.0))
-        self.world.add_brick(Brick(name, (CUBE, CUBE, CUBE), 0.01), pose, velocity_W)
+        self.world.add_brick(Brick(name, Box((CUBE, CUBE, CUBE)), 0.01), pose, velocity_W)
 
     def coming(self) -> list[tuple[BodyId, BodyId]]:
         awake = sorted(self.world.masses().keys() - {"target"})

@@ -6,10 +6,11 @@ from math import cos, pi, radians, sin
 
 import pytest
 
-from stability.model import BodyId, BodyState, Box, ContactPoint, HalfSpace, Plane, Pose, Quaternion, Shape, Vec3
+from stability.model import BodyId, BodyState, ContactPoint, HalfSpace, Plane, Pose, Quaternion, Shape, Vec3
 from stability.published.contact_areas import contact_area, main_contact
 from stability.published.stack_stability import StackStability, rests_stably
 from stability.published.support import StackedBrick
+from stability.shapes.box import Box
 
 PLANK: Vec3 = (0.1176, 0.0234, 0.0078)  # [m]
 LENGTH, WIDTH, THICKNESS = PLANK

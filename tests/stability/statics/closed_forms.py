@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from math import atan, atan2, cos, pi, sin
 
 from stability.model import GROUND, Brick, Plane, Pose, Quaternion, Vec3
+from stability.shapes.box import Box
 from stability.statics.facts import Placed
 
 LENGTH, WIDTH, THICKNESS = 0.1176, 0.0234, 0.0078  # a KAPLA plank [m]
@@ -35,7 +36,7 @@ def brick_at(
 ) -> Placed:
     """A brick with its centre there [m]; of wood if its mass [kg] is not given."""
     weight = DENSITY * size[0] * size[1] * size[2] if mass is None else mass
-    return Placed(Brick(name, size, weight), Pose(centre, turn))
+    return Placed(Brick(name, Box(size), weight), Pose(centre, turn))
 
 
 def stepped_column(share: float, count: int) -> Structure:

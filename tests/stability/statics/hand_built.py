@@ -9,6 +9,7 @@ from math import cos, sin
 from typing import TypeAlias
 
 from stability.model import GROUND, BodyId, Brick, Pose, Quaternion, Vec3
+from stability.shapes.box import Box, as_box
 from stability.statics.facts import UP, Contact, Placed, Problem, Wrench
 
 GRAVITY = 9.81  # [m/s^2]
@@ -28,7 +29,7 @@ def about_y(angle: float) -> Quaternion:
 
 def plank(name: BodyId, centre_W: Vec3, mass: float = MASS, size: Vec3 = SIZE, dip: float = 0.0) -> Placed:
     """A brick whose length lies along x, dipped towards positive x by an angle [rad]."""
-    return Placed(Brick(name, size, mass), Pose(centre_W, about_y(dip)))
+    return Placed(Brick(name, Box(size), mass), Pose(centre_W, about_y(dip)))
 
 
 def weighed(bricks: Iterable[Placed], contacts: Sequence[Contact]) -> Problem:
@@ -143,7 +144,7 @@ def between_walls(problem: Problem, friction: float = 0.5) -> Problem:
     """Each of these level bricks between a wall at its west end and one at its east end; their contacts come last."""
     contacts = list(problem.contacts)
     for name, placed in problem.bricks.items():
-        (x, _, z), (length, width, height) = placed.pose.position_W, placed.brick.size
+        (x, _, z), (length, width, height) = placed.pose.position_W, as_box(placed.brick.shape, "a wall at an end").size
         for wall, end, normal in (("west wall", x - length / 2.0, EAST), ("east wall", x + length / 2.0, WEST)):
             face = wall_patch(end, (z - height / 2.0, z + height / 2.0), width)
             contacts.append(Contact(wall, name, face, (normal,), friction))

@@ -17,6 +17,7 @@ from scipy.optimize import linprog
 from scipy.sparse import csc_array, hstack, identity
 
 from stability.model import GROUND, BodyId, Brick, Pose, Vec3
+from stability.shapes.box import as_box
 
 Answer: TypeAlias = Literal["stable", "unstable"]
 Array: TypeAlias = NDArray[np.float64]
@@ -124,7 +125,7 @@ def _wrench(at: InPlace, point: Vec3, force: Vec3) -> list[tuple[int, float]]:
     """
     rx, ry, rz = (a - b for a, b in zip(point, at.pose.position_W, strict=True))
     fx, fy, fz = force
-    reach = 0.5 * hypot(*at.brick.size)
+    reach = 0.5 * hypot(*size_of(at))
     torque = (ry * fz - rz * fy, rz * fx - rx * fz, rx * fy - ry * fx)
     rows = [*(value / at.brick.mass for value in force), *(value / at.brick.mass / reach for value in torque)]
     return [(row, value) for row, value in enumerate(rows) if value != 0.0]
@@ -171,20 +172,25 @@ def _on_bricks(placed: Iterable[InPlace], friction: float) -> Iterator[Touch]:
                 yield Touch(lower.brick.id, upper.brick.id, points, (0.0, 0.0, 1.0), _heading(lower), friction)
 
 
+def size_of(each: InPlace) -> Vec3:
+    """Length, width and thickness [m]."""
+    return as_box(each.brick.shape, "the independent verdict").size
+
+
 def bottom(each: InPlace) -> float:
     """Height of the under side [m]."""
-    return each.pose.position_W[2] - 0.5 * each.brick.size[2]
+    return each.pose.position_W[2] - 0.5 * size_of(each)[2]
 
 
 def top(each: InPlace) -> float:
     """Height of the upper side [m]."""
-    return each.pose.position_W[2] + 0.5 * each.brick.size[2]
+    return each.pose.position_W[2] + 0.5 * size_of(each)[2]
 
 
 def near(one: InPlace, other: InPlace, apart: float = 0.0) -> bool:
     """Whether the circles around two outlines come within `apart` [m] of each other."""
     (ax, ay, _), (bx, by, _) = one.pose.position_W, other.pose.position_W
-    reach = 0.5 * (hypot(*one.brick.size[:2]) + hypot(*other.brick.size[:2]))
+    reach = 0.5 * (hypot(*size_of(one)[:2]) + hypot(*size_of(other)[:2]))
     return hypot(ax - bx, ay - by) < reach + 2.0 * apart
 
 
@@ -202,7 +208,7 @@ def outline(each: InPlace, grown: float = 0.0) -> list[Point]:
     """The corners seen from above, counter-clockwise, `grown` outwards by so much on every side [m]."""
     c, s = cos(yaw(each)), sin(yaw(each))
     x, y, _ = each.pose.position_W
-    a, b = 0.5 * each.brick.size[0] + grown, 0.5 * each.brick.size[1] + grown
+    a, b = 0.5 * size_of(each)[0] + grown, 0.5 * size_of(each)[1] + grown
     return [(x + u * c - v * s, y + u * s + v * c) for u, v in ((-a, -b), (a, -b), (a, b), (-a, b))]
 
 

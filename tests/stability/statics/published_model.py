@@ -7,7 +7,7 @@ whole. The contacts are those that `StackStability` works out.
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from stability.model import GROUND, BodyId, Box, HalfSpace, Pose, Shape, Vec3
+from stability.model import GROUND, BodyId, HalfSpace, Pose, Shape, Vec3
 from stability.published.resting import ContactLimits, corners_on
 from stability.published.stack_stability import stacked_brick
 from stability.published.support import StackedBrick, failing, lies_above, loads_above
@@ -28,11 +28,11 @@ def published_model_says_stable(bricks: Iterable[Placed]) -> bool:
         if not lies_above((tested.com_W[0], tested.com_W[1]), tested.main):
             return False
         stack[tested.id] = tested
-        solids[tested.id] = (Box(each.brick.size), each.pose)
+        solids[tested.id] = (each.brick.shape, each.pose)
     return not failing(stack, loads_above(stack))
 
 
 def _points(each: Placed, solids: Mapping[BodyId, tuple[Shape, Pose]]) -> dict[BodyId, Sequence[Vec3]]:
-    box, limits = Box(each.brick.size), ContactLimits()
+    box, limits = each.brick.shape, ContactLimits()
     found = {name: corners_on(box, each.pose, shape, pose, limits) for name, (shape, pose) in solids.items()}
     return {name: points for name, points in found.items() if points}

@@ -9,6 +9,7 @@ import numpy as np
 
 from stability.geometry.plan import Point2, Polygon, centroid, convex_hull, signed_distance
 from stability.model import Brick, Pose, Vec3
+from stability.shapes.box import Box
 from stability.statics.facts import Placed
 from tests.stability.statics.independent import TOUCHING, bottom, near, outline, overlap, top
 
@@ -71,7 +72,7 @@ def _behind(generator: np.random.Generator, brick: Placed, seat: Polygon) -> Poi
 def _drawn_brick(generator: np.random.Generator, name: str, mixed: bool) -> Brick:
     size = SIZES[int(generator.integers(len(SIZES)))] if mixed else KAPLA
     density = DENSITY * float(generator.choice([0.1, 1.0, 1.0, 10.0])) if mixed else DENSITY
-    return Brick(name, size, density * size[0] * size[1] * size[2])
+    return Brick(name, Box(size), density * size[0] * size[1] * size[2])
 
 
 def _set_down(generator: np.random.Generator, brick: Brick, below: list[Placed], at: Point2, askew: float) -> Placed:
@@ -81,7 +82,7 @@ def _set_down(generator: np.random.Generator, brick: Brick, below: list[Placed],
     turn = (0.0, 0.0, sin(0.5 * yaw), cos(0.5 * yaw))
     flat = Placed(brick, Pose((*at, 0.0), turn))
     floor = max((top(other) for other in below if _overlaps(flat, other)), default=0.0)
-    return Placed(brick, Pose((*at, floor + 0.5 * brick.size[2]), turn))
+    return Placed(brick, Pose((*at, floor + top(flat)), turn))
 
 
 def _seat(brick: Placed, below: list[Placed]) -> Polygon:

@@ -1,10 +1,12 @@
 """Numbers that mean nothing are refused, with what is wrong and what to do, and nothing changes."""
 
 from math import inf, nan
+from typing import Any
 
 import pytest
 
 from stability.model import Brick, Plane, Pose
+from stability.shapes.box import Box
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability
 
@@ -16,7 +18,7 @@ UNTURNED = (0.0, 0.0, 0.0, 1.0)
 @pytest.mark.parametrize("mass", [nan, inf, 0.0, -1.0])
 def test_a_mass_is_a_number_above_nothing(mass: float) -> None:
     with pytest.raises(ValueError, match="brick 'a' has the mass"):
-        Assembly().add(Brick("a", SIZE, mass), Pose(AT))
+        Assembly().add(Brick("a", Box(SIZE), mass), Pose(AT))
 
 
 @pytest.mark.parametrize(
@@ -24,6 +26,12 @@ def test_a_mass_is_a_number_above_nothing(mass: float) -> None:
 )
 def test_every_side_of_a_brick_has_a_length(size: tuple[float, float, float]) -> None:
     with pytest.raises(ValueError, match="'a' has the size"):
+        Assembly().add(Brick("a", Box(size), 1.0), Pose(AT))
+
+
+def test_a_size_where_a_shape_is_due_is_told_how_to_be_one() -> None:
+    size: Any = SIZE
+    with pytest.raises(ValueError, match=r"brick 'a' has the shape \(.*\); write Box\(\(0.12, 0.024, 0.008\)\)"):
         Assembly().add(Brick("a", size, 1.0), Pose(AT))
 
 
@@ -32,13 +40,13 @@ def test_every_side_of_a_brick_has_a_length(size: tuple[float, float, float]) ->
 )
 def test_a_turn_is_a_quaternion_of_unit_length(turn: tuple[float, float, float, float]) -> None:
     with pytest.raises(ValueError, match="'a' has the orientation"):
-        Assembly().add(Brick("a", SIZE, 1.0), Pose(AT, turn))
+        Assembly().add(Brick("a", Box(SIZE), 1.0), Pose(AT, turn))
 
 
 @pytest.mark.parametrize("at", [(nan, 0.0, 0.0), (inf, 0.0, 0.0), (1e300, 0.0, 0.0), (0.0, 0.0)])
 def test_a_place_is_three_numbers(at: tuple[float, float, float]) -> None:
     with pytest.raises(ValueError, match="'a'"):
-        Assembly().add(Brick("a", SIZE, 1.0), Pose(at))
+        Assembly().add(Brick("a", Box(SIZE), 1.0), Pose(at))
 
 
 @pytest.mark.parametrize("friction", [nan, inf, -0.5])
@@ -63,7 +71,7 @@ def test_a_normal_is_of_unit_length(normal: tuple[float, float, float]) -> None:
 
 def test_fixed_bodies_have_names_of_their_own() -> None:
     ground = Plane("ground", (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5)
-    table = Placed(Brick("ground", (1.0, 1.0, 0.1), 1.0), Pose((0.0, 0.0, 1.0)))
+    table = Placed(Brick("ground", Box((1.0, 1.0, 0.1)), 1.0), Pose((0.0, 0.0, 1.0)))
     with pytest.raises(ValueError, match="two bodies called 'ground'"):
         Assembly(planes=[ground, ground])
     with pytest.raises(ValueError, match="two bodies called 'ground'"):
@@ -72,8 +80,11 @@ def test_fixed_bodies_have_names_of_their_own() -> None:
 
 def test_what_is_refused_changes_nothing() -> None:
     assembly = Assembly()
-    assembly.add(Brick("a", SIZE, 1.0), Pose(AT))
-    good, bad = Placed(Brick("b", SIZE, 1.0), Pose((0.0, 0.0, 0.012))), Placed(Brick("c", SIZE, nan), Pose(AT))
+    assembly.add(Brick("a", Box(SIZE), 1.0), Pose(AT))
+    good, bad = (
+        Placed(Brick("b", Box(SIZE), 1.0), Pose((0.0, 0.0, 0.012))),
+        Placed(Brick("c", Box(SIZE), nan), Pose(AT)),
+    )
     with pytest.raises(ValueError, match="'c'"):
         assembly.add_all([good, bad])
     with pytest.raises(ValueError, match="'a'"):
@@ -91,6 +102,6 @@ def test_what_is_refused_changes_nothing() -> None:
 
 def test_a_name_that_is_given_twice_is_removed_once() -> None:
     assembly = Assembly()
-    assembly.add(Brick("a", SIZE, 1.0), Pose(AT, UNTURNED))
+    assembly.add(Brick("a", Box(SIZE), 1.0), Pose(AT, UNTURNED))
     assert assembly.remove(["a", "a"]).stability is Stability.STABLE
     assert not assembly.bricks

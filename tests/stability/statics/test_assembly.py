@@ -10,6 +10,7 @@ import pytest
 
 from stability.geometry.plan import Point2
 from stability.model import BodyId, Brick, Plane, Pose
+from stability.shapes.box import Box
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability, Stage
 from stability.statics.structure import Structure
@@ -21,7 +22,7 @@ LENGTH, WIDTH, THICKNESS = 0.12, 0.024, 0.008
 
 def plank(name: str, at: Point2 = (0.0, 0.0), level: int = 1, yaw: float = 0.0, mass: float = 0.0115) -> Placed:
     turn = (0.0, 0.0, sin(yaw / 2), cos(yaw / 2))
-    return Placed(Brick(name, (LENGTH, WIDTH, THICKNESS), mass), Pose((*at, (level - 0.5) * THICKNESS), turn))
+    return Placed(Brick(name, Box((LENGTH, WIDTH, THICKNESS)), mass), Pose((*at, (level - 0.5) * THICKNESS), turn))
 
 
 def four_stack(levels: int) -> list[Placed]:
@@ -167,7 +168,7 @@ def test_a_four_stack_on_a_slope_stands_while_it_is_no_steeper_than_friction(slo
     c, s = cos(angle), sin(angle)
     for level in (1, 2):
         z = (level - 0.5) * THICKNESS
-        brick = Brick(f"b{level}", (LENGTH, WIDTH, THICKNESS), 0.01)
+        brick = Brick(f"b{level}", Box((LENGTH, WIDTH, THICKNESS)), 0.01)
         verdict = assembly.add(brick, Pose((z * s, 0.0, z * c), turn))
     assert (verdict.stability is Stability.STABLE) is stands
     if not stands:
@@ -184,7 +185,7 @@ def test_statics_needs_no_engine_and_no_solver_until_it_asks_one() -> None:
 
 @pytest.mark.parametrize(("overhang", "stands"), [(0.499999, True), (0.500001, False)])
 def test_a_table_carries_up_to_its_edge(overhang: float, stands: bool) -> None:
-    table = Placed(Brick("table", (1.0, 1.0, 0.1), 1.0), Pose((0.0, 0.0, -0.05)))
+    table = Placed(Brick("table", Box((1.0, 1.0, 0.1)), 1.0), Pose((0.0, 0.0, -0.05)))
     assembly = Assembly(planes=(), tables=(table,))
     verdict = assembly.add(*_unpacked(plank("a", (0.5 + (overhang - 0.5) * LENGTH, 0.0))))
     assert (verdict.stability is Stability.STABLE) is stands
@@ -193,7 +194,7 @@ def test_a_table_carries_up_to_its_edge(overhang: float, stands: bool) -> None:
 
 def test_a_table_above_holds_nothing_up() -> None:
     # The plank hangs below the table, in touch with it.
-    table = Placed(Brick("table", (1.0, 1.0, 0.1), 1.0), Pose((0.0, 0.0, 0.05)))
+    table = Placed(Brick("table", Box((1.0, 1.0, 0.1)), 1.0), Pose((0.0, 0.0, 0.05)))
     verdict = Assembly(planes=(), tables=(table,)).add(*_unpacked(plank("a", level=0)))
     assert (verdict.stability, verdict.moving) == (Stability.UNSTABLE, ("a",))
 
@@ -212,7 +213,7 @@ def leaning_row(planks: int, slope: float = 70.0, friction: float = 0.5) -> Asse
     ground = Plane("ground", (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), friction)
     assembly = Assembly(planes=[ground, wall], friction=friction)
     pitch = THICKNESS / sin(theta)
-    brick = Brick("b", (LENGTH, WIDTH, THICKNESS), 0.01)
+    brick = Brick("b", Box((LENGTH, WIDTH, THICKNESS)), 0.01)
     assembly.add_all([Placed(replace(brick, id=f"b{i:03}"), Pose((-i * pitch, 0.0, z), turn)) for i in range(planks)])
     return assembly
 
@@ -248,7 +249,7 @@ def test_what_is_in_doubt_is_not_asked_again_when_something_far_away_changes(mon
     assert assembly.add_all(wedged).stability is Stability.UNDECIDED
     asked: list[BodyId] = []
     monkeypatch.setattr("stability.statics.prover.judge", lambda _structure, brick, *_: asked.append(brick))
-    far = Brick("far", (0.02, 0.02, 0.02), 0.01)
+    far = Brick("far", Box((0.02, 0.02, 0.02)), 0.01)
     verdict = assembly.add(far, Pose((0.0, -5.0, 0.01)))
     assert (verdict.stability, set(verdict.moving)) == (Stability.UNDECIDED, {"w0", "w1", "w2"})
     assert assembly.remove(["far"]).stability is Stability.UNDECIDED

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from stability.geometry.rotations import multiply, rotate
 from stability.model import BodyId, Pose, Vec3
+from stability.shapes.box import Box, as_box
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability, Verdict
 from stability.statics.margins.summary import Margins, margins
@@ -67,9 +68,9 @@ class Change:
         return (x * self.size + dx, y * self.size + dy, z * self.size + dz)
 
     def _brick(self, each: Placed) -> Placed:
-        x, y, z = each.brick.size
-        size = (x * self.size, y * self.size, z * self.size)
-        brick = replace(each.brick, size=size, mass=each.brick.mass * self.size**3 * self.density)
+        x, y, z = as_box(each.brick.shape, "a scaled scene").size
+        box = Box((x * self.size, y * self.size, z * self.size))
+        brick = replace(each.brick, shape=box, mass=each.brick.mass * self.size**3 * self.density)
         return Placed(brick, Pose(self._point(each.pose.position_W), multiply(self._turn, each.pose.orientation)))
 
 

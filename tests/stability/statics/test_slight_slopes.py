@@ -6,6 +6,7 @@ from math import cos, sin
 import pytest
 
 from stability.model import Brick, Plane, Pose
+from stability.shapes.box import Box
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Stability
 
@@ -21,7 +22,7 @@ def column_on(tilt: float, friction: float) -> Assembly:
     for name, height in (("lower", 0.004), ("upper", 0.012)):
         place = (height * normal_W[0], 0.0, height * normal_W[2])
         assembly.add(
-            Brick(name, (0.12, 0.024, 0.008), 0.0115), Pose(place, (0.0, sin(0.5 * tilt), 0.0, cos(0.5 * tilt)))
+            Brick(name, Box((0.12, 0.024, 0.008)), 0.0115), Pose(place, (0.0, sin(0.5 * tilt), 0.0, cos(0.5 * tilt)))
         )
     return assembly
 

@@ -3,6 +3,7 @@
 import pytest
 
 from stability.model import Brick, Pose
+from stability.shapes.box import Box
 from stability.statics.facts import Contact, Placed, Problem, Tolerances, Wrench
 from stability.statics.proof import check_motion
 from stability.statics.tipping import tipping
@@ -12,7 +13,7 @@ SIZE = (2.0, 2.0, 0.4)
 
 
 def plank(name: str, x: float, z: float = 0.2, mass: float = 1.0) -> Placed:
-    return Placed(Brick(name, SIZE, mass), Pose((x, 0.0, z)))
+    return Placed(Brick(name, Box(SIZE), mass), Pose((x, 0.0, z)))
 
 
 def proves(bricks: dict[str, Placed], contacts: list[Contact]) -> bool:

@@ -5,6 +5,7 @@ import pytest
 from stability.engines.pybullet import PyBulletWorld
 from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stability.model import Brick, Pose, Vec3
+from stability.shapes.box import Box
 from stability.watching.approach import Approaches
 
 PLANK = (0.12, 0.024, 0.008)
@@ -15,9 +16,9 @@ SETTINGS = PyBulletSettings(time_step=STEP, iterations=20, contact_erp=0.2, brea
 def world_with(gap: float, velocity_W: Vec3) -> PyBulletWorld:
     """A frozen plank along x, and one that flies along it, with so much room between their ends [m]."""
     world = PyBulletWorld.opened(SETTINGS, gravity=0.0, friction=0.5, heaviest=0.012)
-    world.add_brick(Brick("target", PLANK, 0.012), Pose((0.0, 0.0, 0.004)))
+    world.add_brick(Brick("target", Box(PLANK), 0.012), Pose((0.0, 0.0, 0.004)))
     world.freeze("target")
-    world.add_brick(Brick("shot", PLANK, 0.012), Pose((-0.12 - gap, 0.0, 0.004)), velocity_W)
+    world.add_brick(Brick("shot", Box(PLANK), 0.012), Pose((-0.12 - gap, 0.0, 0.004)), velocity_W)
     return world
 
 
@@ -96,7 +97,7 @@ def test_a_brick_that_flies_past_another_hits_only_what_is_in_its_way(speed: flo
     #             |--target--|  (at the height of the shot)
     world = world_with(0.01, (speed, 0.0, 0.0))
     try:
-        world.add_brick(Brick("above", PLANK, 0.012), Pose((0.0, 0.0, 0.004 + 2.0 * PLANK[2])))
+        world.add_brick(Brick("above", Box(PLANK), 0.012), Pose((0.0, 0.0, 0.004 + 2.0 * PLANK[2])))
         world.freeze("above")
         approaches = Approaches(world, horizon=0.005)
         while not (found := approaches.hits(world.states(["shot"]), {"target", "above"})):

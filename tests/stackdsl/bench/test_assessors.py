@@ -10,6 +10,7 @@ from click.testing import CliRunner
 
 from stability.engines.settings import Package
 from stability.model import Brick, Pose
+from stability.shapes.box import Box
 from stability.statics.facts import Contact, Placed
 from stackdsl.bench import conduct
 from stackdsl.bench.answers import Answer, Source
@@ -182,7 +183,7 @@ def benched(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Be
 
     def bench_of(*builds: str, resume: bool = False, share: float = 1.0) -> Bench:
         entrants: Mapping[str, Entrant] = {**ENTRANTS, "ruler": Judge(Ruler(share))}
-        monkeypatch.setattr(conduct, "ENTRANTS", entrants)
+        monkeypatch.setattr("stackdsl.bench.entrants.ENTRANTS", entrants)
         monkeypatch.setattr(conduct, "run_supervised", on_the_spot(entrants))
         cases = [case_of(build) for build in builds]
         named = [
@@ -306,8 +307,8 @@ def test_compas_lets_a_plank_slide_beyond_the_angle_of_friction(assessor: Compas
 def test_compas_weighs_each_brick_by_its_own_mass(assessor: Compas, mass: float, stands: bool) -> None:
     # The centre of the beam is 30 mm beyond the edge of the plinth, that of the load of 1 kg on it 20 mm within: it
     # tips when 30 mm times the mass of the beam exceeds 20 mm kg.
-    plinth = Placed(Brick("plinth", (0.1, 0.1, 0.02), 1.0), Pose((0.0, 0.0, 0.01)))
-    beam = Placed(Brick("beam", (0.12, 0.02, 0.01), mass), Pose((0.08, 0.0, 0.025)))
-    load = Placed(Brick("load", (0.02, 0.02, 0.01), 1.0), Pose((0.03, 0.0, 0.035)))
+    plinth = Placed(Brick("plinth", Box((0.1, 0.1, 0.02)), 1.0), Pose((0.0, 0.0, 0.01)))
+    beam = Placed(Brick("beam", Box((0.12, 0.02, 0.01)), mass), Pose((0.08, 0.0, 0.025)))
+    load = Placed(Brick("load", Box((0.02, 0.02, 0.01)), 1.0), Pose((0.03, 0.0, 0.035)))
     planes = timeline_of("- column: {levels: 1}").world.planes
     assert assessor.stands(Scene((plinth, beam, load), planes, 0.5)) is stands

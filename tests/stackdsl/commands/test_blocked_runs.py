@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from stability.model import Brick, Pose
+from stability.shapes.box import Box
 from stackdsl.checking.check import held_up, play_case, play_refined, played_or_blocked
 from stackdsl.checking.gathering import Case
 from stackdsl.exits import ExitCode
@@ -100,7 +101,7 @@ def test_what_lies_deepest_in_the_way_is_named() -> None:
 
 
 def placed(name: str, height: float, drop: bool = False) -> Placement:
-    brick = Brick(name, (0.1176, 0.0234, 0.0078), 0.0119)
+    brick = Brick(name, Box((0.1176, 0.0234, 0.0078)), 0.0119)
     return Placement(0.0, brick, 1, Pose((0.0, 0.0, height), (0.0, 0.0, 0.0, 1.0)), drop)
 
 

@@ -6,6 +6,7 @@ from math import inf
 import pytest
 
 from stability.model import GROUND, Brick, Plane, Pose
+from stability.shapes.box import Box
 from stability.statics.facts import Stability, Verdict
 from stackdsl.judging.judge import compare_with_truth, judge
 from stackdsl.judging.margins import ALL, margins_of
@@ -20,7 +21,7 @@ SIZE = (0.1176, 0.0234, 0.0078)  # so that a brick has left its place when it sh
 def track(name: str, level: int, shift: float = 0.0, state: BrickState = BrickState.FROZEN) -> BrickTrack:
     pose = Pose((0.0, 0.0, (level - 0.5) * SIZE[2]))
     frozen = state is BrickState.FROZEN
-    return BrickTrack(Brick(name, SIZE, 0.012), level, state, pose, pose, pose, shift, tilt=0.0, frozen=frozen)
+    return BrickTrack(Brick(name, Box(SIZE), 0.012), level, state, pose, pose, pose, shift, tilt=0.0, frozen=frozen)
 
 
 STANDING = Trace(

@@ -5,6 +5,7 @@ from math import sqrt
 import pytest
 
 from stability.model import GROUND, BodyState, Brick, Plane, Pose
+from stability.shapes.box import Box
 from stackdsl.checking.gathering import Case, gather
 from stackdsl.playing.energy import EnergyMeter, kinetic_energy
 from stackdsl.playing.runner import play
@@ -15,7 +16,7 @@ from tests.scenes import timeline_of
 GRAVITY = 9.81
 SIZE = (0.1176, 0.0234, 0.0078)
 MASS = 557.0 * SIZE[0] * SIZE[1] * SIZE[2]
-BRICK = Brick("plank", SIZE, MASS)
+BRICK = Brick("plank", Box(SIZE), MASS)
 LEVEL = Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5)
 QUARTER_TURN = (0.0, 0.0, sqrt(0.5), sqrt(0.5))  # about z: its length lies along y
 

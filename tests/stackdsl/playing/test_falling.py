@@ -10,10 +10,11 @@ import pytest
 from stability.engines.pybullet import PyBulletWorld
 from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stability.geometry.rotations import turn_between
-from stability.geometry.separation import boxes_apart
 from stability.geometry.vectors import dot, norm, subtract
 from stability.model import GROUND, Brick, Plane, Pose, Vec3
 from stability.motion.known_motion import FallingParts
+from stability.shapes.apart import apart
+from stability.shapes.box import Box
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Motion, Placed
 from stackdsl.playing.runner import play
@@ -128,7 +129,7 @@ def test_nothing_that_falls_is_frozen_before_it_has_landed() -> None:
 
 def stepped(step: float, count: int) -> list[Placed]:
     return [
-        Placed(Brick(f"p{n:02}", (LENGTH, WIDTH, THICKNESS), MASS), Pose((step * n, 0.0, THICKNESS * (n + 0.5))))
+        Placed(Brick(f"p{n:02}", Box((LENGTH, WIDTH, THICKNESS)), MASS), Pose((step * n, 0.0, THICKNESS * (n + 0.5))))
         for n in range(count)
     ]
 
@@ -171,7 +172,7 @@ def test_a_part_is_one_body_until_its_layers_would_slide(friction: float, slides
 def test_a_part_is_given_to_the_engine_before_it_strikes_what_stands_in_its_way_however_thin() -> None:
     # The end of the top plank comes down through x = 0.17 m, where a strip of 1 mm stands on edge.
     bricks = stepped(0.011, 11)
-    strip = Placed(Brick("strip", (0.001, 0.02, 0.06), 0.001), Pose((0.17, 0.0, 0.03)))
+    strip = Placed(Brick("strip", Box((0.001, 0.02, 0.06)), 0.001), Pose((0.17, 0.0, 0.03)))
     world = world_of(bricks)
     world.add_brick(strip.brick, strip.pose)
     world.freeze("strip")
@@ -182,7 +183,7 @@ def test_a_part_is_given_to_the_engine_before_it_strikes_what_stands_in_its_way_
         pass
     states = world.states(sorted(motion.velocity))
     gaps = [
-        boxes_apart(placed.brick.size, states[placed.brick.id].pose, strip.brick.size, strip.pose).gap
+        apart(placed.brick.shape, states[placed.brick.id].pose, strip.brick.shape, strip.pose).gap
         for placed in bricks[1:]
     ]
     world.close()

@@ -5,6 +5,7 @@ from math import radians, sin, sqrt
 import pytest
 
 from stability.model import BodyState, Brick, Pose, Vec3
+from stability.shapes.box import Box
 from stackdsl.judging.standing import stands
 from stackdsl.language.claims import Stands
 from stackdsl.playing.runner import play
@@ -17,8 +18,8 @@ from tests.scenes import timeline_of
 GRAVITY, FRICTION = 9.81, 0.5
 SIZE = (0.1176, 0.0234, 0.0078)  # so that a brick has left its place when it shifted, or sank, by more than 3.9 mm
 MASS = 557.0 * SIZE[0] * SIZE[1] * SIZE[2]
-PLANK = Brick("plank", SIZE, MASS)
-SHOT = Brick("shot", SIZE, MASS)
+PLANK = Brick("plank", Box(SIZE), MASS)
+SHOT = Brick("shot", Box(SIZE), MASS)
 TABLE = Pose((0.0, 0.0, 0.1))
 
 

@@ -13,6 +13,7 @@ import pytest
 from stability.engines.pybullet import PyBulletWorld
 from stability.model import AT_REST, BodyId, Brick, Plane, Pose, Vec3
 from stability.published.stack_stability import StackStability
+from stability.shapes.box import Box
 from stability.watching.extension import Update
 from stackdsl.systems.systems import HELD
 
@@ -34,7 +35,7 @@ class Tower:
     stability: StackStability
 
     def put(self, name: BodyId, pose: Pose, velocity_W: Vec3 = AT_REST) -> None:
-        self.world.add_brick(Brick(name, PLANK, MASS), pose, velocity_W)
+        self.world.add_brick(Brick(name, Box(PLANK), MASS), pose, velocity_W)
 
     def throw_at_level(self, level: int, speed: float) -> Update:
         """A plank end-on along y, at the middle of the plank of an odd level that it meets first."""

@@ -1,6 +1,7 @@
 """Runs for tests of snapshots: a tower of three planks as the runner would tell of it, and its snapshot."""
 
 from stability.model import Brick, Plane, Pose, Vec3
+from stability.shapes.box import Box
 from stackdsl.snapshots.record import Identity, Snapshot
 from stackdsl.snapshots.snapshot import take
 from stackdsl.timeline import World
@@ -16,7 +17,7 @@ FALL = Collapse(time=2.5, level=3, brick="L2.1", gave_way="L1.1")
 def track(name: str, level: int, state: BrickState = BrickState.FROZEN, shift: float = 0.0) -> BrickTrack:
     """A plank that lies on the one below, centred on the z axis."""
     place = Pose((0.0, 0.0, 0.008 * level - 0.004))
-    return BrickTrack(Brick(name, PLANK, 0.0119), level, state, place, place, place, shift, tilt=0.0)
+    return BrickTrack(Brick(name, Box(PLANK), 0.0119), level, state, place, place, place, shift, tilt=0.0)
 
 
 #   |--L3.1--|

@@ -8,6 +8,7 @@ import pytest
 
 from stability.exact.hits.overload import MOVED, Overloads
 from stability.model import GROUND, BodyId, Brick, ContactPoint, Pose, Vec3
+from stability.shapes.box import Box
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed
 from tests.planks import FLOOR, GRAVITY, LENGTH, MASS, THICKNESS, WOOD, column, lying, standing
@@ -130,7 +131,7 @@ POST_WEIGHT = 0.02 * GRAVITY
 def post_pushed(sideways: float, weights: float) -> float:
     """By forces at the middle of its top, sideways and down, in units of its weight."""
     post = Assembly((FLOOR,), WOOD, GRAVITY)
-    post.add_all([Placed(Brick("post", (WIDE, WIDE, HIGH), 0.02), Pose((0.0, 0.0, HIGH / 2.0)))])
+    post.add_all([Placed(Brick("post", Box((WIDE, WIDE, HIGH)), 0.02), Pose((0.0, 0.0, HIGH / 2.0)))])
     aside = Pressing("post", (0.0, -1.0, 0.0), sideways * POST_WEIGHT, (0.0, 0.0, HIGH))
     if weights == 0.0:
         return gives_way_after(post, aside)

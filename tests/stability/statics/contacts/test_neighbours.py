@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stability.model import Brick, Pose, Quaternion, Vec3
+from stability.shapes.box import Box
 from stability.statics.contacts.neighbours import Neighbours
 from stability.statics.contacts.solids import Solid, solid
 from stability.statics.facts import Placed, Tolerances
@@ -16,7 +17,7 @@ PLANK = (0.1176, 0.0234, 0.0078)
 
 
 def brick(name: str, size: Vec3, position: Vec3, orientation: Quaternion = (0.0, 0.0, 0.0, 1.0)) -> Solid:
-    return solid(Placed(Brick(name, size, 1.0), Pose(position, orientation)))
+    return solid(Placed(Brick(name, Box(size), 1.0), Pose(position, orientation)))
 
 
 def filled(bricks: Sequence[Solid]) -> Neighbours:

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from stability.geometry.rotations import multiply
 from stability.model import IDENTITY, Brick, Pose, Vec3
+from stability.shapes.box import Box
 from stability.statics.contacts.touch import Solid, contact_with_plane, solid
 from stability.statics.facts import Placed
 from tests.stability.statics.contacts.touching import (
@@ -36,7 +37,7 @@ def disturbed(body: Solid, shift: Vec3, turn: Vec3) -> Solid:
     for axis, angle in zip(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), UP), turn, strict=True):
         turning = multiply(about(axis, angle), turning)
     pose = Pose((x + shift[0], y + shift[1], z + shift[2]), multiply(turning, body.pose.orientation))
-    return solid(Placed(Brick(body.id, body.size, 1.0), pose))
+    return solid(Placed(Brick(body.id, Box(body.size), 1.0), pose))
 
 
 NOISE = st.tuples(*[st.floats(-1e-5, 1e-5)] * 3)

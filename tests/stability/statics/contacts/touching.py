@@ -5,6 +5,7 @@ from math import asin, cos, degrees, dist, pi, sin
 
 from stability.geometry.rotations import rotate
 from stability.model import IDENTITY, Brick, Plane, Pose, Quaternion, Vec3
+from stability.shapes.box import Box
 from stability.statics.contacts.touch import Solid, contact_between, solid
 from stability.statics.facts import Contact, Placed, Tolerances
 
@@ -30,7 +31,7 @@ def pitched(angle: float) -> Quaternion:
 
 
 def brick(name: str, size: Vec3, position: Vec3, orientation: Quaternion = IDENTITY) -> Solid:
-    return solid(Placed(Brick(name, size, 1.0), Pose(position, orientation)))
+    return solid(Placed(Brick(name, Box(size), 1.0), Pose(position, orientation)))
 
 
 def plank(name: str, position: Vec3, orientation: Quaternion = IDENTITY) -> Solid:

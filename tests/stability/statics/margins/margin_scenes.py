@@ -6,6 +6,7 @@ from math import cos, radians, sin
 from typing import TypeAlias
 
 from stability.model import GROUND, BodyId, Brick, Pose, Vec3
+from stability.shapes.box import Box, as_box
 from stability.statics.facts import UP, Contact, Placed, Problem, Wrench
 from tests.stability.statics.hand_built import inverted_v, ladder, on_a_slope, plank, rectangle, weighed
 
@@ -90,8 +91,8 @@ def changed(problem: Problem, size: float, weight: float, yaw: float) -> Problem
         x, y, z, w = placed.pose.orientation
         a, b = sin(yaw / 2.0), cos(yaw / 2.0)
         turn = (b * x - a * y, b * y + a * x, b * z + a * w, b * w - a * z)
-        length, width, height = placed.brick.size
-        brick = Brick(name, (size * length, size * width, size * height), placed.brick.mass)
+        length, width, height = as_box(placed.brick.shape, "a scaled scene").size
+        brick = Brick(name, Box((size * length, size * width, size * height)), placed.brick.mass)
         bricks[name] = Placed(brick, Pose(at(placed.pose.position_W), turn))
     contacts = [
         replace(one, points_W=tuple(map(at, one.points_W)), normals_W=tuple(map(turned, one.normals_W)))

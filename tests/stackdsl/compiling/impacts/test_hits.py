@@ -5,9 +5,9 @@ from math import cos, radians, sin, sqrt
 import pytest
 
 from stability.geometry.rotations import body_axes
-from stability.geometry.separation import boxes_apart
 from stability.geometry.vectors import add, add_scaled, norm, scale, subtract
 from stability.model import Pose, Vec3
+from stability.shapes.apart import apart
 from stackdsl.timeline import Placement, Push, Timeline
 from tests.scenes import assert_told_in_its_place, mistakes_of, timeline_of
 
@@ -31,7 +31,7 @@ def at_time(placement: Placement, time: float, gravity: float = 9.81) -> Vec3:
 def nearest(brick: Placement, pose: Pose, timeline: Timeline) -> tuple[float, str]:
     """The gap to the brick of the structure that is nearest [m], and its name."""
     others = [placement for placement in timeline.placements if not placement.thrown]
-    gaps = [(boxes_apart(brick.brick.size, pose, each.brick.size, each.pose).gap, each.brick.id) for each in others]
+    gaps = [(apart(brick.brick.shape, pose, each.brick.shape, each.pose).gap, each.brick.id) for each in others]
     return min(gaps)
 
 

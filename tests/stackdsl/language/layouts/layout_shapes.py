@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 from stability.geometry.separation import boxes_apart
 from stability.model import Brick, Plane
+from stability.shapes.box import Box
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability
 from stackdsl.compiling.written_bricks import pose_of
@@ -33,7 +34,7 @@ def standing(friction: float, specs: Sequence[BrickSpec]) -> Assembly:
     assembly = Assembly([Plane("ground", (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), friction)], friction)
     moments: list[list[Placed]] = []
     for number, spec in enumerate(specs):
-        placed = Placed(Brick(f"{number:03}", KAPLA, 0.0119), pose_of(spec))
+        placed = Placed(Brick(f"{number:03}", Box(KAPLA), 0.0119), pose_of(spec))
         moments = [*moments[:-1], [*moments[-1], placed]] if spec.together else [*moments, [placed]]
     for moment in moments:
         if assembly.add_all(moment).stability is not Stability.STABLE:

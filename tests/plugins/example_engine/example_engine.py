@@ -1,0 +1,149 @@
+"""An engine of somebody else's: bricks fall straight down, and lie flat where they land, on the ground or each other.
+
+Nothing tips, slides or turns, so what it lets stand need not stand. It shows what `stackdsl` asks of an engine.
+"""
+
+from collections.abc import Collection, Iterator, Mapping, Sequence, Set
+from dataclasses import dataclass, field, replace
+from typing import ClassVar, Self
+
+from stability.engines.own_bodies import OwnBodies
+from stability.engines.protocol import TOUCHING
+from stability.engines.settings import EngineSettings, Package
+from stability.engines.step_clock import StepClock
+from stability.geometry.vectors import add_scaled
+from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Shape, Vec3
+from stability.shapes.in_pose import corners_W
+from stackdsl.systems.systems import System
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExampleSettings(EngineSettings):
+    """How it steps."""
+
+    package: ClassVar[Package] = Package("example_engine", "pip install example-engine")
+    world: ClassVar[str] = "example_engine:ExampleWorld"
+
+    bounce: float  # share of the speed with which a brick lands that it has afterwards, upwards
+
+    def numerics(self) -> Iterator[str]:
+        yield f"bounces by {self.bounce:g}"
+
+
+@dataclass
+class ExampleWorld:
+    """Bricks over a level ground."""
+
+    settings: ExampleSettings
+    gravity: float  # [m/s2]
+    clock: StepClock
+    own: OwnBodies = field(default_factory=OwnBodies)
+    _states: dict[BodyId, BodyState] = field(default_factory=dict)
+    _held: set[BodyId] = field(default_factory=set)
+
+    @classmethod
+    def opened(cls, settings: ExampleSettings, gravity: float, friction: float, heaviest: float | None = None) -> Self:
+        return cls(settings, gravity, StepClock(settings))
+
+    def close(self) -> None: ...
+
+    def time(self) -> float:
+        return self.clock.time
+
+    def skip(self, duration: float) -> None:
+        self.clock.time += duration
+
+    def limit_travel(self, fastest: float) -> None:
+        self.clock.limit_travel(fastest)
+
+    def ease_in(self) -> None: ...
+
+    def step(self) -> None:
+        parts = self.clock.pass_step()
+        for _ in range(parts):
+            for name in sorted(self._states.keys() - self._held, key=lambda name: self._bounds(name)[2]):
+                self._states[name] = self._fallen(name, self.settings.time_step / parts)
+
+    def _fallen(self, name: BodyId, duration: float) -> BodyState:
+        before = self._states[name]
+        speed = before.velocity_W[2] - self.gravity * duration
+        room = self._bounds(name)[2][0] - max(self._tops_below(name))
+        if speed * duration >= -room:
+            return replace(before, pose=_lifted(before.pose, speed * duration), velocity_W=(0.0, 0.0, speed))
+        return replace(before, pose=_lifted(before.pose, -room), velocity_W=(0.0, 0.0, -self.settings.bounce * speed))
+
+    def _tops_below(self, name: BodyId) -> Iterator[float]:
+        """The heights of all that is lower than a brick, and over which it lies in plan [m]."""
+        x, y, z = self._bounds(name)
+        yield from (plane.point_W[2] for plane in self.own.planes.values())
+        for u, v, w in map(self._bounds, self._states.keys() - {name}):
+            if all(a[0] < b[1] and b[0] < a[1] for a, b in ((x, u), (y, v))) and w[1] <= z[0] + TOUCHING:
+                yield w[1]
+
+    def _bounds(self, name: BodyId) -> list[tuple[float, float]]:
+        """The lowest and the highest x, y and z of a brick [m]."""
+        corners = corners_W(self.own.bricks[name].shape, self._states[name].pose)
+        return [(min(values), max(values)) for values in zip(*corners, strict=True)]
+
+    def masses(self) -> Mapping[BodyId, float]:
+        return self.own.masses
+
+    def fixed(self) -> Set[BodyId]:
+        return self.own.fixed
+
+    def shape(self, body: BodyId) -> Shape:
+        return self.own.shape(body)
+
+    def near(self, brick: BodyId, within: float = TOUCHING) -> Sequence[BodyId]:
+        return sorted({*self.own.bricks, *self.own.planes} - {brick})
+
+    def states(self, bodies: Collection[BodyId]) -> Mapping[BodyId, BodyState]:
+        return {body: self._states.get(body) or BodyState(Pose(self.own.planes[body].point_W)) for body in bodies}
+
+    def contacts(self, brick: BodyId) -> Sequence[ContactPoint]:
+        return ()  # it tells none
+
+    def add_plane(self, plane: Plane) -> None:
+        self.own.add_plane(plane)
+
+    def add_brick(self, brick: Brick, pose: Pose, velocity_W: Vec3 = AT_REST) -> None:
+        self.own.add_brick(brick)
+        self._states[brick.id] = BodyState(pose, velocity_W)
+
+    def remove_brick(self, brick: BodyId) -> None:
+        self.own.remove_brick(brick)
+        del self._states[brick]
+        self._held.discard(brick)
+
+    def set_state(self, brick: BodyId, state: BodyState) -> None:
+        self._states[brick] = state
+
+    def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:
+        velocity_W = add_scaled(self._states[brick].velocity_W, 1.0 / self.own.masses[brick], impulse_W)
+        self._states[brick] = replace(self._states[brick], velocity_W=velocity_W)
+
+    def freeze(self, brick: BodyId) -> None:
+        self._held.add(brick)
+        self.put_at(brick, self._states[brick].pose)
+
+    def holds(self, brick: BodyId) -> bool:
+        return brick in self._held
+
+    def wake(self, brick: BodyId) -> None:
+        self._held.discard(brick)
+
+    def put_at(self, brick: BodyId, pose: Pose) -> None:
+        self._states[brick] = BodyState(pose)
+
+    def join(self, bricks: Collection[BodyId]) -> None:
+        raise NotImplementedError("bricks cannot be joined here")
+
+    def part(self, brick: BodyId) -> tuple[BodyId, ...]:
+        raise NotImplementedError("bricks cannot be joined here")
+
+
+def _lifted(pose: Pose, by: float) -> Pose:
+    return replace(pose, position_W=add_scaled(pose.position_W, by, (0.0, 0.0, 1.0)))
+
+
+EXAMPLE = System("example", "bricks that only fall", ExampleSettings(time_step=0.002, bounce=0.0), method=None)
