@@ -27,7 +27,7 @@ LAYERS = {
         {"published", "exact"},
     ),
     "stackdsl": (
-        {"diagnostics", "entry_points"},
+        {"exits", "diagnostics", "entry_points"},
         {"reading"},
         {"language"},
         {"timeline"},

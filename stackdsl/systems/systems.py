@@ -108,6 +108,9 @@ MUJOCO = MuJoCoSettings(
     tolerance=1e-8,
     most_travel=MOVING.most_travel,
 )
+# In place of PyBullet: what is let go moves, and with springs as soft as above a hit at 4 m/s on the top of a tower throws
+# a level more than at any finer step.
+MOVING_ON_MUJOCO = replace(MUJOCO, time_step=0.0005, contact_time=0.002)
 
 
 def available(*alternatives: System) -> System:
@@ -120,11 +123,11 @@ SYSTEMS = {
     for system in (
         available(
             System("exact", "exact statics, and PyBullet for what moves", MOVING, Method.PROVEN),
-            System("exact", "exact statics, and MuJoCo for what moves", MUJOCO, Method.PROVEN),
+            System("exact", "exact statics, and MuJoCo for what moves", MOVING_ON_MUJOCO, Method.PROVEN),
         ),
         available(
             System("thesis", "PyBullet with the published stack-stability method", HELD, Method.PUBLISHED),
-            System("thesis", "MuJoCo with the published stack-stability method", MUJOCO, Method.PUBLISHED),
+            System("thesis", "MuJoCo with the published stack-stability method", MOVING_ON_MUJOCO, Method.PUBLISHED),
         ),
         System("tuned", "PyBullet with the settings that stack best", TUNED, method=None),
         System("stock", "PyBullet as it comes", STOCK, method=None),
