@@ -22,6 +22,9 @@ from stackdsl.trace import Event, EventKind, Trace
 from tests.paths import ROOT
 from tests.stackdsl.checking.bits import Bits, bits_of, compiled_under, differences, played, with_golden
 
+# What takes long is worked out once for all tests here, which so stay in one process.
+pytestmark = pytest.mark.xdist_group("bits")
+
 LIMIT = 120.0  # [s] for what takes one
 HASHES = "20"  # PYTHONHASHSEED of other processes
 # What comes as it is goes first: after it, others tell PyBullet what would show if it were not told again.
