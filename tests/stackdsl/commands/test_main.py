@@ -12,9 +12,6 @@ import pytest
 from tests.command_line import GOOD, Result, Stackdsl, ended, write
 from tests.paths import ROOT
 
-# What takes long is worked out once for all tests here, which so stay in one process.
-pytestmark = pytest.mark.xdist_group("mistakes")
-
 ALIAS_BOMB = "a: &a [x, x, x, x, x, x, x, x, x, x]\n" + "".join(
     f"{new}: &{new} [{', '.join([f'*{old}'] * 10)}]\n" for old, new in zip("abcdefgh", "bcdefghi", strict=True)
 )
