@@ -313,3 +313,39 @@ def is_gone(process: int) -> bool:
     except ProcessLookupError:
         return True
     return False
+
+
+# Whether a worker is a copy shows in what it has imported; asked of a process without the threads of a test runner.
+COPIED = """
+import sys, threading
+from types import ModuleType
+from stackdsl.checking.processes import run_supervised
+from stackdsl.checking.worker import Task
+
+if __name__ == "__main__":
+    sys.modules["only here"] = ModuleType("only here")
+    release = threading.Event()
+    threads = [threading.Thread(target=release.wait) for _ in range(THREADS)]
+    for thread in threads:
+        thread.start()
+    (result,) = run_supervised([Task(eval, ("'only here' in __import__('sys').modules",), 60.0)], 1).results
+    release.set()
+    print(result.value)
+"""
+
+
+@pytest.mark.parametrize(("threads", "copied"), [(0, "True"), (1, "False")])
+def test_a_worker_is_a_copy_of_this_process_unless_that_has_several_threads(
+    tmp_path: Path, threads: int, copied: str
+) -> None:
+    script = tmp_path / "script.py"
+    script.write_text(COPIED.replace("THREADS", str(threads)), encoding="utf-8")
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run([sys.executable, script], env=environment, capture_output=True, encoding="utf-8", check=True)
+    assert done.stdout == copied + "\n"
+
+
+def test_whoever_waits_is_told_again_and_again() -> None:
+    told: list[None] = []
+    run_supervised([call(time.sleep, 0.5)], 1, on_wait=lambda: told.append(None))
+    assert len(told) > 2
