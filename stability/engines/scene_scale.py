@@ -7,7 +7,6 @@ Masses, and friction, change nothing of it.
 from collections.abc import Collection
 from dataclasses import dataclass
 from math import floor, log2, sqrt
-from statistics import median_low
 from typing import Self
 
 from stability.model import Brick
@@ -27,14 +26,14 @@ class SceneScale:
     smallest_side: float  # of all bricks
     thickest_side: float  # the largest of the smallest sides of the bricks
     longest_diagonal: float
-    median_diagonal: float
+    median_diagonal: float  # the lower of two
 
     @classmethod
     def of(cls, bricks: Collection[Brick], gravity: float) -> Self:
         """That of a scene with these bricks, of which there is one at least, and with gravity [m/s2]."""
         sides = [brick.shape.least_thickness / USUAL_SIDE for brick in bricks]
-        diagonals = [2.0 * brick.shape.bounding_radius / USUAL_DIAGONAL for brick in bricks]
-        return cls(gravity, min(sides), max(sides), max(diagonals), median_low(diagonals))
+        diagonals = sorted(2.0 * brick.shape.bounding_radius / USUAL_DIAGONAL for brick in bricks)
+        return cls(gravity, min(sides), max(sides), diagonals[-1], diagonals[(len(diagonals) - 1) // 2])
 
     def times(self, lengths: float) -> float:
         """How many times longer all takes than in the usual scene, where lengths are so many times larger."""

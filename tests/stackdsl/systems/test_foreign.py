@@ -143,6 +143,31 @@ def test_what_is_wrong_with_one_is_told_in_a_line(
     assert told.err.splitlines()[-1].endswith(BROKEN[entry_points])
 
 
+BARE = """\
+from dataclasses import dataclass
+from stability.engines.settings import EngineSettings
+from stackdsl.systems.systems import System
+
+@dataclass(frozen=True, kw_only=True)
+class Bare(EngineSettings):
+    def numerics(self):
+        yield from ()
+
+BARE = System("bare", "settings that do not say where the engine is", Bare(time_step=0.01), None)
+"""
+
+
+def test_settings_that_do_not_say_where_their_engine_is_are_refused(
+    beside: Played, install: Install, tmp_path: Path
+) -> None:
+    install("broken", "bare = bare:BARE")
+    write(tmp_path, BARE, "site/bare.py")
+    write(tmp_path, column(10.0))
+    told = beside("check", "scene.yaml", "--system", "bare")
+    assert told.code == 4
+    assert told.err.endswith("the system 'bare' of broken cannot be used: Bare says no `package`\n")
+
+
 def test_a_bench_of_all_systems_tells_of_a_broken_one_and_how_to_go_on(
     beside: Played, install: Install, tmp_path: Path
 ) -> None:
