@@ -10,6 +10,7 @@ from stackdsl.checking.check import play_case
 from stackdsl.checking.gathering import cases_of
 from stackdsl.judging.judge import judge
 from stackdsl.reading.source import parse
+from tests.engines_at_hand import needs_pybullet
 from tests.paths import ROOT
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -53,5 +54,6 @@ def test_statics_alone_says_what_stands_and_what_falls() -> None:
     assert lines[6].startswith("unstable far tips over plank4 ('far',)")
 
 
+@needs_pybullet
 def test_the_extension_attaches_to_a_users_own_world() -> None:
     assert "20 bricks are proven to stand, 0 still move" in printed(block("python", 1))

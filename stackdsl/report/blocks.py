@@ -119,7 +119,9 @@ def _rich_table(part: Table) -> "RichTable":
     for name in part.rows[0]:
         # Lines break between words only: a name cut in two can be neither read nor searched.
         longest = max(len(word) for text in (name, *(row[name] for row in part.rows)) for word in text.split(" "))
-        drawn.add_column(name, justify="left" if name in part.left else "right", min_width=longest, overflow="fold")
+        drawn.add_column(
+            Text(name), justify="left" if name in part.left else "right", min_width=longest, overflow="fold"
+        )
     for row in part.rows:
         drawn.add_row(*(Text(row[name], style=STYLES.get(row[name], "")) for name in part.rows[0]))
     return drawn

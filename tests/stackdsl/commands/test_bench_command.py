@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.command_line import AMPLE, Stackdsl, started
+from tests.engines_at_hand import needs_pybullet
 
 pytestmark = pytest.mark.usefixtures("interruptible")
 
@@ -42,6 +43,7 @@ def lines_in(path: Path) -> int:
     return len(path.read_text(encoding="utf-8").splitlines()) if path.exists() else 0
 
 
+@needs_pybullet
 def test_a_bench_is_interrupted_resumed_and_written_down(stackdsl: Stackdsl, folder: Path) -> None:
     journal = folder / "out" / "runs.jsonl"
     process = started(folder, *QUICK)
@@ -72,6 +74,7 @@ def test_a_bench_is_interrupted_resumed_and_written_down(stackdsl: Stackdsl, fol
     assert "# Speed against error" in (folder / "out" / "speed-against-error.md").read_text(encoding="utf-8")
 
 
+@needs_pybullet
 def test_a_coarse_step_is_found_to_bring_down_what_stands(stackdsl: Stackdsl, folder: Path) -> None:
     # PyBullet as it comes with four times its step: the stack falls, and statics prove that it stands.
     text = SCENES.split("---", maxsplit=1)[0].replace(
@@ -102,6 +105,7 @@ def test_selecting_nothing_is_wrong_usage(stackdsl: Stackdsl, folder: Path) -> N
     assert "nothing selected" in err
 
 
+@needs_pybullet
 def test_an_output_that_cannot_be_written_is_told(stackdsl: Stackdsl, folder: Path) -> None:
     (folder / "out").write_text("a file", encoding="utf-8")
     code, _, err = stackdsl(*QUICK)
@@ -109,6 +113,7 @@ def test_an_output_that_cannot_be_written_is_told(stackdsl: Stackdsl, folder: Pa
     assert "out cannot be written" in err
 
 
+@needs_pybullet
 def test_resuming_where_other_jobs_were_done_is_told_and_loses_nothing(stackdsl: Stackdsl, folder: Path) -> None:
     exact = ("bench", "scenes.yaml", "--system", "exact", "--resolutions", "1", "--output", "out")
     assert stackdsl(*exact).code == 0

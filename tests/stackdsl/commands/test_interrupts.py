@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.command_line import AMPLE, GOOD, started, write
+from tests.engines_at_hand import needs_pybullet
 from tests.paths import ROOT
 
 # The command, with a Ctrl-C soon after it has begun to start workers: none has come as far as its task by then.
@@ -78,6 +79,7 @@ def test_a_full_disk_is_no_fault_of_ours(tmp_path: Path, command: str) -> None:
     assert "ignored" not in err
 
 
+@needs_pybullet
 @pytest.mark.parametrize(("number", "times"), [(signal.SIGINT, 30), (signal.SIGTERM, 1), (signal.SIGTERM, 30)])
 def test_whatever_the_impatience_the_report_is_out(tmp_path: Path, number: signal.Signals, times: int) -> None:
     write(tmp_path, GOOD, "s/a.yaml")
@@ -105,6 +107,7 @@ def test_an_interrupt_of_the_imports_is_one_like_any_other(tmp_path: Path, progr
     assert (process.returncode, out, err) == (130, "", "interrupted\n")
 
 
+@needs_pybullet
 def test_an_interrupt_keeps_what_is_done_and_ends_with_130(tmp_path: Path) -> None:
     write(tmp_path, GOOD, "s/a.yaml")
     write(tmp_path, GOOD.replace("good", "slow").replace("1 s", "1000 s") + "systems: [tuned]\n", "s/b.yaml")
@@ -127,6 +130,7 @@ def test_an_interrupt_keeps_what_is_done_and_ends_with_130(tmp_path: Path) -> No
     assert "Traceback" not in out + err
 
 
+@needs_pybullet
 @pytest.mark.parametrize("delay", [0.0, 0.002, 0.05])
 def test_an_interrupt_of_the_whole_group_while_workers_start_leaves_no_traceback(tmp_path: Path, delay: float) -> None:
     for number in range(4):
