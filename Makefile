@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
 .DEFAULT_GOAL := help
-.PHONY: help check check-all test test-slow without-pybullet wheel lint format bench bench-stack bench-start bench-motion bench-statics bench-compas lock clean
+.PHONY: help check check-all test test-slow without-pybullet wheel lint format bench bench-stack bench-start bench-motion bench-statics bench-compas figures changelog lock clean
 
 help:           ## list the targets
 	@grep -hE '^[a-z-]+: .*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 16
@@ -38,9 +38,10 @@ BENCHED := $(addprefix scenarios/,four-stack.yaml slant-tower.yaml columns.yaml 
 BENCHED_ON := $(addprefix --system ,exact thesis tuned stock mujoco sapien cra rbe)
 BENCH_OPTIONS ?= --resolutions 1,1/2
 
-bench: $(READY) ## speed against error: every system at several time steps; table and plot in bench/
+bench: $(READY) ## speed against error: every system at several time steps; table and plot in bench/, figures in docs
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --editable '.[bench,mujoco,sapien,cra]'
 	$(BIN)/stackdsl bench $(BENCHED) --tag '!long' $(BENCHED_ON) --time-limit 240 --output bench $(BENCH_OPTIONS)
+	$(BIN)/python -m benchmarks.speed_against_error bench
 
 bench-stack: $(READY) ## the four-stack alone, every system in one run
 	$(BIN)/python -m benchmarks.four_stack
@@ -66,6 +67,18 @@ without-pybullet: $(READY) ## statics, and all that exact plays, for Pythons tha
 
 wheel: $(READY) ## build the wheel, and try it in an empty environment, outside of this directory
 	tools/try_wheel.sh $(BIN)/python
+
+# Benchmarks of minutes, whose figures README and docs show beside those of make bench.
+MEASURED := four_stack statics hits collapse slips limits thesis_against_exact slant_towers capabilities
+
+figures: $(READY) ## measure what takes minutes, and write the figures of README and docs anew (half an hour)
+	for name in $(MEASURED); do $(BIN)/python -m benchmarks.$$name --write || exit; done
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --editable '.[cra]'
+	$(BIN)/python -m benchmarks.against_compas --write
+	$(BIN)/python -m benchmarks.figures.picture
+
+changelog: $(READY) ## show what is not released yet; with VERSION=1.2.3, move it to CHANGELOG.md
+	$(BIN)/towncrier build $(if $(VERSION),--yes --version $(VERSION),--draft --version unreleased)
 
 lint: $(READY)  ## format check, lint and types
 	$(BIN)/ruff format --check .

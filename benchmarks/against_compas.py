@@ -1,22 +1,26 @@
 """Exact statics and compas_cra side by side, in one run, on the same towers and walls of 5 to 100 blocks.
 
 Run it with `python -m benchmarks.against_compas`. It needs the peer: pip install "compas_cra==0.8.0". Both are given
-boxes and find contacts and forces from nothing; times are medians. How the peer is asked, and what its two programs
-mean, is told in stackdsl/bench/assessors/compas.py. Everything runs on one thread: on a shared machine, several make
-the peer ten times slower, not faster.
+boxes and find contacts and forces from nothing; times are medians, of processors. How the peer is asked, and what its
+two programs mean, is told in stackdsl/bench/assessors/compas.py. Everything runs on one thread: on a shared machine,
+several make the peer ten times slower, not faster.
 """
 
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import product
 from math import inf
+from os import times
 from statistics import median
-from time import perf_counter
+from time import process_time
 
 from rich.console import Console
 from rich.table import Table
 
+from benchmarks.figures.data import Row, Rows
+from benchmarks.figures.recording import parser, record
 from benchmarks.plank_structures import four_stack, stepped_columns, wall
 from stability.statics.assembly import LEVEL_GROUND, Assembly
 from stability.statics.facts import Motion, Placed, Tolerances, Verdict
@@ -25,6 +29,7 @@ from stackdsl.bench.assessors.assessment import Scene
 from stackdsl.bench.assessors.compas import Compas, Programme
 
 FRICTION = 0.5
+SHARES = (0.95, 1.05)  # of the limit of a stepped column
 COUNTS = (5, 10, 20, 50, 100)
 PEER_REPEATS, OWN_REPEATS = 3, 31
 INSTALL = 'compas_cra is missing; install it with: pip install "compas_cra==0.8.0"'
@@ -41,11 +46,13 @@ class Answer:
 
 
 def main() -> None:
-    """Measure, and print the table."""
+    """Measure, print the table, and keep it if asked to."""
+    write = parser(__doc__).parse_args().write
     if not Compas(CRA).package.installed:
         sys.exit(INSTALL)
     Compas(CRA).load()
     table = Table("structure", "exact", "ms", "error", "rbe", "ms", "times slower", "cra", "ms", "times slower")
+    kept: dict[str, Row] = {}
     for name, planks in structures():
         exact = repeated(judged_exactly, planks, OWN_REPEATS)
         peers = [repeated(partial(judged_by, peer), planks, PEER_REPEATS) for peer in (Compas(RBE), Compas(CRA))]
@@ -53,7 +60,40 @@ def main() -> None:
         for peer in peers:
             row += [peer.verdict, f"{1e3 * peer.seconds:.1f}", f"{peer.seconds / exact.seconds:.0f}"]
         table.add_row(name, *row)
+        own: Row = {"exact_ms": 1e3 * exact.seconds, "error": exact.error, "verdict": exact.verdict}
+        kept[name] = {**own, **_beside(exact, "rbe", peers[0]), **_beside(exact, "cra", peers[1])}
     Console(width=140).print(table)
+    if write:
+        record(
+            "against-compas",
+            "python -m benchmarks.against_compas --write",
+            {"structures": kept, "counts": by_count(kept)},
+        )
+
+
+def _beside(exact: Answer, program: str, peer: Answer) -> Row:
+    return {f"{program}_verdict": peer.verdict, f"{program}_times_slower": peer.seconds / exact.seconds}
+
+
+def by_count(rows: Rows) -> Rows:
+    """One row a number of blocks: how many times as long as `exact` each program takes, by structure."""
+    kinds = {"four-stack of {}": "stack", "wall of {}": "wall"}
+    kinds |= {f"column of {{}} at {share:g} of its limit": f"column_{100.0 * share:.0f}" for share in SHARES}
+    return {
+        f"{count}": {
+            f"{program}_{short}": rows[name.format(count)][f"{program}_times_slower"]
+            for (name, short), program in product(kinds.items(), ("rbe", "cra"))
+        }
+        for count in COUNTS
+    } | {
+        "all": {
+            "least_exact_ms": min(float(row["exact_ms"] or 0.0) for row in rows.values()),
+            "most_exact_ms": max(float(row["exact_ms"] or 0.0) for row in rows.values()),
+            "disagree": sum(
+                row["verdict"] != row[f"{program}_verdict"] for row in rows.values() for program in ("rbe", "cra")
+            ),
+        }
+    }
 
 
 def structures() -> list[tuple[str, list[Placed]]]:
@@ -62,7 +102,7 @@ def structures() -> list[tuple[str, list[Placed]]]:
     for count in COUNTS:
         found.append((f"four-stack of {count}", four_stack(count)))
         found.append((f"wall of {count}", wall(count, across=max(2, count // 10))))
-        for share in (0.95, 1.05):
+        for share in SHARES:
             planks = stepped_columns(count, high=count, share=share)
             found.append((f"column of {count} at {share:g} of its limit", planks))
     return found
@@ -77,10 +117,16 @@ def repeated(method: Callable[[Sequence[Placed]], Answer], planks: Sequence[Plac
 def judged_exactly(planks: Sequence[Placed]) -> Answer:
     """The answer of exact statics, cold."""
     assembly = Assembly(friction=FRICTION)
-    started = perf_counter()
+    started = processor_time()
     verdict = assembly.add_all(planks)
-    seconds = perf_counter() - started
+    seconds = processor_time() - started
     return Answer(verdict.stability, seconds, _error(assembly, verdict))
+
+
+def processor_time() -> float:
+    """Of this process and of solvers that it called [s]: on a shared machine, wall time tells of the others."""
+    spent = times()
+    return process_time() + spent.children_user + spent.children_system
 
 
 def _error(assembly: Assembly, verdict: Verdict) -> float:
@@ -96,9 +142,9 @@ def _error(assembly: Assembly, verdict: Verdict) -> float:
 def judged_by(assessor: Compas, planks: Sequence[Placed]) -> Answer:
     """The answer of one of the peer's programs, cold."""
     scene = Scene(planks, (LEVEL_GROUND,), FRICTION)
-    started = perf_counter()
+    started = processor_time()
     stands = assessor.stands(scene)
-    return Answer("stable" if stands else "unstable", perf_counter() - started)
+    return Answer("stable" if stands else "unstable", processor_time() - started)
 
 
 if __name__ == "__main__":

@@ -15,6 +15,7 @@ from time import perf_counter
 from rich.console import Console
 from rich.table import Table
 
+from benchmarks.figures.recording import parser, record
 from stability.engines.opening import stepped_world
 from stability.engines.protocol import World
 from stability.geometry.rotations import turn_between
@@ -28,7 +29,7 @@ from stability.statics.assembly import Assembly
 from stability.statics.facts import Motion, Placed, Problem
 from stability.watching.extension import Extension
 from stackdsl.checking.gathering import gather
-from stackdsl.judging.falling import largest_difference, seen_displacements, widest_angle
+from stackdsl.language.claims.onset_motion import largest_difference, seen_displacements, widest_angle
 from stackdsl.playing.energy import kinetic_energy
 from stackdsl.systems.systems import HELD, MOVING, SYSTEMS, System
 from stackdsl.systems.worlds import extension_for
@@ -43,6 +44,7 @@ LAST = {
 }
 STEPS = (960, 1920, 3840, 7680)  # a second
 FOLLOWED, LOOK = 0.6, 1.0 / 960.0  # [s]
+KEYS = ("slow_ms", "lands_ms", "reach_mm", "direction_deg", "proportions_percent", "energy_percent", "wall_s")
 HALF, BEGUN = radians(15.0), radians(5.0)
 
 
@@ -60,27 +62,46 @@ class Fall:
 
 
 def main() -> None:
-    """Let them fall, and print the tables."""
+    """Let them fall, print the tables, and keep them if asked to."""
+    write = parser(__doc__).parse_args().write
+    tables: dict[str, dict[str, dict[str, float]]] = {}
     for case in gather([SCENARIO]).cases:
         if case.system != "exact":
             continue
         name, last = case.identity.scenario, LAST[case.identity.scenario]
         tower, taller = (_up_to(case.timeline, last[system]) for system in ("exact", "thesis"))
         table = Table(name, "15 deg ms", "lands ms", "reach mm", "direction deg", "proportions %", "energy %", "wall s")
-        table.add_row("rigid body (closed form)", f"{1000.0 * rigid_time(tower, HALF):.1f}", *[""] * 6)
+        due = rigid_time(tower, HALF)
+        table.add_row("rigid body (closed form)", f"{1000.0 * due:.1f}", *[""] * 6)
+        rows = tables[name] = {"rigid body": {"slow_ms": 1000.0 * due}}
         for settings, edges in ((HELD, "sharp"), (replace(MOVING, first_steps=0), "rounded")):
             for rate in STEPS:
                 system = System("", "", replace(settings, time_step=1.0 / rate), method=None)
-                _add(table, f"all awake, {edges} edges, 1/{rate} s", fall(tower, system))
-        _add(table, f"exact, at {last['exact']}", fall(tower, SYSTEMS["exact"]))
-        _add(table, f"thesis, at {last['thesis']}", fall(taller, SYSTEMS["thesis"]))
+                rows[f"all awake, {edges} edges, {rate} steps a second"] = _values(fall(tower, system))
+        rows["exact"] = _values(fall(tower, SYSTEMS["exact"]))
+        rows["thesis"] = _values(fall(taller, SYSTEMS["thesis"]))
+        reference = rows[f"all awake, sharp edges, {STEPS[-1]} steps a second"]
+        rows["exact"] |= _beside(rows["exact"], due, reference)
+        for each, row in list(rows.items())[1:]:
+            table.add_row(each, *(f"{row[key]:.3g}" for key in KEYS))
         Console(width=140).print(table)
+    if write:
+        record("collapse", "python -m benchmarks.collapse --write", tables)
 
 
-def _add(table: Table, name: str, fall: Fall) -> None:
-    numbers = (1000.0 * fall.slow, 1000.0 * fall.landed, 1000.0 * fall.reach, degrees(fall.direction))
-    shares = (100.0 * fall.proportion, 100.0 * fall.gain)
-    table.add_row(name, *(f"{n:.1f}" for n in numbers), *(f"{n:.2f}" for n in shares), f"{fall.cost:.2f}")
+def _values(fall: Fall) -> dict[str, float]:
+    """As data, in the order of KEYS."""
+    lengths = (1000.0 * fall.slow, 1000.0 * fall.landed, 1000.0 * fall.reach)
+    shares = (degrees(fall.direction), 100.0 * fall.proportion, 100.0 * fall.gain, fall.cost)
+    return dict(zip(KEYS, (*lengths, *shares), strict=True))
+
+
+def _beside(own: Mapping[str, float], due: float, reference: Mapping[str, float]) -> dict[str, float]:
+    """How far off `exact` is: in time from the closed form, in reach from the finest run with all awake."""
+    return {
+        "late_ms": own["slow_ms"] - 1000.0 * due,
+        "reach_error_percent": 100.0 * abs(own["reach_mm"] / reference["reach_mm"] - 1.0),
+    }
 
 
 def _up_to(timeline: Timeline, last: BodyId) -> Timeline:

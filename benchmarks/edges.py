@@ -22,7 +22,7 @@ from stability.engines.pybullet.brick_bodies import BrickBodies
 from stability.engines.pybullet.joined_groups import JoinedGroups
 from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stability.engines.pybullet.reshaping import EdgeReshaper
-from stability.geometry.rotations import multiply, rotate
+from stability.geometry.rotations import about, multiply, rotate
 from stability.model import GROUND, BodyId, BodyState, Brick, Plane, Pose, Quaternion, Vec3
 from stability.shapes.box import Box
 from stackdsl.systems.systems import MOVING
@@ -168,11 +168,11 @@ def _speed_kept(scene: Scene, crossing: float, height: float) -> float:
 
 
 def _about_x(angle: float) -> Quaternion:
-    return (sin(angle / 2.0), 0.0, 0.0, cos(angle / 2.0))
+    return about((1.0, 0.0, 0.0), angle)
 
 
 def _about_z(angle: float) -> Quaternion:
-    return (0.0, 0.0, sin(angle / 2.0), cos(angle / 2.0))
+    return about((0.0, 0.0, 1.0), angle)
 
 
 def tipped() -> Table:

@@ -4,19 +4,21 @@ The same throws as in `benchmarks.impacts`, from 10 mm away at a tower that stan
 `python -m benchmarks.hits`.
 """
 
-import argparse
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 
 from rich.console import Console
 from rich.table import Table
 
+from benchmarks.figures.data import Row, Rows
+from benchmarks.figures.recording import parser, record
 from benchmarks.impacts import FROM_SIDE, LEVELS, NOTABLE, SHOT, TURNED, Throw
 from benchmarks.plank_structures import LENGTH, THICKNESS, four_stack
 from stability.model import GROUND, Brick, Plane, Pose
 from stackdsl.playing.runner import play
 from stackdsl.systems.systems import MOVING, SYSTEMS, System
-from stackdsl.timeline import Placement, Timeline, World
+from stackdsl.timeline import Arrival, Placement, Timeline, World
 from stackdsl.trace import Trace
 
 GRAVITY, DISTANCE, THROWN_AT, WATCHED = 9.81, 0.01, 0.2, 1.0  # [m/s2], [m], [s], [s]
@@ -34,7 +36,7 @@ def timeline(throw: Throw) -> Timeline:
         0,
         pose,
         velocity_W=(0.0, -throw.speed, rise),
-        thrown=True,
+        arrival=Arrival.THROWN,
     )
     ground = Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5)
     return Timeline(World(GRAVITY, 0.5, (ground,)), (*placed, shot), hold=WATCHED)
@@ -46,38 +48,72 @@ def shifts(trace: Trace) -> list[float]:
 
 
 def main() -> None:
-    """Play, and print the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--steps", type=int, nargs="+", default=[1920, 3840], help="of the reference, a second")
-    parser.add_argument("--speeds", type=float, nargs="+", default=[1.0, 2.0, 4.0], help="of the plank [m/s]")
-    parser.add_argument("--levels", type=int, nargs="+", default=[3, LEVELS], help="that are hit; odd ones")
-    chosen = parser.parse_args()
+    """Play, print the table, and keep it if asked to."""
+    arguments = parser(__doc__)
+    arguments.add_argument("--steps", type=int, nargs="+", default=[1920, 3840], help="of the reference, a second")
+    arguments.add_argument("--speeds", type=float, nargs="+", default=[1.0, 2.0, 4.0], help="of the plank [m/s]")
+    arguments.add_argument("--levels", type=int, nargs="+", default=[3, LEVELS], help="that are hit; odd ones")
+    chosen = arguments.parse_args()
     awake = [
         System(f"awake 1/{steps} s", "every plank awake", replace(MOVING, time_step=1.0 / steps, first_steps=0), None)
         for steps in chosen.steps
     ]
     play(timeline(Throw(LEVELS, FROM_SIDE, 1.0)), SYSTEMS["exact"])  # so that no row pays for what the first one loads
-    table = Table("level", "m/s", "system", "hit mm", "> 5 mm", "largest mm", "one by one", "steps", "s")
+    table = Table("level", "m/s", "steps a second", "hit mm", "> 5 mm", "largest mm", "one by one", "steps", "s")
+    found: dict[str, Row] = {}
     for level, speed in product(chosen.levels, chosen.speeds):
         throw = Throw(level, FROM_SIDE, speed)
-        for system in (SYSTEMS["exact"], *awake):
-            table.add_row(*_row(throw, system, play(timeline(throw), system)))
+        rows = [measured(throw, play(timeline(throw), system)) for system in (SYSTEMS["exact"], *awake)]
+        for system, row in zip(("exact", *chosen.steps), rows, strict=True):
+            found[f"level {level}, {speed:g} m per s, {system}"] = row
+            table.add_row(f"{level}", f"{speed:g}", f"{system}", *(f"{value:.4g}" for value in row.values()))
+        found[f"level {level}, {speed:g} m per s"] = compared(level, speed, rows)
     Console(width=110).print(table)
+    if chosen.write:
+        record("hits", "python -m benchmarks.hits --write", {"runs": found, "all": {"worst": worst(found)}})
 
 
-def _row(throw: Throw, system: System, trace: Trace) -> list[str]:
+def measured(throw: Throw, trace: Trace) -> dict[str, float]:
+    """What one run came to."""
     moved = shifts(trace)
-    return [
-        f"{throw.level}",
-        f"{throw.speed:g}",
-        system.name,
-        f"{1000.0 * moved[throw.hit]:.2f}",
-        f"{sum(shift > NOTABLE for shift in moved)}",
-        f"{1000.0 * max(moved):.1f}",
-        f"{trace.cost.one_by_one}",
-        f"{trace.cost.steps}",
-        f"{trace.cost.wall_time:.2f}",
-    ]
+    return {
+        "hit_mm": 1000.0 * moved[throw.hit],
+        "notable": sum(shift > NOTABLE for shift in moved),
+        "largest_mm": 1000.0 * max(moved),
+        "one_by_one": trace.cost.one_by_one,
+        "steps": trace.cost.steps,
+        "wall_s": trace.cost.wall_time,
+    }
+
+
+def compared(level: int, speed: float, runs: Sequence[Mapping[str, float]]) -> Row:
+    """`exact`, which comes first, beside the finest run, which comes last."""
+    own, reference = runs[0], runs[-1]
+    return {
+        "level": level,
+        "speed": speed,
+        "exact_mm": own["hit_mm"],
+        "coarse_mm": runs[1]["hit_mm"],
+        "fine_mm": reference["hit_mm"],
+        "exact_notable": own["notable"],
+        "fine_notable": reference["notable"],
+        "one_by_one": own["one_by_one"],
+        "error_percent": 100.0 * (own["hit_mm"] / reference["hit_mm"] - 1.0),
+        "coarse_times_dearer": runs[1]["wall_s"] / own["wall_s"],
+        "fine_times_dearer": reference["wall_s"] / own["wall_s"],
+    }
+
+
+def worst(rows: Rows) -> Row:
+    """The largest error of all hits, and between which times as much the finest runs cost."""
+    found = [row for row in rows.values() if "error_percent" in row]
+    dearer = [float(row["fine_times_dearer"] or 0.0) for row in found]
+    return {
+        "error_percent": max(abs(float(row["error_percent"] or 0.0)) for row in found),
+        "least_times_dearer": min(dearer),
+        "most_times_dearer": max(dearer),
+        "same_planks": all(row["exact_notable"] == row["fine_notable"] for row in found),
+    }
 
 
 if __name__ == "__main__":

@@ -5,8 +5,7 @@ contacts on edges). The limit is found by bisection of what users are told: a co
 sizes and in all directions; `tuned` is asked in some. Run it with `python -m benchmarks.limits`; about five minutes.
 """
 
-import argparse
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import product
 from math import atan, degrees, sqrt
@@ -15,6 +14,8 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
+from benchmarks.figures.data import Row, Rows
+from benchmarks.figures.recording import parser, record
 from benchmarks.slips import KAPLA, Case, timeline
 from stability.model import Vec3
 from stackdsl.playing.runner import play
@@ -57,28 +58,51 @@ def too_flat(case: Case, share: float) -> float:
 
 
 def main() -> None:
-    """Bisect, and print the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--system", default="tuned", choices=list(ENGINES), help="moving: that of exact, by itself")
-    system = ENGINES[parser.parse_args().system]
-    table = Table("", "long", *(f"{angle:g} deg" for angle in ANGLES))
-    rows = list(product(("V", "ladder"), LENGTHS))
+    """Bisect, print the table, and keep it if asked to."""
+    arguments = parser(__doc__)
+    arguments.add_argument("--system", default="tuned", choices=list(ENGINES), help="moving: that of exact, by itself")
+    arguments.add_argument("--angles", type=float, nargs="+", default=list(ANGLES), help="to the floor [deg]")
+    arguments.add_argument("--lengths", type=float, nargs="+", default=list(LENGTHS), help="of planks [m]")
+    chosen = arguments.parse_args()
+    system = ENGINES[chosen.system]
+    table = Table("", "long", *(f"{angle:g} deg" for angle in chosen.angles))
+    rows = list(product(("V", "ladder"), chosen.lengths))
+    kept: dict[str, list[float]] = {"V": [], "ladder": []}
     for kind, length in track(rows, "limits", console=Console(stderr=True), transient=True):
-        table.add_row(kind, f"{100.0 * length:g} cm", *_row(kind, scaled(length), system))
+        found = [errors(kind, angle, scaled(length), system) for angle in chosen.angles]
+        kept[kind] += [one for each in found for one in each]
+        table.add_row(kind, f"{100.0 * length:g} cm", *(_range(kind, each) for each in found))
     Console(width=140).print("Friction from which it stands / needed (ladder: error of the angle), all yaws.", table)
+    if chosen.write:
+        rows_kept: Rows = {kind: _values(kind, found, chosen.angles, chosen.lengths) for kind, found in kept.items()}
+        record("limits", f"python -m benchmarks.limits --system {chosen.system} --write", {chosen.system: rows_kept})
 
 
-def _row(kind: str, size: Vec3, system: System) -> Iterator[str]:
-    for angle in ANGLES:
-        cases = [Case(kind, angle, 1.0, yaw, size) for yaw in YAWS]
-        yield _range(cases, [limit(case, system) for case in cases])
+def errors(kind: str, angle: float, size: Vec3, system: System) -> list[float]:
+    """In each direction: of a V the friction from which it stands / needed; of a ladder by how much it is off [deg]."""
+    cases = [Case(kind, angle, 1.0, yaw, size) for yaw in YAWS]
+    shares = [limit(case, system) for case in cases]
+    return shares if kind == "V" else [too_flat(case, share) for case, share in zip(cases, shares, strict=True)]
 
 
-def _range(cases: Sequence[Case], shares: Sequence[float]) -> str:
-    if cases[0].kind == "V":
-        return f"{min(shares):.3f} .. {max(shares):.3f}"
-    off = [too_flat(case, share) for case, share in zip(cases, shares, strict=True)]
-    return f"{min(off):+.2f} .. {max(off):+.2f} deg"
+def _range(kind: str, found: Sequence[float]) -> str:
+    if kind == "V":
+        return f"{min(found):.3f} .. {max(found):.3f}"
+    return f"{min(found):+.2f} .. {max(found):+.2f} deg"
+
+
+def _values(kind: str, found: Sequence[float], angles: Sequence[float], lengths: Sequence[float]) -> Row:
+    worst = max(abs(each - 1.0) * 100.0 if kind == "V" else abs(each) for each in found)
+    return {
+        "least": min(found),
+        "most": max(found),
+        "worst_percent" if kind == "V" else "worst_deg": worst,
+        "asked": len(found),
+        "least_angle_deg": min(angles),
+        "most_angle_deg": max(angles),
+        "shortest_cm": 100.0 * min(lengths),
+        "longest_cm": 100.0 * max(lengths),
+    }
 
 
 if __name__ == "__main__":

@@ -1,8 +1,9 @@
 """Structures for benchmarks, as bricks in their places in the order of building."""
 
-from math import cos, pi, sin
+from math import pi
 
 from stability.geometry.plan import Point2
+from stability.geometry.rotations import about
 from stability.model import Brick, Pose, Quaternion
 from stability.shapes.box import Box
 from stability.statics.facts import Placed
@@ -14,7 +15,7 @@ GAP = 0.0002  # [m] between the ends of planks in a wall
 
 def plank_at(name: str, at: Point2, level: int, yaw: float = 0.0, length: float = LENGTH) -> Placed:
     """A plank that lies flat with its centre above `at`, at a level counted from 1."""
-    turn: Quaternion = (0.0, 0.0, sin(0.5 * yaw), cos(0.5 * yaw))
+    turn: Quaternion = about((0.0, 0.0, 1.0), yaw)
     brick = Brick(name, Box((length, WIDTH, THICKNESS)), DENSITY * length * WIDTH * THICKNESS)
     return Placed(brick, Pose((*at, (level - 0.5) * THICKNESS), turn))
 

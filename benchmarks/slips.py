@@ -5,7 +5,6 @@ they need, and begin at rest. Errors are those of the time until the foot has go
 Run it with `python -m benchmarks.slips`.
 """
 
-import argparse
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -18,9 +17,11 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
+from benchmarks.figures.data import Row
+from benchmarks.figures.recording import parser, record
 from benchmarks.slipping import Leaning, needed_friction, slides, slip, time_to_slide
 from stability.engines.protocol import World
-from stability.geometry.rotations import multiply, rotate
+from stability.geometry.rotations import about, multiply, rotate
 from stability.geometry.vectors import add, cross, dot, scale, subtract
 from stability.model import GROUND, BodyState, Brick, Plane, Pose, Vec3
 from stability.motion.known_motion import FallingParts
@@ -35,6 +36,7 @@ KAPLA: Vec3 = (0.1176, 0.0234, 0.0078)  # [m]
 MASS, GRAVITY = 0.012, 9.81  # [kg], [m/s2]
 WAYS = (0.005, 0.010, 0.020)  # [m]
 SHARES = (0.99, 0.97, 0.90, 0.50)  # of the friction that would do
+SHARE_KEYS = tuple(f"missing_{100.0 * (1.0 - share):.0f}_percent" for share in SHARES)
 ANGLES = {"ladder": (50.0, 60.0, 70.0), "V": (50.0, 60.0, 70.0), "slope": (26.6, 45.0)}  # to the floor [deg]
 YAWS = (0.0, 10.0, 30.0, 45.0, 75.0)  # of the whole about the vertical [deg]
 PARTS = (1.0, 0.5, 0.25)  # of a system's own step
@@ -94,12 +96,8 @@ def leaning_pose(size: Vec3, angle: float, side: float, yaw: float) -> Pose:
     length, _, thickness = size
     out = 0.5 * side * (length * cos(angle) + thickness * sin(angle))
     up = 0.5 * (length * sin(angle) + thickness * cos(angle))
-    turn = multiply(_about((0.0, 0.0, 1.0), yaw), _about((0.0, 1.0, 0.0), side * angle))
+    turn = multiply(about((0.0, 0.0, 1.0), yaw), about((0.0, 1.0, 0.0), side * angle))
     return Pose((out * cos(yaw), out * sin(yaw), up), turn)
-
-
-def _about(axis_W: Vec3, angle: float) -> tuple[float, float, float, float]:
-    return (*scale(sin(0.5 * angle), axis_W), cos(0.5 * angle))
 
 
 def timeline(case: Case) -> Timeline:
@@ -109,7 +107,7 @@ def timeline(case: Case) -> Timeline:
         ux, uy, _ = towards(yaw)
         normal_W = (sin(angle) * ux, sin(angle) * uy, cos(angle))
         planes = [Plane(GROUND, (0.0, 0.0, 0.0), normal_W, case.friction)]
-        poses = {"left": Pose(scale(0.5 * case.size[2], normal_W), _about((-uy, ux, 0.0), angle))}
+        poses = {"left": Pose(scale(0.5 * case.size[2], normal_W), about((-uy, ux, 0.0), angle))}
     else:
         planes = [Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), case.friction)]
         poses = {"left": leaning_pose(case.size, angle, -1.0, yaw)}
@@ -213,22 +211,29 @@ def errors(case: Case, system: System) -> Errors:
 
 
 def main() -> None:
-    """Let them slip, and print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--parts", type=float, nargs="+", default=PARTS, help="of a system's own step")
-    parser.add_argument("--kinds", nargs="+", default=list(ANGLES), choices=list(ANGLES))
-    chosen = parser.parse_args()
+    """Let them slip, print the table, and keep it if asked to."""
+    arguments = parser(__doc__)
+    arguments.add_argument("--parts", type=float, nargs="+", default=PARTS, help="of a system's own step")
+    arguments.add_argument("--kinds", nargs="+", default=list(ANGLES), choices=list(ANGLES))
+    chosen = arguments.parse_args()
     errors(Case("V", 60.0, 0.5), SYSTEMS["exact"])  # so that no row pays for what the first one loads
     rows = list(product(chosen.kinds, ("exact", "tuned"), chosen.parts))
     fine = {kind: _cost([errors(case, FINE) for case in _cases(kind) if case.yaw == 0.0]) for kind in chosen.kinds}
     headings = (f"{100.0 * (1.0 - share):.0f} % too little" for share in SHARES)
     table = Table("", "system", "step", *headings, "median", "speed", "stuck", "cost of 1/7680 s")
+    kept: dict[str, Row] = {}
     for kind, name, part in track(rows, "slips", console=Console(stderr=True), transient=True):
         system = SYSTEMS[name].at_step(part)
         found = [errors(case, system) for case in _cases(kind)]
         cost = _cost([one for one in found if one.case.yaw == 0.0])
-        table.add_row(kind, name, f"1/{1.0 / system.engine.time_step:.0f} s", *_row(found), f"{fine[kind] / cost:.1f}")
+        row = {**_values(found), "times_dearer": fine[kind] / cost}
+        kept[f"{kind}, {name}, step x {part:g}"] = row
+        shown = (row["stuck"], f"{row['times_dearer']:.1f}")
+        percents = [_percent(row[key]) for key in (*SHARE_KEYS, "median_percent", "speed_percent")]
+        table.add_row(kind, name, f"1/{1.0 / system.engine.time_step:.0f} s", *percents, *(str(one) for one in shown))
     Console(width=140).print("Largest errors of time, of speed, over all angles and yaws; cost: times as dear.", table)
+    if chosen.write:
+        record("slips", "python -m benchmarks.slips --write", {"errors": kept})
 
 
 def _cases(kind: str) -> list[Case]:
@@ -239,17 +244,26 @@ def _cost(found: Sequence[Errors]) -> float:
     return sum(one.cost for one in found)
 
 
-def _row(found: Sequence[Errors]) -> Iterator[str]:
+def _values(found: Sequence[Errors]) -> dict[str, float | None]:
+    """Largest errors [%] by how much friction is missing, and over all; None where nothing arrived."""
     arrived = [one for one in found if one.time < inf]
-    for share in SHARES:
-        yield _percent(max((one.time for one in arrived if one.case.share == share), key=abs, default=inf))
-    yield _percent(median(abs(one.time) for one in arrived)) if arrived else ""
-    yield _percent(max((one.speed for one in arrived), key=abs, default=inf))
-    yield f"{len(found) - len(arrived)} of {len(found)}"
+    by_share = [[one.time for one in arrived if one.case.share == share] for share in SHARES]
+    return {
+        **{key: _largest(times) for key, times in zip(SHARE_KEYS, by_share, strict=True)},
+        "median_percent": 100.0 * median(abs(one.time) for one in arrived) if arrived else None,
+        "speed_percent": _largest([one.speed for one in arrived]),
+        "largest_percent": _largest([abs(one.time) for one in arrived]),
+        "stuck": len(found) - len(arrived),
+        "cases": len(found),
+    }
 
 
-def _percent(share: float) -> str:
-    return f"{100.0 * share:+.2f} %" if share < inf else ""
+def _largest(shares: Sequence[float]) -> float | None:
+    return 100.0 * max(shares, key=abs) if shares else None
+
+
+def _percent(value: float | None) -> str:
+    return "" if value is None else f"{value:+.2f} %"
 
 
 if __name__ == "__main__":

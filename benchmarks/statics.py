@@ -1,18 +1,24 @@
 """What exact statics costs, and how far each answer is off. Run it with `python -m benchmarks.statics`.
 
-Medians over repeats. Machines differ and are shared: compare a figure with those of the same run.
+Medians over repeats, of processor time, which others on the machine take least from. Machines differ: compare a figure
+with those of the same run.
 """
 
+import sys
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from math import pi
+from math import inf, pi
 from statistics import mean, median
-from time import perf_counter
+from subprocess import run
+from time import perf_counter, process_time
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from benchmarks.figures.data import Row
+from benchmarks.figures.pages import ROOT
+from benchmarks.figures.recording import parser, record
 from benchmarks.plank_structures import LENGTH, THICKNESS, WIDTH, four_stack, plank_at, stepped_columns, wall
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability, Tolerances
@@ -28,92 +34,108 @@ MILLISECOND, MICROSECOND = 1e3, 1e6
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class Line:
     """One line of the table."""
 
     what: str
-    cost: str
-    target: str
-    error: str
+    seconds: float
+    target: float  # [s] it is to take at most; infinite if nothing is asked
+    error: float  # residual of the checked forces, relative to what a brick carries; or as `of` says
+    of: str = "residual"
+
+    @property
+    def values(self) -> Row:
+        """As data."""
+        return {"cost_ms": MILLISECOND * self.seconds, "error": self.error, "error_of": self.of}
 
 
 def main() -> None:
-    """Measure, and print the table."""
+    """Measure, print the table, and keep it if asked to."""
+    write = parser(__doc__).parse_args().write
     table = Table("what", "cost", "to be at most", "error")
-    console = Console()
+    console, lines = Console(), []
     for measure in MEASURES:
-        for row in measure():
-            table.add_row(row.what, row.cost, row.target, row.error)
-            console.print(f"{row.what}: {row.cost} ({row.error})", style="dim", soft_wrap=True)
+        for line in measure():
+            lines.append(line)
+            target = "" if line.target == inf else _duration(line.target)
+            table.add_row(line.what, _duration(line.seconds), target, f"{line.error:.0e} {line.of}")
+            console.print(f"{line.what}: {_duration(line.seconds)}", style="dim", soft_wrap=True)
     console.print(table)
+    if write:
+        rows = {line.what: line.values for line in lines}
+        record("statics", "python -m benchmarks.statics --write", {"costs": rows})
 
 
-def one_more() -> Iterable[Row]:
+def _duration(seconds: float) -> str:
+    if seconds < 1e-3:  # noqa: PLR2004 -- [s] below a millisecond
+        return f"{seconds * MICROSECOND:.0f} µs"
+    return f"{seconds * MILLISECOND:.3g} ms" if seconds < 1.0 else f"{seconds:.2f} s"
+
+
+def one_more() -> Iterable[Line]:
     """One more plank on a proven four-stack, proven by its load core, and not."""
     tower = four_stack(MANY)
-    yield _one_more("by load core", tower, plank_at("more", (0.0, 0.04), MANY // 2 + 1), "50 µs")
+    yield _one_more("by load core", tower, plank_at("more", (0.0, 0.04), MANY // 2 + 1), 50e-6)
     # Across the ends of the two topmost planks, its centre 6 mm beyond what these rest on: their own weight holds it.
     top_is_turned = (MANY // 2) % 2 == 0
     at = (0.0, 0.048) if top_is_turned else (0.048, 0.0)
     more = plank_at("more", at, MANY // 2 + 1, yaw=0.0 if top_is_turned else 0.5 * pi)
-    yield _one_more("that others' weight must hold", four_stack(MANY, NARROW), more, "1 ms")
+    yield _one_more("that others' weight must hold", four_stack(MANY, NARROW), more, 1e-3)
 
 
-def _one_more(how: str, tower: Sequence[Placed], more: Placed, target: str) -> Row:
+def _one_more(how: str, tower: Sequence[Placed], more: Placed, target: float) -> Line:
     assembly = Assembly(friction=FRICTION)
     assembly.add_all(tower)
     seconds = []
     for _ in range(51):
-        started = perf_counter()
+        started = process_time()
         verdict = assembly.add(more.brick, more.pose)
-        seconds.append(perf_counter() - started)
+        seconds.append(process_time() - started)
         assert verdict.stability is Stability.STABLE
-        stage = assembly.stage("more")
         assembly.remove(["more"])
     assembly.add(more.brick, more.pose)
-    what = f"one more plank on {MANY}, {how} [{stage}]"
-    return Row(what, f"{median(seconds) * MICROSECOND:.0f} µs", target, residual(assembly))
+    return Line(f"one more plank on {MANY}, {how}", median(seconds), target, residual(assembly))
 
 
-def building() -> Iterable[Row]:
+def building() -> Iterable[Line]:
     """Ten thousand planks, one by one, each judged."""
     for name, planks in (("four-stack", four_stack(MANY)), ("wall", wall(MANY, across=100))):
         seconds, assembly = [], Assembly()
         for _ in range(3):
             assembly = Assembly(friction=FRICTION)
-            started = perf_counter()
+            started = process_time()
             verdicts = [assembly.add(each.brick, each.pose).stability for each in planks]
-            seconds.append(perf_counter() - started)
+            seconds.append(process_time() - started)
             assert set(verdicts) == {Stability.STABLE}
-        yield Row(f"{name} of {MANY}, brick by brick", f"{median(seconds):.2f} s", "2 s", residual(assembly))
+        yield Line(f"{name} of {MANY}, brick by brick", median(seconds), 2.0, residual(assembly))
 
 
-def random_placements() -> Iterable[Row]:
+def random_placements() -> Iterable[Line]:
     """Random piles, one plank at a time; what falls is taken away. Every verdict is checked."""
     seconds: list[float] = []
     wrong = undecided = unknown = 0
     for number in range(PILES):
         assembly = Assembly(friction=FRICTION)
         for each in pile_of(np.random.default_rng([3, number]), PILE, care=0.7, askew=0.5):
-            started = perf_counter()
+            started = process_time()
             verdict = assembly.add(each.brick, each.pose)
-            seconds.append(perf_counter() - started)
+            seconds.append(process_time() - started)
             checked = independent_verdict(assembly.bricks.values(), FRICTION)
             undecided += verdict.stability is Stability.UNDECIDED
             unknown += checked is None
             wrong += checked is not None and verdict.stability not in (checked, Stability.UNDECIDED)
             while verdict.stability is not Stability.STABLE:
                 verdict = assembly.remove(verdict.moving)
-    error = f"{wrong} wrong, {undecided} undecided of {len(seconds)}; {unknown} the check cannot tell"
+    of = f"wrong, {undecided} undecided of {len(seconds)}; {unknown} the check cannot tell"
     for name, value, target in (
-        ("mean", mean(seconds), "0.5 ms"),
-        ("median", median(seconds), ""),
-        ("99 %", float(np.quantile(seconds, 0.99)), "10 ms"),
+        ("mean", mean(seconds), 0.5e-3),
+        ("median", median(seconds), inf),
+        ("99 %", float(np.quantile(seconds, 0.99)), 10e-3),
     ):
-        yield Row(f"random piles of {PILE}, a placement, {name}", f"{value * MILLISECOND:.3f} ms", target, error)
+        yield Line(f"random piles of {PILE}, a placement, {name}", value, target, wrong, of)
 
 
-def cold() -> Iterable[Row]:
+def cold() -> Iterable[Line]:
     """Everything set down together and judged, from nothing."""
     builders: dict[str, Callable[[int], list[Placed]]] = {
         "four-stack": four_stack,
@@ -121,46 +143,62 @@ def cold() -> Iterable[Row]:
         "stepped columns": stepped_columns,
     }
     for name, build in builders.items():
-        for count, target in ((100, "10 ms"), (1000, "100 ms"), (MANY, "2 s")):
+        for count, target in ((100, 10e-3), (1000, 100e-3), (MANY, 2.0)):
             planks, seconds, assembly = build(count), [], Assembly()
             for _ in range(9 if count < MANY else 3):
                 assembly = Assembly(friction=FRICTION)
-                started = perf_counter()
+                started = process_time()
                 verdict = assembly.add_all(planks)
-                seconds.append(perf_counter() - started)
+                seconds.append(process_time() - started)
                 assert verdict.stability is Stability.STABLE
-            cost = f"{median(seconds) * MILLISECOND:.1f} ms"
-            yield Row(f"cold verdict, {name} of {count}", cost, target, residual(assembly))
+            yield Line(f"cold verdict, {name} of {count}", median(seconds), target, residual(assembly))
 
 
-def worst_direction() -> Iterable[Row]:
+def worst_direction() -> Iterable[Line]:
     """The worst-direction acceleration of a four-stack of 100 planks within 1 %, against its closed form."""
     assembly = Assembly(friction=FRICTION)
     assembly.add_all(four_stack(100))
     problem, seconds, value = assembly.problem(), [], 0.0
     for _ in range(5):
-        started = perf_counter()
+        started = process_time()
         margin = acceleration(problem, tolerance=0.01)
-        seconds.append(perf_counter() - started)
+        seconds.append(process_time() - started)
         value = 0.0 if margin is None else margin.value
     # All but the far plank of the lowest level tips about the outer edge of the near one, whose centre is W / 2 inside:
     # 98 planks, centre L / 2 inside and (2 + 50 - 1) / 2 levels up, and that one.
     inside = 98 * 0.5 * LENGTH + 0.5 * WIDTH
     up = (98 * 25.5 + 0.5) * THICKNESS
-    error = f"{abs(value / (inside / up) - 1.0):.0e} of {inside / up:.4f} g"
-    yield Row("worst-direction margin of 100 planks", f"{median(seconds) * MILLISECOND:.0f} ms", "300 ms", error)
+    off = abs(value / (inside / up) - 1.0)
+    yield Line("worst-direction margin of 100 planks", median(seconds), 0.3, off, f"of {inside / up:.4f} g")
 
 
-def residual(assembly: Assembly) -> str:
+def checked_record() -> Iterable[Line]:
+    """`stackdsl check` of the record tower, with and without the start of Python."""
+    whole, started = [], []
+    for _ in range(3):
+        whole.append(_command("check", "scenarios/record-tower.yaml"))
+        started.append(_command("--version"))
+    yield Line("check of the record tower, with the start of Python", median(whole), inf, 0.0, "drift")
+    yield Line("check of the record tower", median(whole) - median(started), inf, 0.0, "drift")
+
+
+def _command(*arguments: str) -> float:
+    """How long the command takes, which must not fail [s]."""
+    began = perf_counter()
+    run([sys.executable, "-m", "stackdsl", *arguments], cwd=ROOT, check=True, capture_output=True)
+    return perf_counter() - began
+
+
+def residual(assembly: Assembly) -> float:
     """The worst residual of the proof, relative to what a brick carries, by plain arithmetic."""
     forces = assembly.forces()
-    if forces is None:
-        return "no forces"
+    assert forces is not None
     check = check_forces(assembly.problem(), forces, Tolerances())
-    return f"residual {check.residual:.0e}, proof {'holds' if check.holds else 'FAILS'}"
+    assert check.holds
+    return check.residual
 
 
-MEASURES = (one_more, building, random_placements, cold, worst_direction)
+MEASURES = (one_more, building, random_placements, cold, worst_direction, checked_record)
 
 if __name__ == "__main__":
     main()

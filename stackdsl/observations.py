@@ -7,9 +7,10 @@ from typing import TypeAlias
 
 from stability.shapes.in_pose import top_W
 from stackdsl.trace import NO_PART, STAND, BrickState, Trace
+from stackdsl.wording import MILLIMETRES
 
 Seen: TypeAlias = float | str | tuple[str, ...] | None  # None where there was nothing of the kind to see
-MILLIMETRES = 1000.0
+
 PERCENT = 100.0
 MOST_RELATIVE = 0.05  # what is large, such as how far debris flies, may change by this share of itself
 

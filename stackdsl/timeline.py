@@ -5,6 +5,7 @@ Frame W: z up against gravity. A tilted scene is turned as a whole, so gravity a
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from enum import StrEnum
 from itertools import groupby
 from typing import TypeAlias
 
@@ -20,21 +21,42 @@ class World:
     planes: tuple[Plane, ...]  # the ground first
 
 
+class Arrival(StrEnum):
+    """How a brick comes."""
+
+    SET_DOWN = "set down"
+    SLID_IN = "slid in"  # into what stands by then, rather than built on
+    LET_GO = "let go"  # in the air, to fall onto what stands by then and be a part of it
+    DROPPED = "dropped"  # by an impact, onto what stands by then
+    THROWN = "thrown"  # by an impact, at what stands by then
+
+
 @dataclass(frozen=True, slots=True)
 class Placement:
-    """One brick set down at a time; or let go in the air if `drop`, or thrown."""
+    """One brick that comes at a time."""
 
     time: float  # [s]
     brick: Brick
-    level: int  # storey, counted from 1
+    level: int  # storey, counted from 1; 0 for what an impact drops or throws, which belongs to none
     pose: Pose
-    drop: bool = False
-    inserted: bool = False  # slid into what stands by then, rather than built on
-    # Whether an impact throws it, or lets it go above, at what stands by then. So it is no part of the structure and
-    # belongs to no level, which is 0.
-    thrown: bool = False
+    arrival: Arrival = Arrival.SET_DOWN
     velocity_W: Vec3 = AT_REST  # with which it comes [m/s]
-    flight: float = 0.0  # until a thrown one meets what it is aimed at [s]
+    flight: float = 0.0  # until what an impact drops or throws meets what it is aimed at [s]
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether it is where it is to stay as it comes."""
+        return self.arrival in (Arrival.SET_DOWN, Arrival.SLID_IN)
+
+    @property
+    def builds(self) -> bool:
+        """Whether it is built on, rather than slid in or flying."""
+        return self.arrival in (Arrival.SET_DOWN, Arrival.LET_GO)
+
+    @property
+    def hits(self) -> bool:
+        """Whether an impact drops or throws it, so that it is no part of the structure."""
+        return self.arrival in (Arrival.DROPPED, Arrival.THROWN)
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,9 +81,14 @@ Action: TypeAlias = Placement | Removal | Push
 Moment: TypeAlias = tuple[Placement, ...] | Removal | Push  # what is done together
 
 
-def arrival_of(action: Action) -> float:
+def time_of_arrival(action: Action) -> float:
     """When it does something to the structure: at once, unless it has to fly there [s]."""
     return action.time + (action.flight if isinstance(action, Placement) else 0.0)
+
+
+def leaves_to_engine(action: Action) -> bool:
+    """Whether something is dropped, thrown or pushed, which only an engine can follow."""
+    return isinstance(action, Push) or (isinstance(action, Placement) and not action.at_rest)
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +106,7 @@ class Timeline:
 
     @property
     def placements(self) -> tuple[Placement, ...]:
-        """The actions that set down, or let go, a brick."""
+        """The actions by which a brick comes."""
         return tuple(action for action in self.actions if isinstance(action, Placement))
 
     def moments(self) -> Iterator[Moment]:
@@ -93,12 +120,12 @@ class Timeline:
     @property
     def built(self) -> float:
         """When the last brick of the structure is placed [s]."""
-        return max(placement.time for placement in self.placements if not placement.thrown)
+        return max(placement.time for placement in self.placements if not placement.hits)
 
     @property
     def end(self) -> float:
         """Until when the structure is watched [s]."""
-        return max(arrival_of(action) for action in self.actions) + self.hold
+        return max(time_of_arrival(action) for action in self.actions) + self.hold
 
     @property
     def levels(self) -> int:

@@ -27,11 +27,10 @@ LAYERS = {
         {"published", "exact"},
     ),
     "stackdsl": (
-        {"exits", "diagnostics", "entry_points"},
-        {"reading"},
+        {"exits", "diagnostics", "entry_points", "timeline", "wording"},
+        {"reading", "trace"},  # a claim judges a trace, so what happened is plain data below the language
         {"language"},
-        {"timeline"},
-        {"trace", "compiling", "systems"},
+        {"compiling", "systems"},
         {"observations", "playing"},
         {"outcome"},
         {"judging", "snapshots"},

@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 
 from stability.engines.own_bodies import OwnBodies
-from stability.engines.protocol import TOUCHING, World
+from stability.engines.protocol import World
 from stability.engines.settings import EngineSettings
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Shape, Vec3
 
@@ -142,7 +142,7 @@ class RestingWorld:
     def shape(self, body: BodyId) -> Shape:
         return self._put.own.shape(body)
 
-    def near(self, brick: BodyId, within: float = TOUCHING) -> Sequence[BodyId]:
+    def near(self, brick: BodyId, within: float) -> Sequence[BodyId]:
         return self._engine().near(brick, within)
 
     def states(self, bodies: Collection[BodyId]) -> Mapping[BodyId, BodyState]:

@@ -6,9 +6,6 @@ from typing import Protocol, TypeVar
 from stability.engines.settings import EngineSettings
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Shape, Vec3
 
-# [m] Bodies this far apart still touch: engines keep a gap or report points early, and planks are not made truer.
-TOUCHING = 5e-4
-
 Settings_contra = TypeVar("Settings_contra", bound=EngineSettings, contravariant=True)
 
 
@@ -30,7 +27,7 @@ class Engine(Protocol):
     def shape(self, body: BodyId) -> Shape:
         """The shape of a body, brick or fixed, centred on its position and along its axes."""
 
-    def near(self, brick: BodyId, within: float = TOUCHING) -> Sequence[BodyId]:
+    def near(self, brick: BodyId, within: float) -> Sequence[BodyId]:
         """The bodies that may be as close to a brick as this [m]: a superset, by bounding boxes, in a fixed order."""
 
     def states(self, bodies: Collection[BodyId]) -> Mapping[BodyId, BodyState]:

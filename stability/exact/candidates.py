@@ -5,12 +5,12 @@ from dataclasses import replace
 
 from stability.engines.protocol import Engine
 from stability.geometry.separation import in_world
+from stability.geometry.touching import reach_between
 from stability.model import BodyId, BodyState, Brick, HalfSpace, Plane, convex
 from stability.shapes.apart import apart
-from stability.statics.facts import Placed, Tolerances
+from stability.statics.facts import Placed
 
 NO_MASS = 0.0  # of what is fixed; nobody weighs it
-TOUCHING = Tolerances().gap  # share of the smallest side
 ON_TOP = -0.5  # z of the normal from one body towards another that it lies on
 
 
@@ -27,7 +27,7 @@ def clear_of_strangers(
     engine: Engine, resting: Mapping[BodyId, Placed], known: Collection[BodyId], states: Mapping[BodyId, BodyState]
 ) -> list[Placed]:
     """Those of the resting bricks that touch only each other and what is known: no robots, and nothing that moves."""
-    strange = {brick: [other for other in engine.near(brick) if other not in known] for brick in resting}
+    strange = {brick: [o for o in engine.near(brick, _reach(at)) if o not in known] for brick, at in resting.items()}
     kept = dict(resting)
     while True:
         out = [b for b in kept if any(o not in kept and _hangs_on(engine, kept[b], o, states) for o in strange[b])]
@@ -39,13 +39,18 @@ def clear_of_strangers(
 
 def _hangs_on(engine: Engine, placed: Placed, other: BodyId, states: Mapping[BodyId, BodyState]) -> bool:
     own = placed.brick.shape
-    shape, gap = convex(engine.shape(other)) if other in states else None, TOUCHING * own.least_thickness
+    shape = convex(engine.shape(other)) if other in states else None
     if shape is not None:
         between = apart(own, placed.pose, shape, states[other].pose)
+        reach = reach_between(own.least_thickness, shape.least_thickness)
         # What still moves on top of a brick is a load to come: it is judged when it has come to rest.
-        return between.gap <= gap and between.normal_BA_W[2] > ON_TOP
+        return between.gap <= reach and between.normal_BA_W[2] > ON_TOP
     contacts = engine.contacts(placed.brick.id)
-    return any(other in (point.a, point.b) and point.gap <= gap for point in contacts)
+    return any(other in (point.a, point.b) and point.gap <= _reach(placed) for point in contacts)
+
+
+def _reach(placed: Placed) -> float:
+    return reach_between(placed.brick.shape.least_thickness)
 
 
 def fixed_bodies(engine: Engine, friction: float) -> tuple[tuple[Plane, ...], tuple[Placed, ...]]:

@@ -1,7 +1,6 @@
 """Convex polygons in plan (the x-y plane of W), as the published models use them: corners within noise are dropped."""
 
-from collections.abc import Iterable, Sequence
-from fractions import Fraction
+from collections.abc import Sequence
 from itertools import pairwise
 from math import dist, hypot, inf
 from typing import TypeAlias
@@ -11,34 +10,15 @@ Polygon: TypeAlias = tuple[Point2, ...]  # convex, counter-clockwise seen from a
 
 # [m] A corner that sticks out less than this from the line of its neighbours is rounding or noise, not shape.
 STRAIGHT = 2e-5
-ROUNDING = 1e-14  # share of a squared length below which rounding may decide on which side of a line a point lies
+# Share of the extent below which two corners are one, or a corner lies on a line: what rounding does to coordinates.
+ROUNDING = 1e-12
 
 
-def convex_hull(points: Iterable[Point2]) -> Polygon:
-    """The corners of the convex hull, exactly; two points if all lie on a line, one if all coincide."""
-    ordered = sorted(set(points))
-    if len(ordered) <= 2:  # noqa: PLR2004 -- a point or a line has no inside
-        return tuple(ordered)
-    lower, upper = _chain(ordered), _chain(ordered[::-1])
-    return tuple(lower[:-1] + upper[:-1])
-
-
-def _chain(ordered: Sequence[Point2]) -> list[Point2]:
-    chain: list[Point2] = []
-    for point in ordered:
-        while len(chain) > 1 and not _turns_left(chain[-2], chain[-1], point):
-            chain.pop()
-        chain.append(point)
-    return chain
-
-
-def _turns_left(a: Point2, b: Point2, c: Point2) -> bool:
-    """Whether a, b, c run counter-clockwise. Exact: a tolerance here, or rounding, would drop extreme corners."""
-    area = _doubled_area(a, b, c)
-    if abs(area) > ROUNDING * (dist(a, b) + dist(b, c)) ** 2:
-        return area > 0.0
-    (ax, ay), (bx, by), (cx, cy) = ((Fraction(x), Fraction(y)) for x, y in (a, b, c))
-    return (bx - ax) * (cy - ay) > (by - ay) * (cx - ax)
+def extent(points: Sequence[Point2]) -> float:
+    """The larger side of the upright rectangle around points [m]."""
+    xs, ys = zip(*points, strict=True)
+    width, height = max(xs) - min(xs), max(ys) - min(ys)
+    return float(width if width > height else height)
 
 
 def _doubled_area(a: Point2, b: Point2, c: Point2) -> float:

@@ -3,44 +3,12 @@
 Corners run counter-clockwise seen from above. What has no area is no polygon and comes back empty.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 from math import hypot, inf
 
-from stability.geometry.plan import Point2, Polygon
-
-# Share of the extent below which two corners are one, or a corner lies on a line: what rounding does to coordinates.
-ROUNDING = 1e-12
-
-
-def hull(points: Iterable[Point2]) -> Polygon:
-    """The convex hull, without corners that stick out by rounding only; empty if the points lie on a line to rounding.
-
-    Monotone chain (Andrew, 1979).
-    """
-    ordered = sorted(set(points))
-    if len(ordered) < 3:  # noqa: PLR2004 -- a polygon has three corners
-        return ()
-    slack = ROUNDING * extent(ordered)
-    lower = _chain(ordered, slack)
-    ordered.reverse()
-    upper = _chain(ordered, slack)
-    corners = (*lower[:-1], *upper[:-1])
-    return corners if len(corners) > 2 else ()  # noqa: PLR2004
-
-
-def _chain(ordered: Sequence[Point2], slack: float) -> list[Point2]:
-    chain = [ordered[0], ordered[1]]
-    for point in ordered[2:]:
-        x, y = point
-        while len(chain) > 1:
-            (ox, oy), (ax, ay) = chain[-2], chain[-1]
-            dx, dy = x - ox, y - oy
-            if (ax - ox) * dy - (ay - oy) * dx > slack * (abs(dx) + abs(dy)):
-                break
-            chain.pop()
-        chain.append(point)
-    return chain
+from stability.geometry.clipping import cut
+from stability.geometry.plan import ROUNDING, Point2, Polygon, extent
 
 
 def with_area(polygon: Polygon) -> Polygon:
@@ -55,13 +23,6 @@ def with_area(polygon: Polygon) -> Polygon:
     while len(kept) > 1 and abs(kept[0][0] - kept[-1][0]) <= slack and abs(kept[0][1] - kept[-1][1]) <= slack:
         kept.pop()
     return tuple(kept) if len(kept) > 2 and _width(kept) > slack else ()  # noqa: PLR2004
-
-
-def extent(polygon: Sequence[Point2]) -> float:
-    """The larger side of the upright rectangle around it [m]."""
-    xs, ys = zip(*polygon, strict=True)
-    width, height = max(xs) - min(xs), max(ys) - min(ys)
-    return float(width if width > height else height)
 
 
 def _width(corners: Sequence[Point2]) -> float:
@@ -102,52 +63,61 @@ def holds(window: Polygon, points: Sequence[Point2], slack: float) -> bool:
 
 
 def clip(subject: Polygon, window: Polygon) -> Polygon:
-    """Part of one convex polygon inside another (Sutherland and Hodgman, 1974); empty if it has no area."""
+    """Part of one convex polygon inside another; empty if it has no area."""
     if not subject or not window:
         return ()
     slack = ROUNDING * extent(window)
     corners: Sequence[Point2] = subject
-    cut = False
     for (ax, ay), (bx, by) in pairwise((*window, window[0])):
         dx, dy = bx - ax, by - ay
-        least = -slack * hypot(dx, dy)
-        sides = [dx * (y - ay) - dy * (x - ax) for x, y in corners]
-        if min(sides) >= least:
+        on_line = slack * hypot(dx, dy)
+        depths = [dx * (y - ay) - dy * (x - ax) for x, y in corners]
+        if min(depths) >= -on_line:
             continue
-        corners = _kept(corners, sides, least)
-        cut = True
+        corners = cut(corners, depths, on_line, _between)
         if len(corners) < 3:  # noqa: PLR2004 -- a polygon has three
             return ()
-    return with_area(tuple(corners)) if cut else subject
+    return subject if corners is subject else with_area(tuple(corners))
 
 
-def _kept(corners: Sequence[Point2], sides: Sequence[float], least: float) -> list[Point2]:
-    """The corners on the inner side of a line, and the points where the border crosses it."""
-    kept: list[Point2] = []
-    before, side_before = corners[-1], sides[-1]
-    for corner, side in zip(corners, sides, strict=True):
-        if (side >= least) != (side_before >= least):
-            part = min(1.0, max(0.0, side_before / (side_before - side)))  # both may lie on the line, to rounding
-            kept.append((before[0] + part * (corner[0] - before[0]), before[1] + part * (corner[1] - before[1])))
-        if side >= least:
-            kept.append(corner)
-        before, side_before = corner, side
-    return kept
+def _between(one: Point2, other: Point2, part: float) -> Point2:
+    return (one[0] + part * (other[0] - one[0]), one[1] + part * (other[1] - one[1]))
 
 
 def inset(polygon: Polygon, distance: float) -> Polygon:
     """The points that lie at least so deep inside; empty if they have no area."""
     if not polygon:
         return ()
-    inner = polygon
+    inner: Sequence[Point2] = polygon
     for (ax, ay), (bx, by) in pairwise((*polygon, polygon[0])):
         length = hypot(bx - ax, by - ay)
         nx, ny = -(by - ay) / length, (bx - ax) / length
-        sides = [(x - ax) * nx + (y - ay) * ny - distance for x, y in inner]
-        inner = tuple(_kept(inner, sides, 0.0))
+        inner = cut(inner, [(x - ax) * nx + (y - ay) * ny - distance for x, y in inner], 0.0, _between)
         if len(inner) < 3:  # noqa: PLR2004 -- a polygon has three
             return ()
-    return with_area(inner)
+    return with_area(tuple(inner))
+
+
+def clip_line(line: Sequence[Point2], window: Polygon, slack: float) -> tuple[Point2, ...]:
+    """Part of a line between two points that lies over a convex polygon, or beside it by at most `slack` [m]."""
+    points = line if window else ()
+    for (ax, ay), (bx, by) in pairwise((*window, *window[:1])):
+        dx, dy = bx - ax, by - ay
+        depths = [dx * (y - ay) - dy * (x - ax) for x, y in points]
+        points = cut(points, depths, slack * max(abs(dx), abs(dy)), _between) if points else ()
+    return tuple(dict.fromkeys(points))  # a line goes there and back
+
+
+def doubled_area(points: Sequence[Point2]) -> tuple[float, float]:
+    """Twice the area, positive if counter-clockwise [m2], and how far the points reach from the first one [m]."""
+    ox, oy = points[0]  # far from the origin of W the products would lose the area
+    area = reach = ax = ay = 0.0
+    for x, y in points[1:]:
+        bx, by = x - ox, y - oy
+        area += ax * by - ay * bx
+        reach = max(reach, abs(bx), abs(by))
+        ax, ay = bx, by
+    return area, reach
 
 
 def barycentric(point: Point2, polygon: Polygon) -> list[float]:

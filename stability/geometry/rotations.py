@@ -1,7 +1,8 @@
 """Turns in space, as unit quaternions (x, y, z, w)."""
 
-from math import atan2, hypot
+from math import atan2, cos, hypot, sin
 
+from stability.geometry.vectors import scale
 from stability.model import Pose, Quaternion, Vec3
 
 
@@ -14,6 +15,17 @@ def rotate(orientation: Quaternion, vector: Vec3) -> Vec3:
     q = z * a - x * c + w * b
     r = x * b - y * a + w * c
     return (a + 2.0 * (y * r - z * q), b + 2.0 * (z * p - x * r), c + 2.0 * (x * q - y * p))
+
+
+def inverse(orientation: Quaternion) -> Quaternion:
+    """The turn that undoes another."""
+    x, y, z, w = orientation
+    return (-x, -y, -z, w)
+
+
+def about(axis: Vec3, angle: float) -> Quaternion:
+    """The turn about a unit axis by an angle [rad]."""
+    return (*scale(sin(0.5 * angle), axis), cos(0.5 * angle))
 
 
 def multiply(second: Quaternion, first: Quaternion) -> Quaternion:
@@ -30,23 +42,26 @@ def multiply(second: Quaternion, first: Quaternion) -> Quaternion:
 
 def turn_between(one: Pose, other: Pose) -> float:
     """The angle of the turn from one orientation to another [rad]."""
-    x, y, z, w = one.orientation
-    a, b, c, part = multiply(other.orientation, (-x, -y, -z, w))
+    a, b, c, part = multiply(other.orientation, inverse(one.orientation))
     # Not by the cosine, which cannot tell a turn of 1e-8 from none.
     return 2.0 * atan2(hypot(a, b, c), abs(part))
 
 
 def lean_between(one: Pose, other: Pose) -> float:
     """The angle by which what was upright in one pose leans in another [rad]: a turn about the vertical is none."""
-    x, y, z, w = one.orientation
-    a, b, c = rotate(other.orientation, rotate((-x, -y, -z, w), (0.0, 0.0, 1.0)))
+    a, b, c = rotate(other.orientation, rotate(inverse(one.orientation), (0.0, 0.0, 1.0)))
     return atan2(hypot(a, b), c)
 
 
 def body_axes(orientation: Quaternion) -> tuple[Vec3, Vec3, Vec3]:
-    """The three body axes in W."""
+    """The three body axes in W, of unit length whatever that of the quaternion."""
+    x, y, z, w = orientation
+    # A unit quaternion is one to rounding only, or to the digits that an author wrote.
+    s = 2.0 / (x * x + y * y + z * z + w * w)
+    xx, yy, zz, xy, xz, yz = s * x * x, s * y * y, s * z * z, s * x * y, s * x * z, s * y * z
+    xw, yw, zw = s * x * w, s * y * w, s * z * w
     return (
-        rotate(orientation, (1.0, 0.0, 0.0)),
-        rotate(orientation, (0.0, 1.0, 0.0)),
-        rotate(orientation, (0.0, 0.0, 1.0)),
+        (1.0 - yy - zz, xy + zw, xz - yw),
+        (xy - zw, 1.0 - xx - zz, yz + xw),
+        (xz + yw, yz - xw, 1.0 - xx - yy),
     )

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from stability.geometry.rotations import rotate
+from stability.geometry.rotations import inverse, rotate
 from stability.geometry.vectors import add, add_scaled, cross, subtract
 from stability.model import BodyState, Brick, Vec3
 from stability.shapes.in_pose import principal_turn
@@ -10,8 +10,8 @@ from stability.shapes.in_pose import principal_turn
 
 def pushed(state: BodyState, brick: Brick, impulse_W: Vec3, at_W: Vec3) -> BodyState:
     """The motion of a brick after an impulse [N s] at a point of W [m]."""
-    x, y, z, w = turn = principal_turn(brick.shape, state.pose.orientation)
-    twist = rotate((-x, -y, -z, w), cross(subtract(at_W, state.pose.position_W), impulse_W))  # principal axes [N m s]
+    turn = principal_turn(brick.shape, state.pose.orientation)
+    twist = rotate(inverse(turn), cross(subtract(at_W, state.pose.position_W), impulse_W))  # principal axes [N m s]
     a, b, c = brick.shape.moments(brick.mass)
     return replace(
         state,

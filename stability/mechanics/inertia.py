@@ -1,6 +1,6 @@
 """The inertia of a brick, whatever its shape, as it acts on vectors of W."""
 
-from stability.geometry.rotations import rotate
+from stability.geometry.rotations import inverse, rotate
 from stability.model import Brick, Quaternion, Vec3
 from stability.shapes.in_pose import principal_turn
 
@@ -13,6 +13,5 @@ def inertia_times(brick: Brick, orientation: Quaternion, vector_W: Vec3) -> Vec3
 
 def diagonal_times(diagonal: Vec3, orientation: Quaternion, vector_W: Vec3) -> Vec3:
     """A tensor that is diagonal in axes which `orientation` turns to W, times a vector, in W."""
-    x, y, z, w = orientation
-    a, b, c = rotate((-x, -y, -z, w), vector_W)
+    a, b, c = rotate(inverse(orientation), vector_W)
     return rotate(orientation, (diagonal[0] * a, diagonal[1] * b, diagonal[2] * c))

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from math import cos, sin, sqrt
 
+from stability.mechanics.integration import runge_kutta
+
 
 @dataclass(frozen=True, slots=True)
 class Pendulum:
@@ -22,14 +24,5 @@ class Pendulum:
         return sqrt(max(0.0, 2.0 * work / self.inertia))
 
     def after(self, angle: float, speed: float, duration: float) -> tuple[float, float]:
-        """Angle [rad] and its speed [rad/s] a short time [s] later: one step of the classical Runge-Kutta method."""
-        half = 0.5 * duration
-        pull = self.acceleration_at(angle)
-        speed_2, pull_2 = speed + half * pull, self.acceleration_at(angle + half * speed)
-        speed_3, pull_3 = speed + half * pull_2, self.acceleration_at(angle + half * speed_2)
-        speed_4, pull_4 = speed + duration * pull_3, self.acceleration_at(angle + duration * speed_3)
-        sixth = duration / 6.0
-        return (
-            angle + sixth * (speed + 2.0 * (speed_2 + speed_3) + speed_4),
-            speed + sixth * (pull + 2.0 * (pull_2 + pull_3) + pull_4),
-        )
+        """Angle [rad] and its speed [rad/s] a short time [s] later."""
+        return runge_kutta(lambda at, _: self.acceleration_at(at), angle, speed, duration)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stability.geometry.rotations import body_axes, multiply, rotate
+from stability.geometry.rotations import body_axes, inverse, multiply, rotate
 from stability.geometry.vectors import add, cross, scale, subtract
 from stability.mechanics.inertia import diagonal_times, inertia_times
 from stability.model import BodyId, BodyState, Brick, Pose, Quaternion, Vec3
@@ -76,8 +76,7 @@ def _inertia(brick: Brick, pose: Pose, centre: Vec3) -> Matrix:
 
 def seen_from(frame: Pose, pose: Pose) -> Pose:
     """A pose of W as it is in the axes of another."""
-    x, y, z, w = frame.orientation
-    back = (-x, -y, -z, w)
+    back = inverse(frame.orientation)
     return Pose(rotate(back, subtract(pose.position_W, frame.position_W)), multiply(back, pose.orientation))
 
 

@@ -9,9 +9,10 @@ stands act where the axis goes through them, all others of these have opened.
 from collections.abc import Collection, Mapping, Set
 from dataclasses import dataclass
 from itertools import combinations
-from math import cos, dist, sin
+from math import dist
 
-from stability.geometry.rotations import multiply, rotate
+from stability.geometry.rotations import about, inverse, multiply, rotate
+from stability.geometry.touching import TOUCHING
 from stability.geometry.vectors import add, add_scaled, cross, dot, norm, scale, subtract, unit
 from stability.mechanics.inertia import inertia_times
 from stability.mechanics.pendulum import Pendulum
@@ -23,7 +24,7 @@ from stability.statics.facts import Contact, Motion, Placed, Problem, Tolerances
 
 DOWN: Vec3 = (0.0, 0.0, -1.0)
 PITCH = 1e-6  # of the speed: more of it along the axis, and it is a screw
-ON_AXIS = Tolerances().gap  # share of the smallest side: nearer points stay where they are
+ON_AXIS = TOUCHING  # share of the smallest side: nearer points stay where they are
 ALONG = 1.0 - 1e-9  # cosine: edges run along the axis
 FLAT = 1e-9  # volume that the normals of three faces span: less, and they meet in no corner
 
@@ -125,7 +126,7 @@ def _height(point_W: Vec3, plane: Plane) -> float:
 
 
 def _turned(placed: Placed, turn: Turn, angle: float) -> Placed:
-    around = (*scale(sin(0.5 * angle), turn.axis_W), cos(0.5 * angle))
+    around = about(turn.axis_W, angle)
     return Placed(
         placed.brick, Pose(_point(placed.pose.position_W, turn, angle), multiply(around, placed.pose.orientation))
     )
@@ -136,7 +137,7 @@ def _point(point_W: Vec3, turn: Turn, angle: float) -> Vec3:
 
 
 def _direction(vector_W: Vec3, turn: Turn, angle: float) -> Vec3:
-    return rotate((*scale(sin(0.5 * angle), turn.axis_W), cos(0.5 * angle)), vector_W)
+    return rotate(about(turn.axis_W, angle), vector_W)
 
 
 def _foot(turn: Turn, point_W: Vec3) -> Vec3:
@@ -224,10 +225,8 @@ def _edge_contact(part: FallingPart, contact: Contact, moving: Placed, angle: fl
 def _on_own_edge(turn: Turn, moving: Placed, point_W: Vec3) -> bool:
     """Whether at a point of the axis an edge of the brick lies along it, or a corner on it."""
     shape, near = moving.brick.shape, ON_AXIS * moving.brick.shape.least_thickness
-    x, y, z, w = moving.pose.orientation
-    point, axis = (
-        rotate((-x, -y, -z, w), vector_W) for vector_W in (subtract(point_W, moving.pose.position_W), turn.axis_W)
-    )
+    back = inverse(moving.pose.orientation)
+    point, axis = rotate(back, subtract(point_W, moving.pose.position_W)), rotate(back, turn.axis_W)
     meeting = [face.normal for face in shape.faces if dot(face.normal, point) > shape.reach(face.normal) - near]
     edges = [cross(one, other) for one, other in combinations(meeting, 2)]
     if any(abs(dot(edge, axis)) > ALONG * norm(edge) > 0.0 for edge in edges):

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 from math import cos, hypot, inf, sin
 from typing import NamedTuple
 
-from stability.geometry.rotations import body_axes, multiply
+from stability.geometry.rotations import about, body_axes, multiply
 from stability.geometry.vectors import add, add_scaled, cross, dot, norm, scale, subtract, unit
+from stability.mechanics.integration import runge_kutta
 from stability.model import BodyId, BodyState, Plane, Pose, Vec3
 from stability.shapes.apart import apart, apart_from_plane
 from stability.shapes.in_pose import corners_W, principal_turn
@@ -77,20 +78,8 @@ class Leaning:
         return Pressed(angular_acceleration, pressing, x * square - goes_x * angular_acceleration + floor * pressing)
 
     def after(self, turn: float, rate: float, duration: float) -> tuple[float, float]:
-        """Turn [rad] and its rate [rad/s] a short time [s] later: one step of the classical Runge-Kutta method."""
-        half = 0.5 * duration
-        pull = self.pressed(turn, rate).angular_acceleration
-        rate_2 = rate + half * pull
-        pull_2 = self.pressed(turn + half * rate, rate_2).angular_acceleration
-        rate_3 = rate + half * pull_2
-        pull_3 = self.pressed(turn + half * rate_2, rate_3).angular_acceleration
-        rate_4 = rate + duration * pull_3
-        pull_4 = self.pressed(turn + duration * rate_3, rate_4).angular_acceleration
-        sixth = duration / 6.0
-        return (
-            turn + sixth * (rate + 2.0 * (rate_2 + rate_3) + rate_4),
-            rate + sixth * (pull + 2.0 * (pull_2 + pull_3) + pull_4),
-        )
+        """Turn [rad] and its rate [rad/s] a short time [s] later."""
+        return runge_kutta(lambda at, going: self.pressed(at, going).angular_acceleration, turn, rate, duration)
 
 
 @dataclass
@@ -128,11 +117,10 @@ class Slip:
         }
 
     def _state(self, placed: Placed, towards_W: Vec3, gone: Flat, goes: Flat) -> BodyState:
-        axis_W, half = cross(UP, towards_W), 0.5 * self.turn
+        axis_W = cross(UP, towards_W)
         position_W = add_scaled(add_scaled(placed.pose.position_W, gone.x, towards_W), gone.z, UP)
-        around = (*scale(sin(half), axis_W), cos(half))
         velocity_W = add(scale(self.rate * goes.x, towards_W), scale(self.rate * goes.z, UP))
-        pose = Pose(position_W, multiply(around, placed.pose.orientation))
+        pose = Pose(position_W, multiply(about(axis_W, self.turn), placed.pose.orientation))
         return BodyState(pose, velocity_W, scale(self.rate, axis_W))
 
     def _moved(self, turn: float) -> float:

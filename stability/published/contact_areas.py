@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from itertools import product
 from math import dist, hypot
 
-from stability.geometry.plan import STRAIGHT, Point2, Polygon, centroid, convex_hull, straightened
+from stability.geometry.hulls import convex_hull
+from stability.geometry.plan import STRAIGHT, Point2, Polygon, centroid, straightened
 from stability.model import BodyId, Vec3
 
 # [m] "a short distance" in the source. A tenth of a plank's edge is felt by hand, half a millimetre is not.

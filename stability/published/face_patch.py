@@ -5,8 +5,12 @@ stack, rounding decides which: PyBullet then reports points in the middle of an 
 asked whether two bricks touch, and geometry where.
 """
 
-from stability.geometry.plan import Point2, Polygon, convex_hull, straightened
+from stability.geometry.clipping import within_rectangle
+from stability.geometry.hulls import convex_hull
+from stability.geometry.plan import Point2, straightened
+from stability.geometry.polygons import doubled_area
 from stability.geometry.rotations import body_axes
+from stability.geometry.vectors import dot, subtract
 from stability.model import Pose, Vec3
 from stability.shapes.box import Box
 from stability.shapes.in_pose import corners_W
@@ -21,36 +25,17 @@ def face_patch(upper_size: Vec3, upper: Pose, lower_size: Vec3, lower: Pose) -> 
     """
     (axis_u, _), (axis_l, sign) = _most_upright(upper), _most_upright(lower)
     axes_u, axes_l = body_axes(upper.orientation), body_axes(lower.orientation)
-    if abs(_dot(axes_u[axis_u], axes_l[axis_l])) < PARALLEL:
+    if abs(dot(axes_u[axis_u], axes_l[axis_l])) < PARALLEL:
         return ()
     first, second = (axis for axis in range(3) if axis != axis_l)
     top = 0.5 * sign * lower_size[axis_l]
-    under_side = sorted(corners_W(Box(upper_size), upper), key=lambda corner: _dot(corner, axes_l[axis_l]) * sign)[:4]
+    under_side = sorted(corners_W(Box(upper_size), upper), key=lambda corner: dot(corner, axes_l[axis_l]) * sign)[:4]
     in_face = [_coordinates(corner, lower, (axes_l[first], axes_l[second])) for corner in under_side]
     half = (0.5 * lower_size[first], 0.5 * lower_size[second])
-    corners = straightened(clipped(convex_hull(in_face), half))
+    corners = straightened(tuple(within_rectangle(convex_hull(in_face), *half)))
     placed = [_in_world(corner, lower, (axes_l[first], axes_l[second], axes_l[axis_l]), top) for corner in corners]
-    return tuple(placed) if _is_counter_clockwise(placed) else tuple(placed[::-1])
-
-
-def clipped(polygon: Polygon, half: Point2) -> Polygon:
-    """Part of a convex polygon inside the rectangle of half lengths `half` about the origin (Sutherland-Hodgman)."""
-    for axis in (0, 1):
-        for sign in (-1.0, 1.0):
-            polygon = _cut(polygon, axis, sign, half[axis])
-    return polygon
-
-
-def _cut(polygon: Polygon, axis: int, sign: float, limit: float) -> Polygon:
-    kept: list[Point2] = []
-    for here, there in zip(polygon, polygon[1:] + polygon[:1], strict=True):
-        inside, inside_next = limit - sign * here[axis], limit - sign * there[axis]
-        if inside >= 0.0:
-            kept.append(here)
-        if inside * inside_next < 0.0:
-            part = inside / (inside - inside_next)
-            kept.append((here[0] + part * (there[0] - here[0]), here[1] + part * (there[1] - here[1])))
-    return tuple(kept)
+    clockwise = bool(placed) and doubled_area([(x, y) for x, y, _ in placed])[0] < 0.0
+    return tuple(placed[::-1] if clockwise else placed)
 
 
 def _most_upright(pose: Pose) -> tuple[int, float]:
@@ -61,8 +46,8 @@ def _most_upright(pose: Pose) -> tuple[int, float]:
 
 
 def _coordinates(point: Vec3, box: Pose, axes: tuple[Vec3, Vec3]) -> Point2:
-    offset = (point[0] - box.position_W[0], point[1] - box.position_W[1], point[2] - box.position_W[2])
-    return (_dot(offset, axes[0]), _dot(offset, axes[1]))
+    offset = subtract(point, box.position_W)
+    return (dot(offset, axes[0]), dot(offset, axes[1]))
 
 
 def _in_world(point: Point2, box: Pose, axes: tuple[Vec3, Vec3, Vec3], height: float) -> Vec3:
@@ -71,14 +56,3 @@ def _in_world(point: Point2, box: Pose, axes: tuple[Vec3, Vec3, Vec3], height: f
         for centre, along, across, up in zip(box.position_W, *axes, strict=True)
     )
     return (x, y, z)
-
-
-def _is_counter_clockwise(corners: list[Vec3]) -> bool:
-    area = 0.0
-    for (ax, ay, _), (bx, by, _) in zip(corners, corners[1:] + corners[:1], strict=True):
-        area += ax * by - ay * bx
-    return area >= 0.0
-
-
-def _dot(a: Vec3, b: Vec3) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

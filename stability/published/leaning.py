@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from itertools import combinations_with_replacement, pairwise
 from math import dist
 
-from stability.geometry.separation import PARALLEL
+from stability.geometry.separating_axes import PARALLEL
 from stability.geometry.vectors import add_scaled, cross, dot, norm, scale, subtract
 from stability.model import BodyId, Vec3
 from stability.published.support import Load

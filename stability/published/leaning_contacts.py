@@ -13,6 +13,7 @@ from stability.geometry.separation import in_world
 from stability.geometry.vectors import scale, unit
 from stability.model import BodyId, Brick, ConvexShape, HalfSpace, Plane, Pose, Shape, convex
 from stability.published.leaning import LeaningArea
+from stability.published.resting import reach_of
 from stability.statics.contacts.touch import Solid, contact_between, contact_with_plane, solid
 from stability.statics.facts import Contact, Placed, Tolerances
 
@@ -42,17 +43,18 @@ def smallest_side(engine: Engine, brick: BodyId) -> float | None:
 def touching_areas(engine: Engine, brick: BodyId, friction: Friction) -> Sequence[LeaningArea]:
     """Where a brick touches what does not lie on it, bricks and fixed bodies; none if some shape near is not known."""
     known = engine.masses().keys() | engine.fixed()
-    near = engine.near(brick)
+    shape = engine.shape(brick)
+    near = engine.near(brick, reach_of(shape))
     if not known.issuperset(near):
         return ()
     states = engine.states([brick, *near])
-    own = _solid(brick, engine.shape(brick), states[brick].pose)
+    own = _solid(brick, shape, states[brick].pose)
     found = []
     for body in near:
-        shape, pose = engine.shape(body), states[body].pose
-        if own is None or shape is None:
+        other, pose = engine.shape(body), states[body].pose
+        if own is None or other is None:
             return ()
-        contact = _contact(own, body, shape, pose, friction.on(body))
+        contact = _contact(own, body, other, pose, friction.on(body))
         if contact:
             found.append(_area(contact, brick))
     return [area for area in found if area.normal_W[2] > ON_TOP]

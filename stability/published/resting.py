@@ -11,30 +11,41 @@ and only against bodies that do not move.
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from stability.engines.protocol import TOUCHING, Engine
+from stability.engines.protocol import Engine
 from stability.geometry.separation import in_world
-from stability.model import BodyId, BodyState, ContactPoint, ConvexShape, HalfSpace, Plane, Pose, Shape, Vec3
+from stability.geometry.touching import reach_between
+from stability.model import BodyId, BodyState, ContactPoint, ConvexShape, HalfSpace, Plane, Pose, Shape, Vec3, convex
 from stability.published.face_patch import face_patch
 from stability.shapes.apart import apart
 from stability.shapes.box import Box
 from stability.shapes.in_pose import corners_W
+
+# [m] For how thick a body is taken whose shape nobody knows: engines keep their margins around such shapes, and report
+# points up to half a millimetre early.
+UNKNOWN_THICKNESS = 0.025
 
 
 @dataclass(frozen=True, slots=True)
 class ContactLimits:
     """Which contacts carry weight."""
 
-    gap: float = TOUCHING  # [m] further apart, or deeper inside each other, bodies are not at rest on one another
     # z of the normal towards the carried brick: steeper than 60 deg is a side touch, which the base model leaves out.
     upward: float = 0.5
+
+
+def reach_of(shape: Shape) -> float:
+    """How far away what a brick touches may at most be [m]."""
+    known = convex(shape)
+    return reach_between(UNKNOWN_THICKNESS if known is None else known.least_thickness)
 
 
 def resting_points(
     engine: Engine, brick: BodyId, state: BodyState, supports: Collection[BodyId], limits: ContactLimits
 ) -> Mapping[BodyId, Sequence[Vec3]]:
     """The points at which a brick rests on each of the `supports` that carry it [m, in W]."""
-    near = [body for body in engine.near(brick) if body in supports]
-    states, shape = engine.states(near), engine.shape(brick)
+    shape = engine.shape(brick)
+    near = [body for body in engine.near(brick, reach_of(shape)) if body in supports]
+    states = engine.states(near)
     found: dict[BodyId, Sequence[Vec3]] = {}
     unclear = []
     for body in near:
@@ -43,7 +54,7 @@ def resting_points(
             unclear.append(body)
         elif points:
             found[body] = points
-    return found | _reported(brick, engine.contacts(brick), unclear, limits) if unclear else found
+    return found | _reported(brick, engine.contacts(brick), unclear, reach_of(shape), limits) if unclear else found
 
 
 def corners_on(upper: Shape, at: Pose, lower: Shape, below: Pose, limits: ContactLimits) -> Sequence[Vec3] | None:
@@ -54,7 +65,8 @@ def corners_on(upper: Shape, at: Pose, lower: Shape, below: Pose, limits: Contac
     match upper, lower:
         case Box(), Box():
             between = apart(upper, at, lower, below)
-            if abs(between.gap) > limits.gap or between.normal_BA_W[2] < limits.upward:
+            reach = reach_between(upper.least_thickness, lower.least_thickness)
+            if abs(between.gap) > reach or between.normal_BA_W[2] < limits.upward:
                 return ()
             return face_patch(upper.size, at, lower.size, below) or None
         case (None | HalfSpace(), _):
@@ -71,18 +83,19 @@ def _lowest_corners(upper: ConvexShape, at: Pose, plane: Plane, limits: ContactL
     if nz < limits.upward:
         return ()
     heights = {(x, y, z): (x - px) * nx + (y - py) * ny + (z - pz) * nz for x, y, z in corners_W(upper, at)}
-    if min(heights.values()) < -limits.gap:
+    reach = reach_of(upper)
+    if min(heights.values()) < -reach:
         return ()
-    return [corner for corner, height in heights.items() if height <= limits.gap]
+    return [corner for corner, height in heights.items() if height <= reach]
 
 
 def _reported(
-    brick: BodyId, contacts: Iterable[ContactPoint], bodies: Collection[BodyId], limits: ContactLimits
+    brick: BodyId, contacts: Iterable[ContactPoint], bodies: Collection[BodyId], reach: float, limits: ContactLimits
 ) -> dict[BodyId, Sequence[Vec3]]:
     """The engine's own contact points with these bodies, where they carry the brick."""
     found: dict[BodyId, list[Vec3]] = {}
     for point in contacts:
         other, upward = (point.b, point.normal_BA_W[2]) if point.a == brick else (point.a, -point.normal_BA_W[2])
-        if other in bodies and abs(point.gap) <= limits.gap and upward >= limits.upward:
+        if other in bodies and abs(point.gap) <= reach and upward >= limits.upward:
             found.setdefault(other, []).append(point.position_W)
     return dict(found)

@@ -6,7 +6,8 @@ Source: the stack-stability thesis, sections 3.3.4 to 3.3.6; equation numbers be
 - A brick that could rest wholly on one support does, even if it touches more (merge case 1).
 - Over more than two supports the weight is shared equally (merge case 2).
 - Over two supports, each share is found as if the other support's nearest contact point were a pivot (merge case 3).
-  The two shares do not add up to the whole: the model loses weight there, and is kept so.
+  The two shares keep neither the load nor its moment: supports far apart are given less than it, close together more,
+  and stacks that lean out lose moment about the edge that they tip over. The model is kept so.
 """
 
 from collections.abc import Mapping

@@ -3,7 +3,7 @@
 It asks shapes only what every shape promises, so that it holds of all of them.
 """
 
-from stability.geometry.rotations import multiply, rotate
+from stability.geometry.rotations import inverse, multiply, rotate
 from stability.geometry.vectors import add
 from stability.model import IDENTITY, ConvexShape, Pose, Quaternion, Vec3
 
@@ -28,8 +28,7 @@ def bounds_W(shape: ConvexShape, pose: Pose) -> tuple[Vec3, Vec3]:
 
 def reach_W(shape: ConvexShape, pose: Pose, direction_W: Vec3) -> float:
     """How far it extends from its centre of mass along a unit direction [m]."""
-    x, y, z, w = pose.orientation
-    return shape.reach(rotate((-x, -y, -z, w), direction_W))
+    return shape.reach(rotate(inverse(pose.orientation), direction_W))
 
 
 def principal_turn(shape: ConvexShape, orientation: Quaternion) -> Quaternion:

@@ -8,12 +8,12 @@ from collections.abc import Mapping
 from math import hypot
 
 from stability.geometry.plan import Point2
-from stability.geometry.polygons import barycentric
+from stability.geometry.polygons import barycentric, doubled_area
 from stability.geometry.vectors import add
 from stability.model import BodyId, Vec3
 from stability.statics.facts import ZERO, ConeForces, Contact, Forces
 from stability.statics.ledger import Ledger
-from stability.statics.load_core import LoadCore, doubled_area, upright_normal
+from stability.statics.load_core import LoadCore, upright_normal
 from stability.statics.propagation import VerticalLoad, least_norm
 from stability.statics.structure import Structure
 

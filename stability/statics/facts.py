@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TypeAlias
 
+from stability.geometry.touching import TOUCHING
 from stability.model import BodyId, Brick, Pose, Vec3
 
 ZERO: Vec3 = (0.0, 0.0, 0.0)
@@ -105,9 +106,7 @@ class Verdict:
 class Tolerances:
     """How exact statics is. Lengths are shares of the smallest side of the bricks concerned: size does not matter."""
 
-    # Bodies this far apart, or this deep in each other, are in contact: what engines leave. Less than a fifth of a
-    # millimetre for a plank of 7.8 mm, below the 0.2 mm that walls leave between the ends of planks.
-    gap: float = 0.02
+    gap: float = TOUCHING  # bodies this far apart, or this deep in each other, are in contact
     # Of the forces on a brick, relative to what it carries; of their torques, relative to that and its half diagonal.
     # At 1e-9 a column of 300 planks passes a millionth beyond its limit: residuals add up over its height.
     residual: float = 1e-11

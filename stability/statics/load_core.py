@@ -11,8 +11,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import hypot
 
-from stability.geometry.plan import Point2, Polygon
-from stability.geometry.polygons import clip, depth, extent, holds, hull
+from stability.geometry.hulls import hull
+from stability.geometry.plan import Point2, Polygon, extent
+from stability.geometry.polygons import clip, clip_line, depth, doubled_area, holds
 from stability.model import BodyId
 from stability.statics.facts import Contact
 
@@ -98,18 +99,6 @@ def plan(contact: Contact) -> tuple[Point2, ...]:
     return hull(points) or _ends(points)
 
 
-def doubled_area(points: Sequence[Point2]) -> tuple[float, float]:
-    """Twice the area, positive if counter-clockwise [m2], and how far the points reach from the first one [m]."""
-    ox, oy = points[0]  # far from the origin of W the products would lose the area
-    area = reach = ax = ay = 0.0
-    for x, y in points[1:]:
-        bx, by = x - ox, y - oy
-        area += ax * by - ay * bx
-        reach = max(reach, abs(bx), abs(by))
-        ax, ay = bx, by
-    return area, reach
-
-
 def _ends(points: Sequence[Point2]) -> tuple[Point2, ...]:
     return (min(points), max(points))
 
@@ -121,28 +110,8 @@ def piece(points: tuple[Point2, ...], below: LoadCore | None) -> tuple[Point2, .
     if len(points) > 2:  # noqa: PLR2004 -- a patch
         return points if holds(below.polygon, points, below.slack) else clip(points, below.polygon)
     if len(points) == 2:  # noqa: PLR2004 -- a line
-        return _clipped_line(points[0], points[1], below)
+        return clip_line(points, below.polygon, below.slack)
     return points if points and below.carries(points[0]) else ()
-
-
-def _clipped_line(a: Point2, b: Point2, below: LoadCore) -> tuple[Point2, ...]:
-    """The part of a line over a core, by its parameter from 0 at a to 1 at b."""
-    low, high = 0.0, 1.0
-    polygon = below.polygon
-    for (px, py), (qx, qy) in zip(polygon, polygon[1:] + polygon[:1], strict=True):
-        dx, dy = qx - px, qy - py
-        at_a = dx * (a[1] - py) - dy * (a[0] - px)
-        at_b = dx * (b[1] - py) - dy * (b[0] - px)
-        slack = below.slack * max(abs(dx), abs(dy))
-        if at_a < -slack and at_b < -slack:
-            return ()
-        if at_a * at_b < 0.0:
-            crossing = at_a / (at_a - at_b)
-            low, high = (max(low, crossing), high) if at_a < 0.0 else (low, min(high, crossing))
-    if not polygon or low > high:
-        return ()
-    ends = tuple((a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1])) for part in (low, high))
-    return ends if low < high else ends[:1]
 
 
 def core_of(supports: Sequence[Contact], cores: Mapping[BodyId, LoadCore]) -> LoadCore:

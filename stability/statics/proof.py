@@ -17,6 +17,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from stability.geometry.rows import cross_rows
 from stability.geometry.vectors import dot
 from stability.model import BodyId, Vec3
 from stability.statics.facts import ZERO, Forces, Motion, Problem, Tolerances, Wrench
@@ -74,8 +75,8 @@ def check_forces(problem: Problem, forces: Forces, tolerances: Tolerances) -> Fo
     loads = _wrenches(names, problem.loads)
     (lower, upper), (lower_arms, upper_arms) = cones.bodies, cones.arms
     wrench = np.vstack([loads, np.zeros((1, 6))])
-    _add(wrench, upper, np.hstack([pressed, _cross(upper_arms, pressed)]))
-    _add(wrench, lower, -np.hstack([pressed, _cross(lower_arms, pressed)]))
+    _add(wrench, upper, np.hstack([pressed, cross_rows(upper_arms, pressed)]))
+    _add(wrench, lower, -np.hstack([pressed, cross_rows(lower_arms, pressed)]))
     half = np.array([problem.bricks[name].brick.shape.bounding_radius for name in names])
     carried = np.append(_size(loads[:, :3]) + _size(loads[:, 3:]) / half, inf)
     carried += np.bincount(lower, np.maximum(pressed[:, 2], 0.0), minlength=len(carried))
@@ -190,7 +191,7 @@ def _shortfall(cones: _Cones, velocity: Array) -> tuple[Array, Array]:
     """By how much each slip falls short of the dual of its cone, and the speed of the bodies there [m/s]."""
     (lower, upper), (lower_arms, upper_arms) = cones.bodies, cones.arms
     below, above = velocity[lower], velocity[upper]
-    slip = above[:, :3] + _cross(above[:, 3:], upper_arms) - below[:, :3] - _cross(below[:, 3:], lower_arms)
+    slip = above[:, :3] + cross_rows(above[:, 3:], upper_arms) - below[:, :3] - cross_rows(below[:, 3:], lower_arms)
     speed = _size(above[:, :3]) + _size(above[:, 3:]) * _size(upper_arms)
     speed += _size(below[:, :3]) + _size(below[:, 3:]) * _size(lower_arms)
     separating = np.einsum("ij,ij->i", cones.normals, slip)
@@ -227,12 +228,6 @@ def _add(wrench: Array, body: Indices, rows: Array) -> None:
     """Add rows to those of `body`."""
     places = (body[:, None] * 6 + np.arange(6)).ravel()
     wrench += np.bincount(places, rows.ravel(), minlength=wrench.size).reshape(wrench.shape)
-
-
-def _cross(a: Array, b: Array) -> Array:
-    """Vector products by row."""
-    (ax, ay, az), (bx, by, bz) = a.T, b.T
-    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=1)
 
 
 def _size(rows: Array) -> Array:

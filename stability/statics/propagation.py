@@ -11,8 +11,9 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from stability.geometry.plan import Point2
-from stability.geometry.polygons import depth, extent, hull
+from stability.geometry.hulls import hull
+from stability.geometry.plan import Point2, extent
+from stability.geometry.polygons import depth
 from stability.model import BodyId
 from stability.statics.facts import Contact
 from stability.statics.load_core import ON_THE_BORDER, LoadCore, piece, plan

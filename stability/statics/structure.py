@@ -4,9 +4,10 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import count
 
+from stability.geometry.neighbours import Neighbours
+from stability.geometry.touching import reach_between
 from stability.graph import reached
 from stability.model import BodyId, Plane
-from stability.statics.contacts.neighbours import Neighbours
 from stability.statics.contacts.touch import Solid, contact_between, contact_with_plane, solid
 from stability.statics.facts import Contact, Placed, Problem, Tolerances, Wrench
 from stability.statics.load_core import LoadCore, carries_upright, core_of
@@ -30,25 +31,24 @@ class Structure:
     weights: dict[BodyId, VerticalLoad] = field(default_factory=dict)  # the weight of each brick
     _turn: dict[BodyId, int] = field(default_factory=dict)  # in which order their cores were found
     _solids: dict[BodyId, Solid] = field(default_factory=dict)
-    _neighbours: Neighbours = field(init=False)
+    _neighbours: Neighbours[BodyId] = field(default_factory=Neighbours)
     _turns: Iterator[int] = field(default_factory=count)
 
     def __post_init__(self) -> None:
-        """Neighbours are looked for as far away as still counts as touching; boxes that never move are among them."""
-        self._neighbours = Neighbours(self.tolerances.gap)
+        """Boxes that never move are neighbours like bricks."""
         for placed in self.tables:
             self._show(solid(placed))
 
     def _show(self, own: Solid) -> None:
         self._solids[own.id] = own
-        self._neighbours.add(own)
+        self._neighbours.add(own.id, own.low_W, own.high_W)
 
     def put(self, placed: Placed) -> None:
         """Set a brick in its place, with its contacts and its core."""
         name, (x, y, _) = placed.brick.id, placed.pose.position_W
         own = solid(placed)
         found = [contact_with_plane(own, plane, self.tolerances) for plane in self.planes]
-        for other in self._neighbours.near(own):
+        for other in self._neighbours.around(own.low_W, own.high_W, self._reach(own)):
             found.append(contact_between(own, self._solids[other], self.friction, self.tolerances))
         self.bricks[name] = placed
         self.weights[name] = VerticalLoad(placed.brick.mass * self.gravity, (x, y))
@@ -58,6 +58,10 @@ class Structure:
                 self._join(contact)
         self._show(own)
         self.find_core(name)
+
+    def _reach(self, body: Solid) -> float:
+        """As far away as this, something may still touch it [m]."""
+        return reach_between(body.shortest, share=self.tolerances.gap)
 
     def _join(self, contact: Contact) -> None:
         lower, upper = contact.lower, contact.upper
@@ -78,11 +82,14 @@ class Structure:
     def near(self, brick: BodyId) -> list[Placed]:
         """The other boxes, fixed ones included, that a brick may touch or overlap."""
         fixed = {placed.brick.id: placed for placed in self.tables}
-        return [self.bricks.get(name) or fixed[name] for name in self._neighbours.near(self._solids[brick])]
+        return [
+            self.bricks.get(name) or fixed[name]
+            for name in self._neighbours.near(brick, self._reach(self._solids[brick]))
+        ]
 
     def around(self, brick: BodyId, within: float) -> list[BodyId]:
         """The other bricks whose upright boxes come as close as this [m], by name."""
-        return [name for name in self._neighbours.around(self._solids[brick], within) if name in self.bricks]
+        return [name for name in self._neighbours.near(brick, within) if name in self.bricks]
 
     def take(self, brick: BodyId) -> None:
         """Take a brick away. The cores of what it carried still count on it: find them anew."""

@@ -10,7 +10,8 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from math import sqrt
 
-from stability.geometry.plan import Point2, convex_hull
+from stability.geometry.hulls import convex_hull
+from stability.geometry.plan import Point2
 from stability.geometry.vectors import cross, dot, scale, subtract
 from stability.model import BodyId, Vec3
 from stability.statics.facts import ZERO, Contact, Motion, Placed

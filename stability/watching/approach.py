@@ -12,14 +12,15 @@ from math import hypot, inf, sqrt
 from stability.engines.protocol import Engine
 from stability.geometry.rotations import multiply
 from stability.geometry.separation import Separation
+from stability.geometry.touching import TOUCHING
 from stability.geometry.vectors import add_scaled, scale
 from stability.model import BodyId, BodyState, ConvexShape, Pose, Vec3, convex
 from stability.shapes.apart import apart
 from stability.watching.life_cycle import BrickObserver
 
 # Shares of the smallest side of the flying brick.
-# Bricks that are closer press on each other: engines leave nearly so much between bricks at rest.
-IN_TOUCH = 0.03
+# Bricks that are closer press on each other: what touches at rest, and a little more.
+IN_TOUCH = 1.5 * TOUCHING
 # A millimetre for a plank. A hit is told when the gap is no more than this beyond what the speed closes in time.
 CLOSE = 0.125
 AHEAD = 1.0  # how far around a brick others are looked for

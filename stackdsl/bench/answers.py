@@ -6,7 +6,8 @@ from math import inf
 
 from stability.statics.facts import Stability
 from stackdsl.language.schema import Scenario
-from stackdsl.timeline import Timeline
+from stackdsl.language.tolerances import Tolerance
+from stackdsl.timeline import Timeline, leaves_to_engine
 
 
 class Source(StrEnum):
@@ -53,8 +54,6 @@ class Answer:
 
 def answer_of(scenario: Scenario, timeline: Timeline) -> Answer | None:
     """The answer, if anything but a run can give one."""
-    from stackdsl.judging.proofs import leaves_to_engine  # noqa: PLC0415 -- statics brings numpy
-
     answer, moves = _from_truth(scenario), any(leaves_to_engine(action) for action in timeline.actions)
     if answer is None and not moves:
         answer = _from_statics(timeline)
@@ -63,22 +62,18 @@ def answer_of(scenario: Scenario, timeline: Timeline) -> Answer | None:
 
 def _from_truth(scenario: Scenario) -> Answer | None:
     """A collapse that is known outweighs what is known to stand beside it."""
-    for truth in scenario.truth:
-        if truth.collapses is not None:
-            at, time = truth.collapses.at, truth.collapses.time
-            levels = (at.low, at.high) if at is not None else (-inf, inf)
-            return Answer(False, Source.TRUTH, *levels, *((time.low, time.high) if time is not None else ()))
-    for truth in scenario.truth:
-        if truth.verdict in ("stable", "unstable"):
-            return Answer(truth.verdict == "stable", Source.TRUTH)
-        if truth.stands is not None and truth.stands.bricks is None:
-            return Answer(True, Source.TRUTH)
-    return None
+    fates = [truth.stated.fate for truth in scenario.truth if truth.stated.fate is not None]
+    fate = max(fates, key=lambda fate: fate.seen, default=None)
+    return None if fate is None else Answer(fate.stands, Source.TRUTH, *_ends(fate.level), *_ends(fate.time))
+
+
+def _ends(tolerance: Tolerance | None) -> tuple[float, float]:
+    return (-inf, inf) if tolerance is None else (tolerance.low, tolerance.high)
 
 
 def _from_statics(timeline: Timeline) -> Answer | None:
     """Of what is only built, and pulled out."""
-    from stackdsl.judging.proofs import proofs_of, stands_until  # noqa: PLC0415 -- likewise
+    from stackdsl.judging.proofs import proofs_of, stands_until  # noqa: PLC0415 -- statics brings numpy
 
     if stands_until(timeline, timeline.end):
         return Answer(True, Source.STATICS)

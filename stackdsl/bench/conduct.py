@@ -106,8 +106,8 @@ def _until_answered(case: Case) -> Timeline:
     A collapse is followed, by every system, only where something hits the structure or is known of what becomes of it.
     """
     timeline = case.timeline
-    hit = any(not isinstance(action, Placement) or action.thrown or action.drop for action in timeline.actions)
-    aftermath = hit or any(truth.needs_aftermath for truth in case.scenario.truth)
+    hit = any(not isinstance(action, Placement) or not action.at_rest for action in timeline.actions)
+    aftermath = hit or any(truth.stated.needs_aftermath for truth in case.scenario.truth)
     return replace(timeline, watched=True, margins=(), aftermath=aftermath)
 
 

@@ -1,4 +1,4 @@
-"""A bench as a page of Markdown, for docs/speed-against-error.md: what was run, with what, the table, the picture."""
+"""A bench as a page of Markdown, beside its data: what was run, with what, the table, the picture, every case."""
 
 from collections.abc import Iterator, Sequence
 from itertools import groupby

@@ -75,30 +75,41 @@ def _point(
 ) -> Point:
     records = [score.record for score in scores]
     known = [score for score in scores if score.wrong is not None]
-    wrong = sum(bool(score.wrong) for score in known)
-    errors: dict[str, float | None] = {"wrong": PERCENT * wrong / len(known) if known else None}
-    errors |= {measure: _largest(scores, measure) for measure in MEASURES if measure != "wrong"}
-    own, complete = paces_of(records), shared <= {record.case for record in records if record.done}
-    paces = [pace for case, pace in own.items() if case in shared] if complete else []
-    times = [pace / fastest[case] for case, pace in own.items() if case in fastest]
+    own = paces_of(records)
     return Point(
         system=system,
         factor=factor,
         runs=len(records),
         done=sum(record.done for record in records),
         known=len(known),
-        wrong_verdicts=wrong,
+        wrong_verdicts=sum(bool(score.wrong) for score in known),
         numerical=sum(score.verdict == NUMERICAL_COLLAPSE for score in scores),
-        errors=errors,
+        errors=_errors(scores, known),
         energy=_largest(scores, "energy"),
-        pace=geometric_mean(paces) if paces else None,
-        times_exact=geometric_mean(times) if times else None,
+        pace=_shared_pace(own, records, shared),
+        times_exact=_mean([pace / fastest[case] for case, pace in own.items() if case in fastest]),
         wall_time=sum(record.wall_time for record in records),
         simulated_time=sum(record.simulated_time for record in records),
         steps=sum(record.steps for record in records),
         solves=sum(record.solves for record in records),
         peak_memory=max(record.peak_memory for record in records),
     )
+
+
+def _errors(scores: Sequence[Score], known: Sequence[Score]) -> dict[str, float | None]:
+    wrong = PERCENT * sum(bool(score.wrong) for score in known) / len(known) if known else None
+    return {"wrong": wrong} | {measure: _largest(scores, measure) for measure in MEASURES if measure != "wrong"}
+
+
+def _shared_pace(own: Mapping[str, float], records: Sequence[Record], shared: frozenset[str]) -> float | None:
+    """Over the cases that all have done who take them; None where one of these is not done."""
+    if not shared <= {record.case for record in records if record.done}:
+        return None
+    return _mean([pace for case, pace in own.items() if case in shared])
+
+
+def _mean(paces: Sequence[float]) -> float | None:
+    return geometric_mean(paces) if paces else None
 
 
 def paces_of(records: Iterable[Record]) -> dict[str, float]:

@@ -11,10 +11,10 @@ from dataclasses import dataclass, replace
 from stackdsl.bench.answers import Answer, Source
 from stackdsl.bench.entrants import REFERENCES
 from stackdsl.bench.run_record import Record, step_text
+from stackdsl.language.claims.claim_kind import CLAIMS
 from stackdsl.observations import KINDS, Change, Seen, changes, turned_back
 from stackdsl.trace import NUMERICAL_COLLAPSE, Verdict
 
-VERDICTS = frozenset({"stands", "collapses", "verdict", "drift"})  # kinds of truth that answer and creep speak for
 # What is compared with a converged reference. The rest is creep, or chaos, as is the height of what a fall leaves.
 COMPARED_FALLEN = ("collapse time", "reach", "bearing")
 LOOKS_APART = 0.0105  # [s] between two looks of a run, and a little
@@ -147,9 +147,14 @@ def numerical_reason(score: Score) -> str:
 
 def _furthest(record: Record, compared: Sequence[tuple[str, float]], unit: str) -> float | None:
     """The largest distance of this unit from truths and from the reference."""
-    off = [truth.off for truth in record.truths if truth.unit == unit and truth.kind not in VERDICTS]
+    off = [truth.off for truth in record.truths if truth.unit == unit and not _is_scored_apart(truth.kind)]
     off += [difference for own, difference in compared if own == unit]
     return max((value for value in off if value is not None), default=None)
+
+
+def _is_scored_apart(kind: str) -> bool:
+    """Whether answer and creep speak for a kind of truth; a journal may know kinds that are no more."""
+    return kind in CLAIMS and CLAIMS[kind].model.scored_apart
 
 
 def _differences(record: Record, reference: Reference, known: Answer) -> list[tuple[str, float]]:

@@ -25,6 +25,7 @@ from stackdsl.systems.known_systems import system_named, unplayable
 from stackdsl.systems.systems import SYSTEMS
 from stackdsl.timeline import Timeline
 from stackdsl.trace import Event, Trace
+from stackdsl.wording import mm
 
 STATUSES = {
     TaskStatus.DONE: RunStatus.DONE,
@@ -174,7 +175,7 @@ def _in_the_way(case: Case, blocked: Blocked) -> Diagnostic:
     finer = ", at half the step and twice the iterations," if blocked.refined else ""
     message = (
         f"brick '{blocked.brick}' cannot be placed at {blocked.time:g} s: by then{finer} brick '{blocked.by}' has "
-        f"moved into its place, and overlaps it by {1000.0 * blocked.depth:.3g} mm"
+        f"moved into its place, and overlaps it by {mm(blocked.depth, 3)}"
     )
     elsewhere = "let it come from elsewhere" if blocked.thrown else "place it elsewhere"
     hint = f"{elsewhere}, or earlier, or pull '{blocked.by}' out before"

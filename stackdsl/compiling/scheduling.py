@@ -3,23 +3,14 @@
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
-from stability.model import BodyId
+from stackdsl.compiling.built_bricks import BuiltBrick
+from stackdsl.compiling.moment import BUILD, Moment
 from stackdsl.compiling.written_bricks import WrittenBrick
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.language.anchors import Anchor
 from stackdsl.language.schema import Scenario
 from stackdsl.reading.source import Path, Source
-
-BUILD = 0  # among what happens at one time, the build comes first, and then impact by impact
-
-
-class Moment(NamedTuple):
-    """A time, and a place among what happens at that time."""
-
-    time: float  # [s]
-    turn: int = BUILD  # 1 for the first impact, and so on
 
 
 @dataclass
@@ -31,20 +22,17 @@ class Schedule:
     mistakes: list[Diagnostic] = field(default_factory=list)
 
 
-def scheduled(
-    written: Sequence[WrittenBrick], levels: Sequence[int], names: Sequence[BodyId], scenario: Scenario, source: Source
-) -> Schedule:
+def scheduled(bricks: Sequence[BuiltBrick], scenario: Scenario, source: Source) -> Schedule:
     """When everything happens: a step begins at its time, after its event, or after the step before it."""
     found = Schedule()
-    known = list(zip(written, levels, names, strict=True))
     last = next_start = 0.0
-    turns = _turns(written)
+    turns = _turns([brick.written for brick in bricks])
     for number, step in enumerate((*scenario.build, *scenario.impacts)):
         turn = max(BUILD, number - len(scenario.build) + 1)
         path: Path = ("impacts", turn - 1) if turn else ("build", number)
         start = next_start if step.at is None else step.at
         if step.after is not None:
-            event = _event_time(step.after, found, known)
+            event = _event_time(step.after, found, bricks)
             if isinstance(event, str):
                 found.mistakes.append(Diagnostic("SD205", source.span_of((*path, "after")), event, _ANCHOR_HINT))
             else:
@@ -70,7 +58,7 @@ def _turns(written: Sequence[WrittenBrick]) -> Mapping[int, list[int]]:
 _ANCHOR_HINT = "only what earlier steps do can be waited for"
 
 
-def _event_time(anchor: Anchor, found: Schedule, known: Sequence[tuple[WrittenBrick, int, BodyId]]) -> float | str:
+def _event_time(anchor: Anchor, found: Schedule, known: Sequence[BuiltBrick]) -> float | str:
     """When an event of the steps so far is over [s], or why it never happens."""
     if anchor.event == "start":
         return 0.0
@@ -81,8 +69,8 @@ def _event_time(anchor: Anchor, found: Schedule, known: Sequence[tuple[WrittenBr
         return f"this step waits for impact {number}, and there are {len(found.impacts)} before it"
     meant = [
         moment.time
-        for moment, (brick, level, name) in zip(found.bricks, known, strict=False)  # of later steps, none are known yet
-        if (anchor.event == "built" and not brick.inserted) or anchor.name == _place(anchor, level, name)
+        for moment, brick in zip(found.bricks, known, strict=False)  # of later steps, none are known yet
+        if (anchor.event == "built" and not brick.written.inserted) or anchor.name == _place(anchor, brick)
     ]
     if meant:
         return max(meant)
@@ -90,5 +78,5 @@ def _event_time(anchor: Anchor, found: Schedule, known: Sequence[tuple[WrittenBr
     return f"this step waits for {what}, and no earlier step builds it"
 
 
-def _place(anchor: Anchor, level: int, name: str) -> str:
-    return name if anchor.event == "brick" else str(level)
+def _place(anchor: Anchor, brick: BuiltBrick) -> str:
+    return brick.name if anchor.event == "brick" else str(brick.level)

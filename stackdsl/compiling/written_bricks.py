@@ -9,7 +9,7 @@ from stability.model import ConvexShape, Pose, Quaternion, Vec3
 from stability.shapes.box import Box
 from stackdsl.language.bricks import BrickKind, SetBrick
 from stackdsl.language.layouts.registry import BrickSpec, place
-from stackdsl.language.schema import Scenario, Step
+from stackdsl.language.schema import BuildStep, Scenario
 from stackdsl.reading.source import Path
 
 
@@ -43,14 +43,14 @@ def bricks_of(scenario: Scenario) -> list[WrittenBrick]:
     """All bricks in the author's order, step after step; impacts are steps after those of the build."""
     built = [brick for number, step in enumerate(scenario.build) for brick in _bricks_of_step(number, step, scenario)]
     inserted = [
-        _set_brick(("impacts", number, "insert"), len(scenario.build) + number, impact.insert, scenario.brick)
+        _set_brick(("impacts", number, impact.kind), len(scenario.build) + number, impact.done.slid_in, scenario.brick)
         for number, impact in enumerate(scenario.impacts)
-        if impact.insert is not None
+        if impact.done.slid_in is not None
     ]
     return built + inserted
 
 
-def _bricks_of_step(number: int, step: Step, scenario: Scenario) -> Iterator[WrittenBrick]:
+def _bricks_of_step(number: int, step: BuildStep, scenario: Scenario) -> Iterator[WrittenBrick]:
     kind = step.brick or scenario.brick
     if step.layout is not None:
         name, params = step.layout
@@ -80,7 +80,7 @@ def _set_brick(path: Path, step: int, brick: SetBrick, kind: BrickKind) -> Writt
     return WrittenBrick(path, step, Box(made_of.size), made_of.mass_of(made_of.size), pose, brick.level, brick.name)
 
 
-def _prefixed(step: Step, name: str | None) -> str | None:
+def _prefixed(step: BuildStep, name: str | None) -> str | None:
     return f"{step.name}.{name}" if step.name and name else name
 
 

@@ -1,1 +1,1 @@
-"""Trace -> findings: one module a subject, one function a kind of claim."""
+"""Trace -> outcomes, and what statics say of a run; how each kind of claim is judged, the kind itself says."""

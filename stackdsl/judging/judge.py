@@ -1,11 +1,10 @@
 """Trace -> outcomes: each expectation held against what happened, with the margin to its threshold."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from math import inf
 
-from stackdsl.judging import falling, moving, proven, standing
-from stackdsl.judging.finding import Finding
-from stackdsl.language.claims import Claim
+from stackdsl.language.claims.claim import Claim
+from stackdsl.language.claims.finding import Finding
 from stackdsl.language.schema import Scenario
 from stackdsl.language.variants import Variant, repeated
 from stackdsl.outcome import Outcome
@@ -24,7 +23,7 @@ def judge(trace: Trace, scenario: Scenario, variant: Variant, source: Source, sy
     asked = [
         (("expect", number), claim)
         for number, claim in enumerate(scenario.expect)
-        if (claim.system is None or system in claim.system) and (proves or not claim.needs_statics)
+        if (claim.system is None or system in claim.system) and (proves or not claim.stated.needs_statics)
     ]
     return _outcomes(asked, trace, variant, source)
 
@@ -34,7 +33,7 @@ def compare_with_truth(trace: Trace, scenario: Scenario, variant: Variant, sourc
     asked = [
         (("truth", number), claim)
         for number, claim in enumerate(scenario.truth)
-        if trace.statics is not None or not claim.needs_statics
+        if trace.statics is not None or not claim.stated.needs_statics
     ]
     return _outcomes(asked, trace, variant, source)
 
@@ -46,8 +45,8 @@ def _outcomes(
 
 
 def _outcome(path: Path, claim: Claim, trace: Trace, variant: Variant, source: Source) -> Outcome:
-    kind = claim.kind
-    found = _numerical(trace) if trace.numerical and kind in OF_COLLAPSES else JUDGES[kind](getattr(claim, kind), trace)
+    kind, stated = claim.kind, claim.stated
+    found = _numerical(trace) if trace.numerical and stated.of_collapses else stated.judge(trace)
     place = (*path, kind)
     expected = as_written(repeated(_at(source.values, place), _at(variant.values, place)))
     return Outcome(kind, expected, found.measured, found.margin, found.unit, found.passed, source.key_span_of(place))
@@ -71,23 +70,3 @@ def as_written(value: Plain) -> str:
     if isinstance(value, list):
         return " ".join(as_written(part) for part in value)
     return str(value)
-
-
-OF_COLLAPSES = frozenset({"collapses", "falls", "leaves", "pivots", "lands"})
-
-JUDGES: dict[str, Callable[..., Finding]] = {
-    "stands": standing.stands,
-    "collapses": standing.collapses,
-    "leaves": standing.leaves,
-    "falls": standing.falls,
-    "height": standing.height,
-    "displaced": moving.displaced,
-    "drift": moving.drift,
-    "untouched": moving.untouched,
-    "energy": moving.energy,
-    "pivots": falling.pivots,
-    "lands": falling.lands,
-    "rests_on": proven.rests_on,
-    "verdict": proven.verdict,
-    "margin": proven.margin,
-}

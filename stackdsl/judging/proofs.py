@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from stability.model import BodyId
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability, Stage, Verdict
-from stackdsl.timeline import Action, Placement, Push, Removal, Timeline
+from stackdsl.timeline import Push, Removal, Timeline, leaves_to_engine
 from stackdsl.trace import Trace
 
 DISPROVED = "statics prove that it stands"
@@ -43,7 +43,7 @@ def proofs_of(timeline: Timeline) -> Proofs:
             continue
         if isinstance(moment, Push):
             break
-        set_down = [placement for placement in moment if not (placement.drop or placement.thrown)]
+        set_down = [placement for placement in moment if placement.at_rest]
         if set_down:
             verdict = assembly.add_all(Placed(placement.brick, placement.pose) for placement in set_down)
             names = tuple(placement.brick.id for placement in set_down)
@@ -74,8 +74,3 @@ def stability_until(timeline: Timeline, time: float) -> Stability:
     if not done or any(leaves_to_engine(action) for action in done):
         return Stability.UNDECIDED
     return proofs_of(replace(timeline, actions=done)).assembly.verdict().stability
-
-
-def leaves_to_engine(action: Action) -> bool:
-    """Whether something is dropped, thrown or pushed."""
-    return isinstance(action, Push) or (isinstance(action, Placement) and (action.drop or action.thrown))

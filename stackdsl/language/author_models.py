@@ -35,6 +35,11 @@ class Choice(AuthorModel):
 
     one_of: ClassVar[tuple[str, ...]]
 
+    @property
+    def kind(self) -> str:
+        """The one of them that is written."""
+        return next(key for key in self.one_of if getattr(self, key) is not None)
+
     @model_validator(mode="after")
     def _choose(self) -> Self:
         written = [key for key in self.one_of if getattr(self, key) is not None]
@@ -53,6 +58,28 @@ class Choice(AuthorModel):
     @classmethod
     def _spelling(cls, key: str) -> str:
         return cls.model_fields[key].alias or key
+
+
+class Asking(AuthorModel):
+    """A mapping of which at least one key is due."""
+
+    defaults: ClassVar[tuple[str, ...]] = ()  # keys that ask nothing by themselves
+
+    @property
+    def asked(self) -> tuple[str, ...]:
+        """The questions that are written."""
+        return tuple(key for key in self._questions() if getattr(self, key) is not None)
+
+    @classmethod
+    def _questions(cls) -> tuple[str, ...]:
+        return tuple(key for key in cls.model_fields if key not in cls.defaults)
+
+    @model_validator(mode="after")
+    def _ask_something(self) -> Self:
+        if not self.asked:
+            cause = "nothing is asked" if self.model_fields_set else "the mapping is empty"
+            raise MistakeError("SD102", cause, f"give one of {', '.join(self._questions())}")
+        return self
 
 
 class Shorthand(AuthorModel):

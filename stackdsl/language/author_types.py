@@ -14,6 +14,7 @@ from pydantic_core import CoreSchema, core_schema
 
 from stability.model import GROUND
 from stackdsl.language.mistakes import MistakeError, shown
+from stackdsl.language.named import NamesBody
 from stackdsl.language.quantities import (
     ACCELERATION,
     ANGLE,
@@ -113,6 +114,14 @@ FrictionTolerance = Annotated[Tolerance, _tolerance(COEFFICIENT, "<= 0.2")]
 ShareTolerance = Annotated[Tolerance, _tolerance(SHARE, "0.25 ± 0.02")]
 
 
+# --- counts -----------------------------------------------------------------------------------------------------------
+
+MAX_LEVELS: Final = 10_000  # beyond, a typo: the tallest plank towers have a few hundred levels
+MAX_BRICKS: Final = 20_000  # in one step of `build`; some seconds of computing
+
+Levels = Annotated[int, Field(strict=True, ge=1, le=MAX_LEVELS)]
+
+
 # --- names ------------------------------------------------------------------------------------------------------------
 
 _SLUG = r"[a-z0-9][a-z0-9-]{0,63}"
@@ -135,7 +144,9 @@ def _text(pattern: str, noun: str, advice: str, example: str) -> Reads:
 _NAME_ADVICE = "begin with a letter, then letters, digits, _ . or -"
 _SLUG_ADVICE = "write small letters, digits and -, at most 64"
 Slug = Annotated[str, _text(_SLUG, "a name for files", _SLUG_ADVICE, "slant-tower")]
-BodyName = Annotated[str, _text(NAME, "the name of a brick", _NAME_ADVICE, "L3.2")]
+BodyName = Annotated[str, _text(NAME, "the name of a brick", _NAME_ADVICE, "L3.2"), NamesBody()]
+BodyNames = Annotated[tuple[BodyName, ...], Field(min_length=1, max_length=MAX_BRICKS)]
+BodyOrPlaneName = Annotated[str, _text(NAME, "the name of a brick", _NAME_ADVICE, "L3.2"), NamesBody(or_plane=True)]
 _FIXED = rf"(?:{GROUND}|wall[0-9]+)"
 
 

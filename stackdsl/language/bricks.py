@@ -8,8 +8,8 @@ from stability.model import Vec3
 from stackdsl.diagnostics import did_you_mean
 from stackdsl.language import author_types as t
 from stackdsl.language.author_models import AuthorModel, Choice, Shorthand, default
+from stackdsl.language.author_types import Levels
 from stackdsl.language.catalogue import CATALOGUE
-from stackdsl.language.layouts.registry import Levels
 from stackdsl.language.mistakes import MistakeError, shown
 
 

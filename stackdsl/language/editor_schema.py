@@ -9,7 +9,7 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
 from stackdsl.language.author_types import EXPRESSION_PATTERN
-from stackdsl.language.schema import Scenario
+from stackdsl.language.schema import Scenario, models
 from stackdsl.reading.source import Path
 
 DIALECT: Final = "https://json-schema.org/draft/2020-12/schema"
@@ -42,10 +42,14 @@ def _or_expression(schema: JsonSchemaValue) -> JsonSchemaValue:
     return {"anyOf": [schema, {"type": "string", "pattern": EXPRESSION_PATTERN}]}
 
 
-@cache
 def json_schema() -> JsonSchemaValue:
     """What an author may write, as JSON Schema; expressions are not looked into."""
-    schema = Scenario.model_json_schema(schema_generator=_ForEditors)
+    return _json_schema_of(models().Scenario)
+
+
+@cache
+def _json_schema_of(scenario: type[Scenario]) -> JsonSchemaValue:
+    schema = scenario.model_json_schema(schema_generator=_ForEditors)
     return {"$schema": DIALECT, **schema, "title": "StackDSL scenario"}
 
 

@@ -1,6 +1,12 @@
-"""What an author may write: the models of one scenario, and the description of every key."""
+"""What an author may write: the models of one scenario, and the description of every key.
 
-from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Literal, Self, TypeAlias
+The classes here are what is known of a scenario whatever kinds of layouts, claims and impacts there are; `models` adds
+a key for each kind.
+"""
+
+from copy import copy
+from functools import cache
+from typing import Annotated, Any, ClassVar, Final, Literal, NamedTuple, Self
 
 from pydantic import Field, GetJsonSchemaHandler, WithJsonSchema, create_model, model_validator
 from pydantic_core import CoreSchema
@@ -8,10 +14,14 @@ from pydantic_core import CoreSchema
 from stackdsl.language import author_types as t
 from stackdsl.language.anchors import Timed
 from stackdsl.language.author_models import AuthorModel, Shorthand, default
+from stackdsl.language.author_types import MAX_BRICKS
 from stackdsl.language.bricks import BrickKind, PlacedBrick
-from stackdsl.language.claims import Expectation, Truth
-from stackdsl.language.impacts import Impact
-from stackdsl.language.layouts.registry import LAYOUTS, MAX_BRICKS, LayoutParams
+from stackdsl.language.claims.claim import Claim, Expectation, Truth
+from stackdsl.language.claims.claim_kind import CLAIMS, KindOfClaim
+from stackdsl.language.impacts.impact import Impact
+from stackdsl.language.impacts.impact_kind import IMPACTS, KindOfImpact
+from stackdsl.language.kinds import with_kinds
+from stackdsl.language.layouts.registry import LAYOUTS, Layout, LayoutParams
 from stackdsl.language.mistakes import MistakeError
 
 # --- given: the world -------------------------------------------------------------------------------------------------
@@ -54,8 +64,8 @@ class World(AuthorModel):
 UNTIL_COLLAPSE: Final = 100  # levels, or bricks; plank stacks that are made to fall do so long before
 
 
-class Step(Timed):
-    """One step of building, less the layouts, which `BuildStep` adds from their registry."""
+class BuildStep(Timed):
+    """One step of building: one layout, or bricks one by one."""
 
     bricks: Annotated[tuple[PlacedBrick, ...], Field(min_length=1, max_length=MAX_BRICKS)] | None = Field(
         None, description="bricks in any pose, one by one"
@@ -65,13 +75,10 @@ class Step(Timed):
     every: t.PositiveDuration | None = Field(None, description="time for each brick; default: all at one time")
     until: Literal["collapse"] | None = Field(None, description="goes on until the structure falls")
 
-    one_of: ClassVar[tuple[str, ...]] = (*LAYOUTS, "bricks")
-
     @property
     def layout(self) -> tuple[str, LayoutParams] | None:
         """Name and parameters of the layout, unless the step lists its bricks."""
-        written = ((name, getattr(self, name)) for name in LAYOUTS)
-        return next(((name, params) for name, params in written if params is not None), None)
+        return None if self.bricks is not None else (self.kind, getattr(self, self.kind))
 
     @model_validator(mode="before")
     @classmethod
@@ -103,17 +110,6 @@ class Step(Timed):
         return schema
 
 
-if TYPE_CHECKING:
-    BuildStep: TypeAlias = Step  # a type that is made while running cannot be checked
-else:
-    BuildStep = create_model(
-        "BuildStep",
-        __base__=Step,
-        __doc__="One step of building: one layout, or bricks one by one.",
-        **{name: (layout.params | None, Field(None, description=layout.summary)) for name, layout in LAYOUTS.items()},
-    )
-
-
 # --- the whole --------------------------------------------------------------------------------------------------------
 
 _VALUE = {"type": ["number", "string"]}
@@ -143,3 +139,57 @@ class Scenario(AuthorModel):
     systems: t.Systems = Field(("exact",), description="what the scenario is played on")
     expect: Annotated[tuple[Expectation, ...], Field(max_length=1000)] = Field((), description="what must come of it")
     truth: Annotated[tuple[Truth, ...], Field(max_length=1000)] = Field((), description="what is known from outside")
+
+
+# --- with all kinds ---------------------------------------------------------------------------------------------------
+
+
+class Models(NamedTuple):
+    """The models that are read from a file, with a key for each kind of layout, claim and impact."""
+
+    BuildStep: type[BuildStep]
+    Impact: type[Impact]
+    Expectation: type[Expectation]
+    Truth: type[Truth]
+    Scenario: type[Scenario]
+
+
+def models() -> Models:
+    """The models for the kinds that are registered by now."""
+    return _models_of(tuple(LAYOUTS.items()), tuple(CLAIMS.items()), tuple(IMPACTS.items()))
+
+
+class _ByName:
+    """Where pickle finds a model, which no module holds: `MADE.Scenario`."""
+
+    def __getattr__(self, name: str) -> type[AuthorModel]:
+        made: type[AuthorModel] = getattr(models(), name)
+        return made
+
+
+MADE: Final = _ByName()
+
+
+@cache
+def _models_of(
+    layouts: tuple[tuple[str, Layout], ...],
+    claims: tuple[tuple[str, KindOfClaim], ...],
+    impacts: tuple[tuple[str, KindOfImpact], ...],
+) -> Models:
+    step = with_kinds(BuildStep, {key: (kind.params, kind.summary) for key, kind in layouts}, "bricks")
+    impact = with_kinds(Impact, {key: (kind.model, kind.summary) for key, kind in impacts})
+    claim = with_kinds(Claim, {key: (kind.model, kind.summary) for key, kind in claims})
+    # Of two bases, the fields of the second come first.
+    expectation = _made("Expectation", Expectation, claim)
+    truth = _made("Truth", Truth, claim)
+    lists = {"build": step, "impacts": impact, "expect": expectation, "truth": truth}
+    fields = {key: (tuple[item, ...], copy(Scenario.model_fields[key])) for key, item in lists.items()}  # type: ignore[valid-type]  # made while running
+    scenario = _made("Scenario", Scenario, **fields)
+    made = Models(step, impact, expectation, truth, scenario)
+    for name, model in made._asdict().items():
+        model.__module__, model.__qualname__ = __name__, f"MADE.{name}"  # where pickle asks for it
+    return made
+
+
+def _made(name: str, *bases: type[AuthorModel], **fields: object) -> type[Any]:
+    return create_model(name, __base__=bases, __doc__=bases[0].__doc__, __module__=__name__, **fields)  # type: ignore[call-overload, no-any-return]  # likewise

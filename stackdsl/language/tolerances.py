@@ -46,6 +46,13 @@ class Tolerance:
         """Signed distance to the nearest bound, positive inside; 0 at a bound, also at an open one."""
         return min(value - self.low, self.high - value)
 
+    @property
+    def least_count(self) -> float:
+        """The least whole number that holds; 0 if there is no lower bound."""
+        if self.low == -inf:
+            return 0.0
+        return floor(self.low) + 1.0 if self.low_open else float(ceil(self.low))
+
 
 _ONE_SIDED = re.compile(r"(>=|<=|[<>≥≤])\s*(.+)")
 _AROUND = re.compile(r"(.+?)\s*(?:±|\+/?-)\s*(.+)")

@@ -1,7 +1,7 @@
 """From plain values to a scenario, or to everything that is wrong with them: in plain words, each in its place."""
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from typing import Final, NamedTuple
 
 from pydantic import ValidationError
@@ -9,10 +9,9 @@ from pydantic_core import ErrorDetails
 
 from stackdsl.diagnostics import Diagnostic, did_you_mean, reading_order
 from stackdsl.entry_points import offered
-from stackdsl.language.author_types import PROVING
-from stackdsl.language.layouts.registry import place
+from stackdsl.language.disagreements import disagreements
 from stackdsl.language.mistakes import MistakeError, shown
-from stackdsl.language.schema import Scenario
+from stackdsl.language.schema import Scenario, models
 from stackdsl.language.variants import Variant
 from stackdsl.reading.source import Path, Source
 
@@ -60,11 +59,11 @@ def validate(source: Source, variant: Variant) -> tuple[Scenario | None, tuple[D
     scenario may be None without a diagnostic.
     """
     try:
-        scenario = Scenario.model_validate(variant.values)
+        scenario = models().Scenario.model_validate(variant.values)
     except ValidationError as error:
         details = error.errors(include_url=False)
         return None, _in_order(_diagnostic(source, detail) for detail in details if not _is_echo(detail))
-    mistakes = _in_order(_disagreements(source, scenario))
+    mistakes = _in_order(disagreements(scenario, source))
     return (None if mistakes else scenario), mistakes
 
 
@@ -169,45 +168,3 @@ def _form(detail: ErrorDetails) -> str:
         case "string_type":
             return "quote it"
     return f"write {WANTED[detail['type']]}" if detail["type"] in WANTED else ""
-
-
-def _disagreements(source: Source, scenario: Scenario) -> Iterator[Diagnostic]:
-    """Mistakes between values that are right in themselves."""
-    for index, expectation in enumerate(scenario.expect):
-        for system in expectation.system or ():
-            if system not in scenario.systems:
-                message = f"the scenario is not played on '{system}', so this would never be checked"
-                hint = f"add it to systems, or choose from: {', '.join(scenario.systems)}"
-                yield Diagnostic("SD104", source.span_of(("expect", index, "system")), message, hint)
-    yield from _unanswerable(source, scenario)
-    for index, step in enumerate(scenario.build[:-1]):
-        if step.until is not None:
-            message = "nothing is built after a collapse, and this step goes on until there is one"
-            yield Diagnostic("SD104", source.span_of(("build", index, "until")), message, "let it be the last step")
-    if scenario.impacts and scenario.build[-1].until is not None:
-        message = "nothing can be done to a structure that has been built until it fell"
-        hint = "say how much is built instead of `until: collapse`, or leave the impacts out"
-        yield Diagnostic("SD205", source.key_span_of(("impacts",)), message, hint)
-    for index, step in enumerate(scenario.build):
-        if step.layout is None:
-            continue
-        name, params = step.layout
-        try:
-            place(name, params, (step.brick or scenario.brick).size)
-        except MistakeError as mistake:
-            yield Diagnostic(mistake.code, source.span_of(("build", index, name)), mistake.message, mistake.hint)
-
-
-def _unanswerable(source: Source, scenario: Scenario) -> Iterator[Diagnostic]:
-    """Questions about proofs to systems that prove nothing."""
-    for index, expectation in enumerate(scenario.expect):
-        asked = [system for system in expectation.system or scenario.systems if system not in PROVING]
-        if expectation.needs_statics and asked:
-            message = f"`{expectation.kind}` is known to statics alone, and not to '{asked[0]}'"
-            span = source.key_span_of(("expect", index, expectation.kind))
-            yield Diagnostic("SD104", span, message, f"say `system: {PROVING[0]}`, and name it in `systems`")
-    for index, truth in enumerate(scenario.truth):
-        if truth.needs_statics and not set(PROVING).intersection(scenario.systems):
-            message = f"`{truth.kind}` is known to statics alone, so this would never be compared"
-            span = source.key_span_of(("truth", index, truth.kind))
-            yield Diagnostic("SD104", span, message, f"add {PROVING[0]} to systems")

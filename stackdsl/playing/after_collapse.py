@@ -4,7 +4,7 @@ from collections.abc import Container
 from dataclasses import replace
 
 from stability.model import BodyId
-from stackdsl.timeline import Moment, Push, Removal, arrival_of
+from stackdsl.timeline import Moment, Push, Removal, time_of_arrival
 
 
 def after_collapse(moment: Moment, present: Container[BodyId]) -> Moment | None:
@@ -16,7 +16,7 @@ def after_collapse(moment: Moment, present: Container[BodyId]) -> Moment | None:
         case Push():
             return moment if moment.brick in present else None
         case _:
-            return tuple(placement for placement in moment if placement.thrown) or None
+            return tuple(placement for placement in moment if placement.hits) or None
 
 
 def time_of(moment: Moment) -> float:
@@ -26,4 +26,4 @@ def time_of(moment: Moment) -> float:
 
 def last_arrival(moment: Moment) -> float:
     """When the last of it reaches the structure [s]."""
-    return max(arrival_of(action) for action in (moment if isinstance(moment, tuple) else (moment,)))
+    return max(time_of_arrival(action) for action in (moment if isinstance(moment, tuple) else (moment,)))

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from stability.model import BodyId
 from stability.shapes.apart import apart
 from stackdsl.playing.watch import Watch, Watched
-from stackdsl.timeline import Placement
+from stackdsl.timeline import Arrival, Placement
+from stackdsl.wording import mm
 
 # [m] a brick that is placed may lie this deep in one that was dropped: engines let bricks sink and creep by as much.
 MOST_OVERLAP = 1e-3
@@ -27,20 +28,20 @@ class BlockedPlacementError(RuntimeError):
     """A brick is to be placed where another one is by now."""
 
     def __init__(self, blocked: Blocked) -> None:
-        where = f"'{blocked.by}' has moved there ({1000.0 * blocked.depth:.3g} mm of overlap)"
+        where = f"'{blocked.by}' has moved there ({mm(blocked.depth, 3)} of overlap)"
         super().__init__(f"brick '{blocked.brick}' cannot be placed at {blocked.time:g} s: {where}")
         self.blocked = blocked
 
 
 def keep_clear(placement: Placement, watch: Watch) -> None:
     """Raise the error if a brick has no room; one that is slid in may also be in the way of what gave a little."""
-    anywhere = placement.inserted or watch.hit or placement.thrown
+    anywhere = placement.arrival is Arrival.SLID_IN or watch.hit or placement.hits
     others = [watch.bricks[name] for name in watch.present] if anywhere else watch.dropped
     inside = {other.placement.brick.id: _depth(placement, other) for other in others}
     deepest = max(inside, key=inside.__getitem__, default=None)
     if deepest is not None and inside[deepest] > MOST_OVERLAP:
         name = placement.brick.id
-        raise BlockedPlacementError(Blocked(name, placement.time, deepest, inside[deepest], placement.thrown))
+        raise BlockedPlacementError(Blocked(name, placement.time, deepest, inside[deepest], placement.hits))
 
 
 def _depth(placement: Placement, other: Watched) -> float:

@@ -44,7 +44,7 @@ class EventLog:
                 return  # the bricks placed before it were looked at when it came
             if self.events[index].kind is EventKind.PLACED:
                 placed = self.events[index].bricks
-                if any(watch.bricks[brick].placement.thrown for brick in placed):
+                if any(watch.bricks[brick].placement.hits for brick in placed):
                     return  # nor is who carries a missile
                 self.events[index] = replace(self.events[index], margin=extension.least_margin())
                 shares = extension.shares(placed)

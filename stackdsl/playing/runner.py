@@ -131,9 +131,7 @@ class _Run:
         self.log.tell(Event(group[0].time, EventKind.PLACED, tuple(placement.brick.id for placement in group)))
         if self.extension is not None:
             # The author sets them down at rest, so they are judged as they stand, level by level, before any step.
-            self.extension.set_down(
-                placement.brick.id for placement in group if not (placement.drop or placement.thrown)
-            )
+            self.extension.set_down(placement.brick.id for placement in group if placement.at_rest)
             while self._judge(self.extension):
                 pass
 

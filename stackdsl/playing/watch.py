@@ -49,13 +49,13 @@ class Watched:
 
     def hit(self) -> None:
         """Something hits the structure: from now on what merely shifts has not left its place."""
-        if self.left_at is None and self.sunk is None and not self.placement.thrown:
+        if self.left_at is None and self.sunk is None and not self.placement.hits:
             self.sunk = 0.0
 
     def see(self, time: float, state: BodyState) -> None:
         """Take in where the brick is now."""
         self.last = state.pose
-        if self.placement.thrown:
+        if self.placement.hits:
             return
         if self.rest is None:
             self._wait_for_rest(time, state)
@@ -82,7 +82,7 @@ class Watched:
         """How it ended."""
         if self.removed:
             return BrickState.REMOVED
-        if self.placement.thrown:
+        if self.placement.hits:
             return BrickState.THROWN
         if self.left_at is not None:
             return BrickState.FALLEN
@@ -123,14 +123,14 @@ class Watch:
 
     def add(self, placement: Placement) -> None:
         """A brick set down at rest counts as at rest there; a dropped one does so later, and a thrown one never."""
-        rest = None if placement.drop or placement.thrown else placement.pose
+        rest = placement.pose if placement.at_rest else None
         watched = Watched(placement, len(self.bricks), rest, placement.pose)
         self.bricks[placement.brick.id] = watched
         self.made_of[placement.brick.id] = placement.brick
         self.present[placement.brick.id] = None
         if rest is None:
             self.dropped.append(watched)
-        if placement.thrown:
+        if placement.hits:
             self.struck()
         elif self.hit:
             watched.hit()
@@ -181,5 +181,5 @@ class Watch:
     def level_under_construction(self) -> int:
         """The level of the youngest brick; what hits, or is slid in below, does not count if there is another."""
         placements = [watched.placement for watched in reversed(self.bricks.values())]
-        built = (placement.level for placement in placements if not (placement.inserted or placement.thrown))
+        built = (placement.level for placement in placements if placement.builds)
         return next(built, placements[0].level)

@@ -2,8 +2,8 @@
 
 from stackdsl.observations import Change, Seen
 from stackdsl.report.outcome_text import significant
+from stackdsl.wording import shortened
 
-MOST_NAMES = 6  # that are written out
 NOTHING = "none"
 
 
@@ -19,8 +19,7 @@ def _seen(value: Seen, unit: str) -> str:
         case float():
             return f"{significant(value)} {unit}"
         case tuple():
-            more = len(value) - MOST_NAMES
-            names = value if more <= 1 else (*value[:MOST_NAMES], f"{more} more")
-            return ", ".join(names) or NOTHING
+            names, more = shortened(value)
+            return ", ".join((*names, *([f"{more} more"] if more else []))) or NOTHING
         case _:
             return value or NOTHING

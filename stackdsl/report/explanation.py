@@ -17,7 +17,7 @@ from stackdsl.judging.proofs import Judged, Proofs, proofs_of
 from stackdsl.systems.known_systems import system_named
 from stackdsl.systems.systems import Method
 from stackdsl.systems.worlds import settings_for
-from stackdsl.timeline import Placement, Push, Removal, Timeline
+from stackdsl.timeline import Arrival, Placement, Push, Removal, Timeline
 from stackdsl.trace import Margins
 
 MOST_FOR_MARGINS = 60  # bricks; beyond, the margins take many seconds and come only when asked for
@@ -37,7 +37,7 @@ def _lines(cases: Sequence[Case], margins: bool | None) -> Iterator[str]:
     if scenario.description:
         yield f"  {scenario.description}"
     yield from _world(timeline)
-    count, levels = sum(not placement.thrown for placement in timeline.placements), timeline.levels
+    count, levels = sum(not placement.hits for placement in timeline.placements), timeline.levels
     what = f"{count} brick{'s' * (count > 1)} on {levels} level{'s' * (levels > 1)}"
     yield f"  {what}, built after {timeline.built:g} s, watched until {timeline.end:g} s"
     yield ""
@@ -82,9 +82,9 @@ def _actions(timeline: Timeline, told: Mapping[BodyId, str]) -> Iterator[str]:
 
 def _footing(placement: Placement, fit: Fit, bricks: Sequence[BodyId], planes: Sequence[BodyId]) -> str:
     """On what a brick is set down, and which walls it touches; or how else it comes."""
-    if placement.drop:
+    if placement.arrival in (Arrival.LET_GO, Arrival.DROPPED):
         return "dropped"
-    if placement.thrown:
+    if placement.arrival is Arrival.THROWN:
         return f"thrown at {hypot(*placement.velocity_W):.4g} m/s"
     below = [*(bricks[index] for index in fit.on_boxes), *(planes[index] for index in fit.on_planes)]
     walls = [planes[index] for index in fit.beside_planes]

@@ -30,7 +30,7 @@ class Quantity:
     tolerance: float  # in `unit`
 
 
-POSITION = Quantity("mm", 2, 0.5)  # the gap that still counts as touching, half the moulding tolerance of a brick
+POSITION = Quantity("mm", 2, 0.5)  # half the moulding tolerance of a brick
 HEIGHT = Quantity("mm", 2, 0.5)  # as POSITION: it is the top of one brick
 MARGIN = Quantity("mm", 2, 0.2)  # finer than POSITION: contact corners, which it is made of, agree within 0.1 mm
 SHARE = Quantity("", 3, 0.02)  # what 0.5 mm does on a lever of 24 mm, a plank's width

@@ -5,8 +5,7 @@ import pytest
 from stability.model import AT_REST, BodyState, Brick, ConvexShape, Pose, Vec3
 from stability.shapes.box import UnknownShapeError
 from stackdsl.compiling.fitting import Sited, fits
-from stackdsl.judging.standing import height
-from stackdsl.language.claims import Height
+from stackdsl.language.claims.height import Height
 from stackdsl.observations import observations
 from stackdsl.playing.energy import kinetic_energy
 from stackdsl.playing.watch import Watched
@@ -55,7 +54,7 @@ def test_what_is_seen_of_a_wedge_is_as_high_as_its_thick_end() -> None:
 
 def test_a_claim_of_a_height_is_judged_by_the_highest_corner() -> None:
     claim = Height.model_validate({"is": f"{1000.0 * THICKNESS} mm ± 0.001 mm"})
-    assert height(claim, standing(WEDGE, ON_GROUND)).passed
+    assert claim.judge(standing(WEDGE, ON_GROUND)).passed
 
 
 def test_a_wedge_that_turns_about_its_width_has_the_energy_of_its_own_moment() -> None:

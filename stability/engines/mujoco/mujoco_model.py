@@ -16,7 +16,7 @@ from stability.engines.mujoco.mujoco_binding import mujoco
 from stability.engines.mujoco.mujoco_settings import MuJoCoSettings
 from stability.engines.shortest_turn import shortest_turn
 from stability.geometry.bounding_boxes import BoundingBoxes
-from stability.geometry.rotations import rotate
+from stability.geometry.rotations import inverse, rotate
 from stability.geometry.vectors import add, add_scaled, scale
 from stability.model import BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Quaternion, Vec3
 from stability.shapes.box import as_box
@@ -183,7 +183,7 @@ def _contact(settings: MuJoCoSettings, friction: float) -> Mapping[str, object]:
 def _set_state(data: mujoco.MjData, turn: int, state: BodyState) -> None:
     x, y, z, w = state.pose.orientation
     data.qpos[7 * turn : 7 * turn + 7] = (*state.pose.position_W, w, x, y, z)
-    spin = rotate((-x, -y, -z, w), state.angular_velocity_W)
+    spin = rotate(inverse(state.pose.orientation), state.angular_velocity_W)
     data.qvel[6 * turn : 6 * turn + 6] = (*state.velocity_W, *spin)
 
 

@@ -8,7 +8,6 @@ from stability.engines.mujoco.mujoco_model import Model
 from stability.engines.mujoco.mujoco_settings import MuJoCoSettings
 from stability.engines.mujoco.remade_bodies import RemadeBodies
 from stability.engines.own_bodies import OwnBodies
-from stability.engines.protocol import TOUCHING
 from stability.engines.step_clock import StepClock
 from stability.mechanics.impulse import pushed
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Shape, Vec3
@@ -67,7 +66,7 @@ class MuJoCoWorld:
         there = self.own.bricks.keys() | self.own.planes.keys()
         return [point for point in points if point.a in there and point.b in there]
 
-    def near(self, brick: BodyId, within: float = TOUCHING) -> Sequence[BodyId]:
+    def near(self, brick: BodyId, within: float) -> Sequence[BodyId]:
         boxes, fellows = self.bodies.model().bounds(planes=len(self.own.planes)), self.bodies.fellows(brick)
         return [other for other in self.own.near(brick, boxes, within) if other not in fellows]
 

@@ -4,7 +4,6 @@ from collections.abc import Collection, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from typing import Any
 
-from stability.engines.protocol import TOUCHING
 from stability.engines.pybullet.client_bodies import ClientBodies
 from stability.engines.pybullet.pybullet_binding import pybullet
 from stability.model import IDENTITY, BodyId, BodyState, ContactPoint, HalfSpace, Pose, Shape
@@ -91,7 +90,7 @@ class PyBulletBodies:
             self._shapes[body] = _shape(parts)
         return self._shapes[body]
 
-    def near(self, brick: BodyId, within: float = TOUCHING) -> Sequence[BodyId]:
+    def near(self, brick: BodyId, within: float) -> Sequence[BodyId]:
         return sorted(self._bodies.near(brick, within))
 
     def states(self, bodies: Collection[BodyId]) -> dict[BodyId, BodyState]:

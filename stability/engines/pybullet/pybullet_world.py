@@ -9,7 +9,6 @@ from math import log10
 from typing import Self, TypeAlias
 
 from stability.engines.own_bodies import OwnBodies
-from stability.engines.protocol import TOUCHING
 from stability.engines.pybullet.body_making import BodyMaker
 from stability.engines.pybullet.brick_bodies import BrickBodies
 from stability.engines.pybullet.client_bodies import ClientBodies
@@ -106,7 +105,7 @@ class PyBulletWorld:
     def shape(self, body: BodyId) -> Shape:
         return self.own.shape(body) if body in self.own.bricks else self.planes.shape()
 
-    def near(self, brick: BodyId, within: float = TOUCHING) -> Sequence[BodyId]:
+    def near(self, brick: BodyId, within: float) -> Sequence[BodyId]:
         return self.groups.near(brick, within)
 
     def states(self, bodies: Collection[BodyId]) -> dict[BodyId, BodyState]:

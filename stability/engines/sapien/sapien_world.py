@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Self
 
 from stability.engines.own_bodies import OwnBodies
-from stability.engines.protocol import TOUCHING
 from stability.engines.sapien.sapien_settings import SapienSettings
 from stability.engines.sapien.scene_bodies import SceneBodies
 from stability.engines.step_clock import StepClock
@@ -61,7 +60,7 @@ class SapienWorld:
     def contacts(self, brick: BodyId) -> Sequence[ContactPoint]:
         return self.bodies.contacts(brick)
 
-    def near(self, brick: BodyId, within: float = TOUCHING) -> Sequence[BodyId]:
+    def near(self, brick: BodyId, within: float) -> Sequence[BodyId]:
         return self.own.near(brick, self.bodies.boxes(self.own.bricks.values()), within)
 
     def add_plane(self, plane: Plane) -> None:

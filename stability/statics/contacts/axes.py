@@ -1,21 +1,26 @@
 """Along which directions are two boxes apart, or least deep in each other?
 
-Separating axes of two oriented boxes (Gottschalk, Lin and Manocha, 1996): 3 + 3 face normals and 9 products of edges.
-Bodies that touch do so along the axis of the largest gap.
+Bodies that touch do so along the separating axis of the largest gap.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import hypot
-from typing import TypeAlias
 
+from stability.geometry.separating_axes import (
+    Matrix,
+    along_product,
+    coordinates,
+    cosines,
+    edge_products,
+    face_gaps,
+    half_extent,
+    transposed,
+)
 from stability.geometry.vectors import cross, dot, scale, subtract
 from stability.model import Vec3
 from stability.statics.contacts.solids import Solid
 
-Matrix: TypeAlias = tuple[Vec3, Vec3, Vec3]
-
-NO_PRODUCT = 1e-9  # sine below which two edges give no direction of their own
 # Sine of the angle up to which two faces can be meant to lie on each other: ten times what engines leave, and the
 # steepest at which the gap tolerance, a fiftieth of the shortest side, can bridge a face.
 NEARLY_PARALLEL = 0.02
@@ -54,21 +59,18 @@ class Closeness:
 
 def closeness(a: Solid, b: Solid, reach: float) -> Closeness | None:
     """How two boxes stand to each other; None if they are further than `reach` apart, or deeper in each other."""
-    (a0, a1, a2), (b0, b1, b2) = a.axes, b.axes
     p_AB = subtract(b.pose.position_W, a.pose.position_W)
-    turn = (
-        (dot(a0, b0), dot(a0, b1), dot(a0, b2)),
-        (dot(a1, b0), dot(a1, b1), dot(a1, b2)),
-        (dot(a2, b0), dot(a2, b1), dot(a2, b2)),
-    )
-    along_a = (dot(p_AB, a0), dot(p_AB, a1), dot(p_AB, a2))
-    along_b = (dot(p_AB, b0), dot(p_AB, b1), dot(p_AB, b2))
-    gaps_a = _face_gaps(along_a, a.half, b.half, turn)
-    gaps_b = _face_gaps(along_b, b.half, a.half, _transposed(turn))
+    turn = cosines(a.axes, b.axes)
+    along_a, along_b = coordinates(p_AB, a.axes), coordinates(p_AB, b.axes)
+    gaps_a = face_gaps(along_a, a.half, b.half, turn)
+    gaps_b = face_gaps(along_b, b.half, a.half, transposed(turn))
     largest = max(gaps_a + gaps_b)
     if largest > reach:
         return None
-    products = list(_products(along_a, turn, a.half, b.half))
+    products = []
+    for i, j, c, s, length, extent in edge_products(turn, a.half, b.half):
+        along = along_product(along_a, i, c, s)
+        products.append(((abs(along) - extent) / length, (1.0 if along >= 0.0 else -1.0) / length, i, j))
     largest = max([largest, *(gap for gap, _, _, _ in products)])
     if largest > reach or largest < -reach:
         return None
@@ -80,37 +82,6 @@ def closeness(a: Solid, b: Solid, reach: float) -> Closeness | None:
     faces_a = [Axis(gaps_a[i], _towards(along_a[i], a.axes[i]), i, None) for i in range(3)]
     faces_b = [Axis(gaps_b[j], _towards(along_b[j], b.axes[j]), None, j) for j in range(3)]
     return Closeness(largest, faces_a, faces_b, edges, _sines(turn))
-
-
-def _transposed(m: Matrix) -> Matrix:
-    (a, b, c), (d, e, f), (g, h, i) = m
-    return ((a, d, g), (b, e, h), (c, f, i))
-
-
-def _face_gaps(along: Vec3, half: Vec3, other: Vec3, cosines: Matrix) -> Vec3:
-    """The gaps along the three face normals of a body; rows of cosines are theirs with the axes of the other."""
-    a, b, c = other
-    (u0, u1, u2), (v0, v1, v2), (w0, w1, w2) = cosines
-    return (
-        abs(along[0]) - half[0] - a * abs(u0) - b * abs(u1) - c * abs(u2),
-        abs(along[1]) - half[1] - a * abs(v0) - b * abs(v1) - c * abs(v2),
-        abs(along[2]) - half[2] - a * abs(w0) - b * abs(w1) - c * abs(w2),
-    )
-
-
-def _products(p: Vec3, turn: Matrix, half_a: Vec3, half_b: Vec3) -> Iterator[tuple[float, float, int, int]]:
-    """By product of edges: the gap, and the factor that makes the product a unit vector from a towards b."""
-    for i in range(3):
-        row, next_row, last_row = turn[i], turn[(i + 1) % 3], turn[(i + 2) % 3]
-        p_next, p_last, half_next, half_last = p[(i + 1) % 3], p[(i + 2) % 3], half_a[(i + 1) % 3], half_a[(i + 2) % 3]
-        for j, k, m in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-            # In the frame of a, with axis i first, the product of edges i and j is (0, -s, c).
-            c, s = next_row[j], last_row[j]
-            sine = hypot(c, s)
-            if sine > NO_PRODUCT:
-                along = p_last * c - p_next * s
-                extent = half_next * abs(s) + half_last * abs(c) + half_b[k] * abs(row[m]) + half_b[m] * abs(row[k])
-                yield (abs(along) - extent) / sine, (1.0 if along >= 0.0 else -1.0) / sine, i, j
 
 
 def _sines(turn: Matrix) -> Matrix:
@@ -129,13 +100,7 @@ def _towards(along: float, axis: Vec3) -> Vec3:
 def gap_along(direction: Vec3, a: Solid, b: Solid) -> float:
     """The gap along a unit direction that leads from a to b [m]."""
     p_AB = subtract(b.pose.position_W, a.pose.position_W)
-    return dot(p_AB, direction) - half_extent(a, direction) - half_extent(b, direction)
-
-
-def half_extent(body: Solid, direction: Vec3) -> float:
-    """How far a box reaches from its centre along a unit direction [m]."""
-    (u, v, w), (a, b, c) = body.axes, body.half
-    return a * abs(dot(u, direction)) + b * abs(dot(v, direction)) + c * abs(dot(w, direction))
+    return dot(p_AB, direction) - half_extent(a.axes, a.half, direction) - half_extent(b.axes, b.half, direction)
 
 
 def disturbance(close: Closeness, longest: float, reach: float) -> float:

@@ -6,6 +6,8 @@ from itertools import pairwise
 from math import dist, inf
 from typing import Self
 
+from stability.geometry.clipping import within_rectangle
+from stability.geometry.polygons import doubled_area
 from stability.geometry.vectors import add_scaled, dot, scale, subtract
 from stability.model import Vec3
 from stability.statics.contacts.axes import NEARLY_PARALLEL, Closeness
@@ -76,7 +78,7 @@ def _in_order(of_a: Face, of_b: Face) -> tuple[Face, Face, Vec3]:
     return of_a, of_b, scale(-1.0, up_b)
 
 
-def _overlap(on: Face, lying: Face) -> list[Vec3]:
+def _overlap(on: Face, lying: Face) -> Sequence[Vec3]:
     """What lies above face `on` of the other face, as (x, y, height above it) in the frame of the face `on`."""
     body, other = on.body, lying.body
     first, second = (on.axis + 1) % 3, (on.axis + 2) % 3
@@ -89,27 +91,7 @@ def _overlap(on: Face, lying: Face) -> list[Vec3]:
         corner = add_scaled(add_scaled(p_AF, su * other.half[u], other.axes[u]), sv * other.half[v], other.axes[v])
         x, y, z = (dot(corner, axis) for axis in frame)
         corners.append((x, y, z - body.half[on.axis]))
-    return clipped(corners, body.half[first], body.half[second])
-
-
-def clipped(polygon: list[Vec3], half_x: float, half_y: float) -> list[Vec3]:
-    """The part of a polygon, or of a segment, whose x and y are within these limits (Sutherland and Hodgman)."""
-    for axis, limit in ((0, half_x), (1, half_y)):
-        for sign in (-1.0, 1.0):
-            polygon = _cut(polygon, axis, sign, limit)
-    return polygon
-
-
-def _cut(polygon: list[Vec3], axis: int, sign: float, limit: float) -> list[Vec3]:
-    kept: list[Vec3] = []
-    for before, here in zip([*polygon[-1:], *polygon[:-1]], polygon, strict=True):
-        outer, inner = limit - sign * before[axis], limit - sign * here[axis]
-        if outer * inner < 0.0:
-            x, y, z = add_scaled(before, outer / (outer - inner), subtract(here, before))
-            kept.append((sign * limit, y, z) if axis == 0 else (x, sign * limit, z))
-        if inner >= 0.0:
-            kept.append(here)
-    return kept
+    return within_rectangle(corners, body.half[first], body.half[second])
 
 
 def width(corners: Sequence[Vec3]) -> float:
@@ -128,7 +110,7 @@ def _placed(on: Face, corners: Sequence[Vec3], slack: float) -> tuple[Vec3, ...]
     """The corners in W, in the plane of the face, counter-clockwise seen from outside; doubled ones once."""
     body = on.body
     first, second = body.axes[(on.axis + 1) % 3], body.axes[(on.axis + 2) % 3]
-    area = sum(ax * by - ay * bx for (ax, ay, _), (bx, by, _) in pairwise([*corners, corners[0]]))
+    area, _ = doubled_area([(x, y) for x, y, _ in corners])
     points: list[Vec3] = []
     # The frame of the face is right-handed where its normal is a body axis, and left-handed where it is minus that.
     for x, y, _ in corners if area * on.sign > 0.0 else corners[::-1]:

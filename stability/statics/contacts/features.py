@@ -4,10 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import dist
 
+from stability.geometry.clipping import within_rectangle
 from stability.geometry.vectors import add_scaled, cross, dot, scale, subtract
 from stability.model import Vec3
 from stability.statics.contacts.axes import Axis, gap_along
-from stability.statics.contacts.faces import Face, clipped
+from stability.statics.contacts.faces import Face
 from stability.statics.contacts.normal_cones import Feature, common_normals
 from stability.statics.contacts.solids import Solid
 
@@ -111,12 +112,12 @@ def _vertices(body: Solid, feature: Feature) -> list[Vec3]:
 
 def _within(vertices: list[Vec3], half_x: float, half_y: float, slack: float) -> Sequence[Vec3]:
     """The part of a feature on a face: one point, the two ends of a line, or nothing."""
-    wider = clipped(vertices, half_x + slack, half_y + slack)
+    wider: Sequence[Vec3] = within_rectangle(vertices, half_x + slack, half_y + slack)
     if not wider:
         return ()
-    clamped = [_clamped(point, half_x, half_y) for point in wider]
+    clamped: Sequence[Vec3] = [_clamped(point, half_x, half_y) for point in wider]
     if len(vertices) == 2 and not _along_border(wider, half_x, half_y, slack):  # noqa: PLR2004 -- an edge has two ends
-        exact = clipped(vertices, half_x, half_y)
+        exact = within_rectangle(vertices, half_x, half_y)
         clamped = exact if len(exact) > 1 else clamped
     ends = max(((one, other) for one in clamped for other in clamped), key=lambda pair: dist(*pair))
     if dist(*ends) > MERGING * slack:

@@ -3,9 +3,9 @@
 Both are seen as rectangles in plan, in the frame of the lower one, so that what is far from the origin is as exact.
 """
 
-from math import inf
 from typing import TypeAlias
 
+from stability.geometry.clipping import within_rectangle
 from stability.geometry.plan import Polygon
 from stability.model import Vec3
 from stability.statics.contacts.solids import PlanRectangle, Solid
@@ -99,28 +99,4 @@ def _common(place: Place, lower: PlanRectangle, upper: PlanRectangle) -> Polygon
         return ((left, near), (right, near), (right, far), (left, far))
     p, q, r, s = c * cosine, c * sine, d * sine, d * cosine
     turned = ((x - p + r, y - q - s), (x + p + r, y + q - s), (x + p - r, y + q + s), (x - p - r, y - q + s))
-    return within(turned, a, b)
-
-
-def within(polygon: Polygon, half_x: float, half_y: float) -> Polygon:
-    """Part of a convex polygon inside the upright rectangle of these half lengths about the origin."""
-    for sign in (-1.0, 1.0):
-        polygon = _cut(polygon, sign, half_x)
-        polygon = tuple([(y, x) for x, y in _cut(tuple([(y, x) for x, y in polygon]), sign, half_y)])
-    return polygon
-
-
-def _cut(polygon: Polygon, sign: float, limit: float) -> Polygon:
-    """The part where x, times the sign, is at most the limit (Sutherland and Hodgman)."""
-    kept = []
-    px, py = polygon[-1] if polygon else (0.0, 0.0)
-    before = limit - sign * px if polygon else inf
-    for x, y in polygon:
-        depth = limit - sign * x
-        if depth * before < 0.0:
-            part = before / (before - depth)
-            kept.append((sign * limit, py + part * (y - py)))
-        if depth >= 0.0:
-            kept.append((x, y))
-        px, py, before = x, y, depth
-    return tuple(kept)
+    return tuple(within_rectangle(turned, a, b))

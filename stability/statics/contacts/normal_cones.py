@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from math import atan2, dist, pi
 from typing import TypeAlias
 
+from stability.geometry.clipping import cut
 from stability.geometry.vectors import add_scaled, cross, dot, norm, scale, unit
 from stability.model import Vec3
 from stability.statics.contacts.solids import Solid
@@ -67,18 +68,16 @@ def _of_crossing_edges(cone_a: Sequence[Vec3], cone_b: Sequence[Vec3]) -> tuple[
 
 
 def _clipped(cone: Sequence[Vec3], corner: Sequence[Vec3]) -> tuple[Vec3, ...]:
-    """The part of a cone inside the cone of a corner, which three half-spaces bound (Sutherland and Hodgman)."""
-    normals = list(cone)
+    """The part of a cone inside the cone of a corner, which three half-spaces bound."""
+    normals = cone
     for axis in corner:
-        kept: list[Vec3] = []
-        for before, here in zip([*normals[-1:], *normals[:-1]], normals, strict=True):
-            outer, inner = dot(before, axis), dot(here, axis)
-            if min(outer, inner) < -ROUNDING and max(outer, inner) > ROUNDING:
-                kept.append(unit(add_scaled(scale(abs(inner), before), abs(outer), here)))
-            if inner >= -ROUNDING:
-                kept.append(here)
-        normals = kept
+        normals = cut(normals, [dot(normal, axis) for normal in normals], ROUNDING, _amid) if normals else ()
     return _distinct(normals)
+
+
+def _amid(one: Vec3, other: Vec3, part: float) -> Vec3:
+    """The direction between two."""
+    return unit(add_scaled(scale(1.0 - part, one), part, other))
 
 
 def _distinct(normals: Sequence[Vec3]) -> tuple[Vec3, ...]:

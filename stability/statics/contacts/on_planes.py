@@ -1,8 +1,8 @@
 """Where a box touches a plane: the corners of its lowest face that are within the tolerance of the plane."""
 
+from stability.geometry.separating_axes import half_extent
 from stability.geometry.vectors import add_scaled, dot, scale, subtract
 from stability.model import Plane, Vec3
-from stability.statics.contacts.axes import half_extent
 from stability.statics.contacts.solids import Solid
 from stability.statics.facts import UP
 
@@ -11,7 +11,7 @@ def points_on_plane(body: Solid, plane: Plane, reach: float) -> tuple[Vec3, ...]
     """The points of the plane that it touches, counter-clockwise seen from above the plane; none if it does not."""
     p_PB = subtract(body.pose.position_W, plane.point_W)
     height = dot(p_PB, plane.normal_W)
-    gap = height - half_extent(body, plane.normal_W)
+    gap = height - half_extent(body.axes, body.half, plane.normal_W)
     if gap > reach or gap < -reach:
         return ()
     if body.plan is not None and plane.normal_W == UP:

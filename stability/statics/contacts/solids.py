@@ -5,7 +5,8 @@ from itertools import product
 from math import hypot, sqrt
 from typing import TypeAlias
 
-from stability.model import BodyId, Pose, Quaternion, Vec3
+from stability.geometry.rotations import body_axes
+from stability.model import BodyId, Pose, Vec3
 from stability.shapes.box import as_box
 from stability.statics.facts import Placed
 
@@ -52,7 +53,7 @@ def solid(placed: Placed) -> Solid:
     brick, pose = placed.brick, placed.pose
     size = as_box(brick.shape, "contact geometry").size
     a, b, c = half = (0.5 * size[0], 0.5 * size[1], 0.5 * size[2])
-    (ux, uy, uz), (vx, vy, vz), (wx, wy, wz) = axes = _axes(pose.orientation)
+    (ux, uy, uz), (vx, vy, vz), (wx, wy, wz) = axes = body_axes(pose.orientation)
     rx = a * abs(ux) + b * abs(vx) + c * abs(wx)
     ry = a * abs(uy) + b * abs(vy) + c * abs(wy)
     rz = a * abs(uz) + b * abs(vz) + c * abs(wz)
@@ -60,19 +61,6 @@ def solid(placed: Placed) -> Solid:
     plan = _plan(axes, half)
     low, high = (px - rx, py - ry, pz - rz), (px + rx, py + ry, pz + rz)
     return Solid(brick.id, size, pose, axes, half, low, high, min(size), max(size), plan, rz)
-
-
-def _axes(orientation: Quaternion) -> tuple[Vec3, Vec3, Vec3]:
-    x, y, z, w = orientation
-    # A unit quaternion is one to rounding only, or to the digits that an author wrote.
-    s = 2.0 / (x * x + y * y + z * z + w * w)
-    xx, yy, zz, xy, xz, yz = s * x * x, s * y * y, s * z * z, s * x * y, s * x * z, s * y * z
-    xw, yw, zw = s * x * w, s * y * w, s * z * w
-    return (
-        (1.0 - yy - zz, xy + zw, xz - yw),
-        (xy - zw, 1.0 - xx - zz, yz + xw),
-        (xz + yw, yz - xw, 1.0 - xx - yy),
-    )
 
 
 def _plan(axes: tuple[Vec3, Vec3, Vec3], half: Vec3) -> PlanRectangle | None:

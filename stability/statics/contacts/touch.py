@@ -7,6 +7,7 @@ Within the tolerance, noise does not change which features touch; what is aligne
 
 from operator import itemgetter
 
+from stability.geometry.touching import reach_between
 from stability.geometry.vectors import scale
 from stability.model import Plane, Vec3
 from stability.statics.contacts.axes import Closeness, closeness, disturbance
@@ -27,7 +28,7 @@ UP_ONLY: tuple[Vec3, ...] = ((0.0, 0.0, 1.0),)
 
 def contact_between(a: Solid, b: Solid, friction: float, tolerances: Tolerances) -> Contact | None:
     """The contact of two boxes; None if they do not touch. The same whichever comes first."""
-    reach = tolerances.gap * (a.shortest if a.shortest < b.shortest else b.shortest)
+    reach = reach_between(a.shortest, b.shortest, tolerances.gap)
     if _boxes_apart(a, b, reach):
         return None
     lower, upper = (a, b) if a.pose.position_W[2] <= b.pose.position_W[2] else (b, a)
@@ -42,7 +43,7 @@ def contact_between(a: Solid, b: Solid, friction: float, tolerances: Tolerances)
 
 def contact_with_plane(a: Solid, plane: Plane, tolerances: Tolerances) -> Contact | None:
     """The contact of a box with a fixed half-space, which counts as the lower body whichever way it faces."""
-    points = points_on_plane(a, plane, tolerances.gap * a.shortest)
+    points = points_on_plane(a, plane, reach_between(a.shortest, share=tolerances.gap))
     return Contact(plane.id, a.id, points, (plane.normal_W,), plane.friction) if points else None
 
 

@@ -19,8 +19,8 @@ from math import atan, atan2, hypot, inf, pi
 
 import numpy as np
 
+from stability.geometry.hulls import hull
 from stability.geometry.plan import Point2
-from stability.geometry.polygons import hull
 from stability.statics.facts import Motion, Problem, Tolerances
 from stability.statics.margins.acceleration_cut import (
     Cut,

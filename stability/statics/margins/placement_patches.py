@@ -12,8 +12,8 @@ from math import hypot
 import numpy as np
 from numpy.typing import NDArray
 
+from stability.geometry.hulls import hull
 from stability.geometry.plan import Point2, Polygon
-from stability.geometry.polygons import hull
 from stability.model import BodyId, Vec3
 from stability.statics.facts import Contact, Problem
 

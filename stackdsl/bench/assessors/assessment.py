@@ -13,10 +13,10 @@ from stability.engines.settings import Package
 from stability.model import BodyId, Plane
 from stability.statics.facts import Contact, Placed, Tolerances
 from stability.statics.structure import Structure
-from stackdsl.judging.proofs import DISPROVED, leaves_to_engine, stands_until
+from stackdsl.judging.proofs import DISPROVED, stands_until
 from stackdsl.observations import KINDS, Seen
 from stackdsl.playing.after_collapse import time_of
-from stackdsl.timeline import Placement, Push, Removal, Timeline
+from stackdsl.timeline import Placement, Push, Removal, Timeline, leaves_to_engine
 from stackdsl.trace import NUMERICAL_COLLAPSE, Cost, Verdict
 
 MOVES = "something is dropped, thrown or pushed"

@@ -2,25 +2,28 @@
 
 from math import atan2, sqrt
 
-from stability.geometry.rotations import rotate
+from stability.geometry.rotations import inverse, rotate
 from stability.geometry.separation import meeting
 from stability.geometry.vectors import add_scaled
-from stability.model import Brick, Pose, Quaternion
+from stability.model import Pose, Quaternion
 from stability.shapes.apart import solid_block
 from stackdsl.compiling.fitting import OVERLAP
+from stackdsl.compiling.impacts.actions import actions_of
 from stackdsl.compiling.impacts.scene import MissError, Scene, Standing, aimed_at, keep_out_of_planes, middle_of
 from stackdsl.compiling.site import turned_pose
 from stackdsl.compiling.written_bricks import about_axes, about_z
-from stackdsl.language.impacts import Drop
-from stackdsl.timeline import Placement
+from stackdsl.language.impacts.drop import Drop
+from stackdsl.timeline import Arrival, Placement
 
 
-def dropped(brick: Brick, drop: Drop, scene: Scene) -> Placement:
+@actions_of.register
+def dropped(drop: Drop, scene: Scene) -> tuple[Placement, ...]:
     """The brick where it is let go. Raises MissError."""
+    brick = scene.missile
+    assert brick is not None  # the kind says that it has one
     below = aimed_at(drop.onto, scene, "onto")
     orientation = _along(below[0]) if drop.rotate is None else about_axes(drop.rotate)
-    x, y, z, w = scene.tilt
-    down = rotate((-x, -y, -z, w), (0.0, 0.0, -1.0))  # in the frame of the scene
+    down = rotate(inverse(scene.tilt), (0.0, 0.0, -1.0))  # in the frame of the scene
     middle = middle_of(below)
     falling = solid_block(brick.shape, Pose(middle, orientation))
     ways = [(other, meeting(falling, other.shape, down, OVERLAP)) for other in scene.resting]
@@ -37,7 +40,7 @@ def dropped(brick: Brick, drop: Drop, scene: Scene) -> Placement:
     start = Pose(add_scaled(middle, lands - drop.height, down), orientation)
     keep_out_of_planes(brick, start, scene, "height")
     pose, flight = turned_pose(start, scene.tilt), sqrt(2.0 * drop.height / scene.gravity)
-    return Placement(scene.moment.time, brick, 0, pose, drop=True, thrown=True, flight=flight)
+    return (Placement(scene.moment.time, brick, 0, pose, Arrival.DROPPED, flight=flight),)
 
 
 def _along(brick: Standing) -> Quaternion:

@@ -10,7 +10,7 @@ from stability.geometry.vectors import add_scaled
 from stability.model import BodyId
 from stability.shapes.apart import apart
 from stackdsl.compiling.fitting import OVERLAP
-from stackdsl.compiling.scheduling import Moment
+from stackdsl.compiling.moment import Moment
 from stackdsl.timeline import Placement
 
 ROUNDING = 1e-9  # [s] of times that are worked out from others

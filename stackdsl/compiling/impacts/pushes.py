@@ -1,38 +1,33 @@
 """Pushes of bricks that are there, at points that are on them."""
 
-from collections.abc import Mapping
 from math import floor, log10
-from typing import NamedTuple
 
 from stability.geometry.rotations import rotate
 from stability.geometry.vectors import dot, norm
 from stability.model import BodyId, Vec3
 from stackdsl.compiling.fitting import OVERLAP
+from stackdsl.compiling.impacts.actions import actions_of
 from stackdsl.compiling.impacts.scene import MissError, Scene, Standing, missing
-from stackdsl.compiling.scheduling import Moment
-from stackdsl.language.impacts import Push as WrittenPush
+from stackdsl.compiling.moment import Moment
+from stackdsl.language.impacts.push import Push as WrittenPush
 from stackdsl.language.quantities import SPEED
 from stackdsl.timeline import Push
+from stackdsl.wording import mm
 
 
-class Comer(NamedTuple):
-    """A brick that an impact throws or drops."""
-
-    since: Moment
-    mass: float  # [kg]
-
-
-def pushed(push: WrittenPush, flying: Mapping[BodyId, Comer], scene: Scene) -> Push:
-    """The push, of a brick of the structure or of one that came `flying` before. Raises MissError."""
+@actions_of.register
+def pushed(push: WrittenPush, scene: Scene) -> tuple[Push, ...]:
+    """The push, of a brick of the structure or of one that came flying before. Raises MissError."""
     brick = next((brick for brick in scene.bricks if brick.name == push.brick), None)
     if brick is None:
-        _await(push.brick, flying[push.brick].since, scene)
+        _await(push.brick, scene.flying[push.brick].since, scene)
     elif not brick.is_there(scene.moment):
         raise missing(push.brick, scene, "brick")
     elif not brick.let_go:
         _touch(push.point, brick)
-    _limit(push, flying[push.brick].mass if brick is None else brick.mass)
-    return Push(scene.moment.time, push.brick, rotate(scene.tilt, push.impulse), rotate(scene.tilt, push.point))
+    _limit(push, scene.flying[push.brick].brick.mass if brick is None else brick.mass)
+    impulse_W, offset_W = rotate(scene.tilt, push.impulse), rotate(scene.tilt, push.point)
+    return (Push(scene.moment.time, push.brick, impulse_W, offset_W),)
 
 
 def _await(name: BodyId, comes: Moment, scene: Scene) -> None:
@@ -46,7 +41,7 @@ def _touch(point: Vec3, brick: Standing) -> None:
     sides = zip(brick.shape.axes_W, brick.shape.half_edges_W, strict=True)
     beyond = max(abs(dot(point, axis)) - norm(half) for axis, half in sides)
     if beyond > OVERLAP:
-        message = f"the point is {1000.0 * beyond:.4g} mm outside brick '{brick.name}'"
+        message = f"the point is {mm(beyond)} outside brick '{brick.name}'"
         raise MissError("point", "SD207", message, "write it from the centre of the brick, in the axes of the scene")
 
 

@@ -7,11 +7,12 @@ from math import fsum
 from stability.geometry.separation import Block
 from stability.model import BodyId, Brick, Plane, Pose, Quaternion, Vec3
 from stability.shapes.apart import apart_from_plane, solid_block
+from stackdsl.compiling.built import Built
 from stackdsl.compiling.fitting import OVERLAP
-from stackdsl.compiling.scheduling import Moment
-from stackdsl.compiling.written_bricks import WrittenBrick
-from stackdsl.language.impacts import Aim
+from stackdsl.compiling.moment import START, Moment
+from stackdsl.language.impacts.aims import Aim
 from stackdsl.language.mistakes import MistakeError
+from stackdsl.wording import mm
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,14 +33,24 @@ class Standing:
 
 
 @dataclass(frozen=True, slots=True)
+class Flying:
+    """A brick that an impact throws or drops."""
+
+    since: Moment
+    brick: Brick
+
+
+@dataclass(frozen=True, slots=True)
 class Scene:
-    """What a hit happens in."""
+    """What an impact happens in."""
 
     moment: Moment
     bricks: Sequence[Standing]  # all that are ever built, in the frame of the scene
-    planes: Sequence[Plane]  # likewise
+    flying: Mapping[BodyId, Flying]  # all that ever come from outside
+    planes: Sequence[Plane]  # in the frame of the scene
     gravity: float  # [m/s2], along -z of W
     tilt: Quaternion  # from the frame of the scene to W
+    missile: Brick | None = None  # what comes with this impact, if it has one
 
     @property
     def resting(self) -> list[Standing]:
@@ -55,18 +66,17 @@ class MissError(MistakeError):
         self.key = key
 
 
-def standing_bricks(
-    written: Sequence[WrittenBrick],
-    levels: Sequence[int],
-    names: Sequence[BodyId],
-    placed: Sequence[Moment],
-    gone: Mapping[int, Moment],
-) -> Iterator[Standing]:
-    """The bricks of the structure; `gone` says when those are pulled out that are, by number."""
-    for index, (brick, level, name) in enumerate(zip(written, levels, names, strict=True)):
-        yield Standing(
-            name, level, solid_block(brick.shape, brick.pose), brick.mass, placed[index], gone.get(index), brick.drop
-        )
+def scene_of(built: Built, gravity: float, tilt: Quaternion) -> Scene:
+    """What all impacts happen in, at the start; gravity in m/s2, and the tilt as in `Scene`."""
+    comes = {brick.id: Flying(built.impacts[number], brick) for number, brick in built.missiles.items()}
+    return Scene(START, tuple(_standing(built)), comes, built.planes, gravity, tilt)
+
+
+def _standing(built: Built) -> Iterator[Standing]:
+    for brick in built.bricks:
+        made = brick.written
+        shape = solid_block(made.shape, made.pose)
+        yield Standing(brick.name, brick.level, shape, made.mass, brick.placed, brick.gone, made.drop)
 
 
 def aimed_at(aim: Aim, scene: Scene, key: str) -> list[Standing]:
@@ -104,5 +114,5 @@ def keep_out_of_planes(brick: Brick, pose: Pose, scene: Scene, key: str) -> None
     for plane in scene.planes:
         gap = apart_from_plane(brick.shape, pose, plane).gap
         if gap < -OVERLAP:
-            message = f"brick '{brick.id}' starts {-1000.0 * gap:.4g} mm inside {plane.id}"
+            message = f"brick '{brick.id}' starts {mm(-gap)} inside {plane.id}"
             raise MissError(key, "SD201", message, "let it start elsewhere, or turn it, or aim elsewhere")

@@ -11,22 +11,26 @@ from stability.geometry.vectors import add_scaled, scale, subtract
 from stability.model import Brick, Pose, Vec3
 from stability.shapes.apart import solid_block
 from stackdsl.compiling.fitting import OVERLAP
+from stackdsl.compiling.impacts.actions import actions_of
 from stackdsl.compiling.impacts.scene import MissError, Scene, aimed_at, keep_out_of_planes, middle_of
 from stackdsl.compiling.site import turned_pose
 from stackdsl.compiling.written_bricks import about_z
-from stackdsl.language.impacts import Throw
-from stackdsl.timeline import Placement
+from stackdsl.language.impacts.throw import Throw
+from stackdsl.timeline import Arrival, Placement
 
 
-def thrown(brick: Brick, throw: Throw, scene: Scene) -> Placement:
+@actions_of.register
+def thrown(throw: Throw, scene: Scene) -> tuple[Placement, ...]:
     """The brick where it begins to fly. Raises MissError."""
+    brick = scene.missile
+    assert brick is not None  # the kind says that it has one
     towards = _direction_from(throw.from_.bearing)
     start = _start(brick, throw, towards, scene)
     # After a time t it is at start + v t + g t^2 / 2, which at the end shall be straight ahead by the distance.
     duration, gravity_W = throw.from_.distance / throw.speed, (0.0, 0.0, -scene.gravity)
     velocity_W = subtract(scale(throw.speed, rotate(scene.tilt, towards)), scale(0.5 * duration, gravity_W))
     pose = turned_pose(start, scene.tilt)
-    return Placement(scene.moment.time, brick, 0, pose, thrown=True, velocity_W=velocity_W, flight=duration)
+    return (Placement(scene.moment.time, brick, 0, pose, Arrival.THROWN, velocity_W, duration),)
 
 
 def _direction_from(bearing: float) -> Vec3:

@@ -1,5 +1,13 @@
-"""Named structures: one module a layout or a family of them; importing this package registers them all."""
+"""Named structures: one module a layout or a family of them; importing this package registers them all.
 
-from stackdsl.language.layouts import card_house, leaning_structure
+They register in this order, which is that of the keys in the JSON Schema.
+"""
 
-__all__ = ["card_house", "leaning_structure"]
+# isort: off
+from stackdsl.language.layouts import four_stack as four_stack
+from stackdsl.language.layouts import column as column
+from stackdsl.language.layouts import wall as wall
+from stackdsl.language.layouts import harmonic as harmonic
+from stackdsl.language.layouts import tower as tower
+from stackdsl.language.layouts import card_house as card_house
+from stackdsl.language.layouts import leaning_structure as leaning_structure

@@ -16,9 +16,10 @@ from pydantic import Field
 
 from stability.model import Vec3
 from stackdsl.language.author_models import default
-from stackdsl.language.author_types import PositiveLength, Slope
-from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Levels, Specs, layout
+from stackdsl.language.author_types import Levels, PositiveLength, Slope
+from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Specs, layout
 from stackdsl.language.mistakes import MistakeError
+from stackdsl.wording import mm
 
 SHARE_OF_ROOM: Final = 0.25  # of what the spacing may be; nearer to neighbours than to the ends of the flat planks
 
@@ -92,9 +93,9 @@ def _pitch(params: CardHouseParams, size: Vec3) -> float:
     if params.spacing is None:
         return least + SHARE_OF_ROOM * (most - least)
     if params.levels > 1 and not least <= params.spacing < most:
-        hint = f"write at least {1000 * least:.4g} mm, and less than {1000 * most:.4g} mm"
+        hint = f"write at least {mm(least)}, and less than {mm(most)}"
         problem = "run into each other" if params.spacing < least else "are too far apart for flat planks on the peaks"
-        raise MistakeError("SD104", f"{1000 * params.spacing:.4g} mm apart, the Vs {problem}", hint)
+        raise MistakeError("SD104", f"{mm(params.spacing)} apart, the Vs {problem}", hint)
     return params.spacing
 
 

@@ -5,8 +5,9 @@ from typing import Final
 from pydantic import Field
 
 from stability.model import Vec3
-from stackdsl.language.author_types import PositiveLength
-from stackdsl.language.layouts.registry import LayoutParams, Levels, Specs, crossed_pairs, layout
+from stackdsl.language.author_types import Levels, PositiveLength
+from stackdsl.language.layouts.four_stack import crossed_pairs
+from stackdsl.language.layouts.registry import LayoutParams, Specs, layout
 
 # Of the length of a plank. With these, statics let KAPLA planks fall at level 9, as the publication saw its slant tower
 # fall, and neither a millimetre of spacing nor a tenth of one of step changes that.

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field, replace
 from typing import ClassVar, Self
 
 from stability.engines.own_bodies import OwnBodies
-from stability.engines.protocol import TOUCHING
 from stability.engines.settings import EngineSettings, Package
 from stability.engines.step_clock import StepClock
+from stability.geometry.touching import reach_between
 from stability.geometry.vectors import add_scaled
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Shape, Vec3
 from stability.shapes.in_pose import corners_W
@@ -74,10 +74,10 @@ class ExampleWorld:
 
     def _tops_below(self, name: BodyId) -> Iterator[float]:
         """The heights of all that is lower than a brick, and over which it lies in plan [m]."""
-        x, y, z = self._bounds(name)
+        (x, y, z), reach = self._bounds(name), reach_between(self.own.bricks[name].shape.least_thickness)
         yield from (plane.point_W[2] for plane in self.own.planes.values())
         for u, v, w in map(self._bounds, self._states.keys() - {name}):
-            if all(a[0] < b[1] and b[0] < a[1] for a, b in ((x, u), (y, v))) and w[1] <= z[0] + TOUCHING:
+            if all(a[0] < b[1] and b[0] < a[1] for a, b in ((x, u), (y, v))) and w[1] <= z[0] + reach:
                 yield w[1]
 
     def _bounds(self, name: BodyId) -> list[tuple[float, float]]:
@@ -94,7 +94,7 @@ class ExampleWorld:
     def shape(self, body: BodyId) -> Shape:
         return self.own.shape(body)
 
-    def near(self, brick: BodyId, within: float = TOUCHING) -> Sequence[BodyId]:
+    def near(self, brick: BodyId, within: float) -> Sequence[BodyId]:
         return sorted({*self.own.bricks, *self.own.planes} - {brick})
 
     def states(self, bodies: Collection[BodyId]) -> Mapping[BodyId, BodyState]:

@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stability.geometry.plan import Point2, centroid, convex_hull, signed_distance, straightened
+from stability.geometry.hulls import convex_hull
+from stability.geometry.plan import Point2, centroid, signed_distance, straightened
 from stability.geometry.rotations import lean_between, multiply, rotate, turn_between
 from stability.model import Pose
 

@@ -6,8 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stability.geometry.plan import Point2, Polygon
-from stability.geometry.polygons import barycentric, clip, depth, extent, hull, inset
+from stability.geometry.hulls import hull
+from stability.geometry.plan import Point2, Polygon, extent
+from stability.geometry.polygons import barycentric, clip, depth, inset
 
 SQUARE: Polygon = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
 

@@ -6,8 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from stability.geometry.neighbours import Neighbours
 from stability.geometry.rotations import multiply, rotate
-from stability.geometry.separation import block, box_above_plane, boxes_apart, meeting
+from stability.geometry.separation import Block, block, box_above_plane, boxes_apart, meeting
 from stability.model import Plane, Pose, Quaternion, Vec3
 
 CUBE = (1.0, 1.0, 1.0)
@@ -81,14 +82,20 @@ def about_z(angle: float) -> Quaternion:
 def test_what_overlaps_or_touches_is_within_any_margin(position: Vec3, yaw: float, pitch: float, margin: float) -> None:
     a = Pose(position, (0.0, sin(pitch / 2.0), 0.0, cos(pitch / 2.0)))
     b = Pose((0.0, 0.0, 0.0), about_z(yaw))
-    near = block((1.0, 2.0, 0.5), a).is_within(margin, block(CUBE, b))
+    near = is_within(margin, block((1.0, 2.0, 0.5), a), block(CUBE, b))
     assert near or boxes_apart((1.0, 2.0, 0.5), a, CUBE, b).gap > 0.0
 
 
 def test_upright_boxes_are_within_a_margin_as_wide_as_their_gap() -> None:
     one, other = block(CUBE, Pose((0.0, 0.0, 0.0))), block(CUBE, Pose((0.0, 1.25, 0.0)))
-    assert one.is_within(0.25, other)
-    assert not one.is_within(0.249, other)
+    assert is_within(0.25, one, other)
+    assert not is_within(0.249, one, other)
+
+
+def is_within(margin: float, one: Block, other: Block) -> bool:
+    neighbours: Neighbours[int] = Neighbours()
+    neighbours.add(1, other.low_W, other.high_W)
+    return neighbours.around(one.low_W, one.high_W, margin) == [1]
 
 
 def test_a_cube_that_moves_meets_another_with_its_face_and_leaves_it_behind() -> None:

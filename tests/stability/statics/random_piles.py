@@ -7,7 +7,8 @@ from math import cos, pi, sin
 
 import numpy as np
 
-from stability.geometry.plan import Point2, Polygon, centroid, convex_hull, signed_distance
+from stability.geometry.hulls import convex_hull
+from stability.geometry.plan import Point2, Polygon, centroid, signed_distance
 from stability.model import Brick, Pose, Vec3
 from stability.shapes.box import Box
 from stability.statics.facts import Placed

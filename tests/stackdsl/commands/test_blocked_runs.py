@@ -14,7 +14,7 @@ from stackdsl.outcome import Report, RunStatus, exit_code
 from stackdsl.playing.clearance import Blocked, BlockedPlacementError, keep_clear
 from stackdsl.playing.watch import Watch
 from stackdsl.report.text import report_text
-from stackdsl.timeline import Placement
+from stackdsl.timeline import Arrival, Placement
 from stackdsl.trace import Trace
 from tests.command_line import GOOD, Stackdsl, stackdsl_in_folder, write
 from tests.engines_at_hand import needs_pybullet
@@ -94,16 +94,16 @@ def test_what_lies_deepest_in_the_way_is_named() -> None:
     #   Two dropped planks lie 6 mm above and 2 mm below the place of a third, 7.8 mm thick: 1.8 and 5.8 mm into it.
     watch = Watch()
     for name, height in (("above", 0.006), ("below", -0.002), ("beyond", 0.1)):
-        watch.add(placed(name, height, drop=True))
+        watch.add(placed(name, height, Arrival.LET_GO))
     with pytest.raises(BlockedPlacementError) as raised:
         keep_clear(placed("late", 0.0), watch)
     assert raised.value.blocked.by == "below"
     assert raised.value.blocked.depth == pytest.approx(0.0058)
 
 
-def placed(name: str, height: float, drop: bool = False) -> Placement:
+def placed(name: str, height: float, arrival: Arrival = Arrival.SET_DOWN) -> Placement:
     brick = Brick(name, Box((0.1176, 0.0234, 0.0078)), 0.0119)
-    return Placement(0.0, brick, 1, Pose((0.0, 0.0, height), (0.0, 0.0, 0.0, 1.0)), drop)
+    return Placement(0.0, brick, 1, Pose((0.0, 0.0, height), (0.0, 0.0, 0.0, 1.0)), arrival)
 
 
 def test_a_run_that_only_a_finer_step_blocks_says_so(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -20,7 +20,7 @@ from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed
 from stackdsl.playing.runner import play
 from stackdsl.systems.systems import MOVING, SYSTEMS, System
-from stackdsl.timeline import Action, Placement, Push, Timeline, World
+from stackdsl.timeline import Action, Arrival, Placement, Push, Timeline, World
 from stackdsl.trace import EventKind, Trace
 from tests.planks import (
     ACROSS,
@@ -50,7 +50,7 @@ def built(poses: Mapping[BodyId, Pose]) -> tuple[Placement, ...]:
 
 
 def thrown(pose: Pose, velocity_W: Vec3) -> Placement:
-    return Placement(HIT_AT, plank("shot"), 0, pose, thrown=True, velocity_W=velocity_W)
+    return Placement(HIT_AT, plank("shot"), 0, pose, Arrival.THROWN, velocity_W)
 
 
 def played(*actions: Action, hold: float = 0.3, ground: Plane = FLOOR, system: System = EXACT) -> Trace:
@@ -150,7 +150,7 @@ def test_a_plank_that_lands_on_an_overhanging_beam_tips_it_where_moments_say(x: 
     poses = {"a": lying(1), "beam": lying(2, 0.04)}
     landing = thrown(lying(3, x, 0.0, ACROSS), (0.0, 0.0, 0.0))
     x_, y_, z_ = landing.pose.position_W
-    let_go = replace(landing, drop=True, pose=Pose((x_, y_, z_ + 1e-3), ACROSS))
+    let_go = replace(landing, arrival=Arrival.LET_GO, pose=Pose((x_, y_, z_ + 1e-3), ACROSS))
     trace = played(*built(poses), let_go, hold=0.4)
     assert (degrees(trace.tracks["beam"].tilt) > 2.0) is tips
     if not tips:

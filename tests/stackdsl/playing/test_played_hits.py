@@ -6,12 +6,11 @@ import pytest
 
 from stability.model import BodyState, Brick, Pose, Vec3
 from stability.shapes.box import Box
-from stackdsl.judging.standing import stands
-from stackdsl.language.claims import Stands
+from stackdsl.language.claims.stands import Stands
 from stackdsl.playing.runner import play
 from stackdsl.playing.watch import Watch
 from stackdsl.systems.systems import SYSTEMS
-from stackdsl.timeline import Placement
+from stackdsl.timeline import Arrival, Placement
 from stackdsl.trace import BrickState, EventKind, Trace, Verdict
 from tests.scenes import timeline_of
 
@@ -28,7 +27,7 @@ def watched(moves: Vec3, tilt: float = 0.0, hit: bool = True) -> Watch:
     watch = Watch()
     watch.add(Placement(0.0, PLANK, 1, TABLE))
     if hit:
-        watch.add(Placement(1.0, SHOT, 0, Pose((0.5, 0.0, 0.1)), thrown=True, velocity_W=(-1.0, 0.0, 0.0)))
+        watch.add(Placement(1.0, SHOT, 0, Pose((0.5, 0.0, 0.1)), Arrival.THROWN, (-1.0, 0.0, 0.0)))
     x, y, z = moves
     pose = Pose((x, y, 0.1 + z), (sin(0.5 * tilt), 0.0, 0.0, sqrt(1.0 - sin(0.5 * tilt) ** 2)))
     watch.see(2.0, {"plank": BodyState(pose)})
@@ -138,4 +137,4 @@ def test_a_hit_is_waited_for_until_it_arrives(hit: str, flight: float) -> None:
     assert trace.cost.simulated_time >= timeline.end - 0.01
     if hit.startswith("throw"):
         assert trace.tracks["post"].state is BrickState.FALLEN
-        assert not stands(Stands(**{"for": "0.5 s"}), trace).passed
+        assert not Stands(**{"for": "0.5 s"}).judge(trace).passed

@@ -8,7 +8,7 @@ from stability.geometry.rotations import body_axes
 from stability.geometry.vectors import add, add_scaled, norm, scale, subtract
 from stability.model import Pose, Vec3
 from stability.shapes.apart import apart
-from stackdsl.timeline import Placement, Push, Timeline
+from stackdsl.timeline import Arrival, Placement, Push, Timeline
 from tests.scenes import assert_told_in_its_place, mistakes_of, timeline_of
 
 LENGTH, WIDTH, THICKNESS = 0.1176, 0.0234, 0.0078  # of a KAPLA plank [m]
@@ -19,7 +19,7 @@ KAPLA = (LENGTH, WIDTH, THICKNESS)
 def hit(impact: str, build: str = TOWER, rest: str = "") -> tuple[Placement, Timeline]:
     """The brick that comes, and all that happens."""
     timeline = timeline_of(build, f"impacts: [{impact}]\n{rest}")
-    return next(placement for placement in timeline.placements if placement.thrown), timeline
+    return next(placement for placement in timeline.placements if placement.hits), timeline
 
 
 def at_time(placement: Placement, time: float, gravity: float = 9.81) -> Vec3:
@@ -30,7 +30,7 @@ def at_time(placement: Placement, time: float, gravity: float = 9.81) -> Vec3:
 
 def nearest(brick: Placement, pose: Pose, timeline: Timeline) -> tuple[float, str]:
     """The gap to the brick of the structure that is nearest [m], and its name."""
-    others = [placement for placement in timeline.placements if not placement.thrown]
+    others = [placement for placement in timeline.placements if not placement.hits]
     gaps = [(apart(brick.brick.shape, pose, each.brick.shape, each.pose).gap, each.brick.id) for each in others]
     return min(gaps)
 
@@ -115,10 +115,12 @@ def test_thrown_and_dropped_bricks_are_of_no_level_and_come_at_the_time_of_the_i
     """
     build = f"{TOWER}\n- bricks: [{{name: thirteen, at: [500 mm, 0 mm, 3.9 mm]}}]"
     timeline = timeline_of(build, impacts)
-    coming = [placement for placement in timeline.placements if placement.thrown]
-    assert [(each.brick.id, each.time, each.level, each.drop) for each in coming] == [
-        ("thrown-1", 28.0, 0, False), ("dropped-2", 28.0, 0, True), ("shot", 28.0, 0, False),
-    ]  # fmt: skip
+    coming = [placement for placement in timeline.placements if placement.hits]
+    assert [(each.brick.id, each.time, each.level, each.arrival) for each in coming] == [
+        ("thrown-1", 28.0, 0, Arrival.THROWN),
+        ("dropped-2", 28.0, 0, Arrival.DROPPED),
+        ("shot", 28.0, 0, Arrival.THROWN),
+    ]
     assert (timeline.levels, timeline.built) == (13, 26.0)
     assert coming[1].brick.mass == pytest.approx(0.05)
 

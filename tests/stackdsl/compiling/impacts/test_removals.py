@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from stackdsl.timeline import Placement, Removal, Timeline
+from stackdsl.timeline import Arrival, Placement, Removal, Timeline
 from tests.scenes import assert_told_in_its_place, mistakes_of, timeline_of
 
 SLID_IN = "insert: {name: wedge, at: [200 mm, 0 mm, 3.9 mm]}"
@@ -15,7 +15,7 @@ def order(timeline: Timeline) -> list[tuple[float, str]]:
     return [
         (action.time, f"out {' '.join(action.bricks)}" if isinstance(action, Removal) else f"in {action.brick.id}")
         for action in timeline.actions
-        if isinstance(action, Removal) or (isinstance(action, Placement) and action.inserted)
+        if isinstance(action, Removal) or (isinstance(action, Placement) and action.arrival is Arrival.SLID_IN)
     ]
 
 
@@ -61,7 +61,7 @@ def test_what_is_slid_in_is_turned_and_tilted_like_all_that_is_built() -> None:
     tilt = "world: {tilt: 5 deg}"
     built = timeline_of(f"- bricks: [{low}, {high}]", tilt).placements[1]
     slid_in = timeline_of(f"- bricks: [{low}]", f"{tilt}\nimpacts: [{{insert: {high}}}]").placements[1]
-    assert slid_in == replace(built, inserted=True)
+    assert slid_in == replace(built, arrival=Arrival.SLID_IN)
 
 
 @pytest.mark.parametrize(

@@ -10,9 +10,7 @@ from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability
 from stackdsl.compiling.written_bricks import pose_of
 from stackdsl.language.catalogue import CATALOGUE
-from stackdsl.language.layouts.registry import (
-    BrickSpec,
-)
+from stackdsl.language.layouts.registry import BrickSpec
 
 KAPLA = CATALOGUE["kapla"].size
 LENGTH, WIDTH, THICKNESS = KAPLA

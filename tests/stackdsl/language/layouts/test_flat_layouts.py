@@ -8,17 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stackdsl.language.layouts.registry import (
-    BrickSpec,
-    ColumnParams,
-    FourStackParams,
-    HarmonicParams,
-    WallParams,
-    column,
-    four_stack,
-    harmonic,
-    wall,
-)
+from stackdsl.language.layouts.column import ColumnParams, column
+from stackdsl.language.layouts.four_stack import FourStackParams, four_stack
+from stackdsl.language.layouts.harmonic import HarmonicParams, harmonic
+from stackdsl.language.layouts.registry import BrickSpec
+from stackdsl.language.layouts.wall import WallParams, wall
 from stackdsl.language.mistakes import MistakeError
 from tests.stackdsl.language.layouts.layout_shapes import KAPLA, LENGTH, by_level
 

@@ -8,19 +8,14 @@ from hypothesis import strategies as st
 
 from stability.geometry.separation import block
 from stackdsl.compiling.written_bricks import pose_of
+from stackdsl.language.author_types import MAX_BRICKS
 from stackdsl.language.layouts.card_house import CardHouseParams
-from stackdsl.language.layouts.registry import (
-    LAYOUTS,
-    MAX_BRICKS,
-    BrickSpec,
-    ColumnParams,
-    FourStackParams,
-    HarmonicParams,
-    LayoutParams,
-    TowerParams,
-    WallParams,
-    place,
-)
+from stackdsl.language.layouts.column import ColumnParams
+from stackdsl.language.layouts.four_stack import FourStackParams
+from stackdsl.language.layouts.harmonic import HarmonicParams
+from stackdsl.language.layouts.registry import LAYOUTS, BrickSpec, LayoutParams, place
+from stackdsl.language.layouts.tower import TowerParams
+from stackdsl.language.layouts.wall import WallParams
 from tests.stackdsl.language.layouts.layout_shapes import KAPLA, THICKNESS
 
 

@@ -3,12 +3,9 @@
 import pytest
 
 from stability.statics.facts import Stability
+from stackdsl.language.layouts.four_stack import FourStackParams, four_stack
 from stackdsl.language.layouts.leaning_structure import LeaningStructureParams, leaning_structure
-from stackdsl.language.layouts.registry import (
-    BrickSpec,
-    FourStackParams,
-    four_stack,
-)
+from stackdsl.language.layouts.registry import BrickSpec
 from tests.stackdsl.language.layouts.layout_shapes import KAPLA, LENGTH, standing
 
 

@@ -5,11 +5,8 @@ from math import cos, inf, pi, sin, tan
 
 import pytest
 
-from stackdsl.language.layouts.registry import (
-    BrickSpec,
-    TowerParams,
-    tower,
-)
+from stackdsl.language.layouts.registry import BrickSpec
+from stackdsl.language.layouts.tower import TowerParams, tower
 from stackdsl.language.mistakes import MistakeError
 from tests.stackdsl.language.layouts.layout_shapes import KAPLA, LENGTH, WIDTH, by_level, gap
 

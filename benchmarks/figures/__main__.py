@@ -1,0 +1,15 @@
+"""Write the figures of README and docs anew from docs/data. Run it with `python -m benchmarks.figures`."""
+
+from rich.console import Console
+
+from benchmarks.figures.pages import ROOT, render
+
+
+def main() -> None:
+    """Render, and say what has changed."""
+    for path in render():
+        Console().print(f"figures of {path.relative_to(ROOT)} written anew")
+
+
+if __name__ == "__main__":
+    main()

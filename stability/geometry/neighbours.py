@@ -1,0 +1,120 @@
+"""Which bodies are near a body? A grid of cells in space, so that asking costs the same however many there are.
+
+Bodies are known by the upright boxes around them: what cannot touch is sorted out before anybody asks how far it is.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import product
+from math import floor, log
+from typing import Generic, TypeAlias, TypeVar
+
+from stability.model import BodyId, Vec3
+
+Key = TypeVar("Key", BodyId, int)  # what a body is called; neighbours are told in this order
+Bounds: TypeAlias = tuple[Vec3, Vec3]  # the lowest and the highest corner of the upright box around a body, in W [m]
+Cell: TypeAlias = tuple[int, int, int]
+Scale: TypeAlias = tuple[int, int]  # powers of COARSER for the sides in plan and for the height of a cell
+
+COARSER = 4.0  # bodies that are this many times larger than the first live in a grid of larger cells
+# Cells are a bit larger than the body that they are made for, so that one in a tidy scene, whose borders lie on round
+# numbers, does not reach into one more cell by rounding.
+ROOM = 1.07
+LEVELS = 2.0  # height of a cell in bodies: planks are flat
+
+
+@dataclass(slots=True)
+class Neighbours(Generic[Key]):
+    """The bodies that stand about, by where they are."""
+
+    _bounds: dict[Key, Bounds] = field(default_factory=dict)
+    _grids: dict[Scale, "_Grid[Key]"] = field(default_factory=dict)
+    _unit: Vec3 | None = None  # size of a cell for bodies like the first [m]
+
+    def __contains__(self, name: Key) -> bool:
+        """Whether a body is among them."""
+        return name in self._bounds
+
+    def add(self, name: Key, low_W: Vec3, high_W: Vec3) -> None:
+        """Take in a body; its name must be new."""
+        bounds = self._bounds[name] = (low_W, high_W)
+        self._grid_of(bounds).add(name, bounds)
+
+    def remove(self, name: Key) -> None:
+        """Forget a body."""
+        bounds = self._bounds.pop(name)
+        self._grid_of(bounds).remove(name, bounds)
+
+    def near(self, name: Key, reach: float) -> list[Key]:
+        """The others whose upright boxes come as close as this to that of one of them [m], in order."""
+        found = self.around(*self._bounds[name], reach)
+        found.remove(name)
+        return found
+
+    def around(self, low_W: Vec3, high_W: Vec3, reach: float) -> list[Key]:
+        """Those whose upright boxes come as close as this to another upright box [m], in order."""
+        (ax, ay, az), (bx, by, bz) = low_W, high_W
+        low, high = (ax - reach, ay - reach, az - reach), (bx + reach, by + reach, bz + reach)
+        found = [name for grid in self._grids.values() for name in grid.within(low, high)]
+        found.sort()
+        return found
+
+    def _grid_of(self, bounds: Bounds) -> "_Grid[Key]":
+        """The grid for bodies of these extents, or a new one."""
+        (ax, ay, az), (bx, by, bz) = bounds
+        across, height = max(bx - ax, by - ay), bz - az
+        if self._unit is None:
+            self._unit = (ROOM * across, ROOM * across, ROOM * LEVELS * height)
+        wide, _, high = self._unit
+        scale = (round(log(ROOM * across / wide, COARSER)), round(log(ROOM * LEVELS * height / high, COARSER)))
+        grid = self._grids.get(scale)
+        if grid is None:
+            grid = self._grids[scale] = _Grid(wide * COARSER ** scale[0], high * COARSER ** scale[1])
+        return grid
+
+
+@dataclass(slots=True)
+class _Grid(Generic[Key]):
+    wide: float  # sides of a cell in plan [m]
+    high: float  # height of a cell [m]
+    _cells: dict[Cell, dict[Key, Bounds]] = field(default_factory=dict)
+    _all: dict[Key, Bounds] = field(default_factory=dict)
+
+    def add(self, name: Key, bounds: Bounds) -> None:
+        self._all[name] = bounds
+        for cell in self._covered(*bounds):
+            self._cells.setdefault(cell, {})[name] = bounds
+
+    def remove(self, name: Key, bounds: Bounds) -> None:
+        del self._all[name]
+        for cell in self._covered(*bounds):
+            bodies = self._cells[cell]
+            del bodies[name]
+            if not bodies:
+                del self._cells[cell]
+
+    def within(self, low: Vec3, high: Vec3) -> Iterator[Key]:
+        """The bodies whose upright boxes overlap this one, in no order."""
+        (ax, ay, az), (bx, by, bz) = low, high
+        for name, ((cx, cy, cz), (dx, dy, dz)) in self._candidates(low, high).items():
+            if cz <= bz and az <= dz and cx <= bx and ax <= dx and cy <= by and ay <= dy:
+                yield name
+
+    def _candidates(self, low: Vec3, high: Vec3) -> dict[Key, Bounds]:
+        wide, tall = self.wide, self.high
+        # A box that is much larger than the bodies here covers more cells than there are bodies to look at.
+        cells = (high[0] - low[0] + wide) * (high[1] - low[1] + wide) * (high[2] - low[2] + tall)
+        if cells > len(self._all) * wide * wide * tall:
+            return self._all
+        found: dict[Key, Bounds] = {}
+        for cell in self._covered(low, high):
+            found |= self._cells.get(cell, {})
+        return found
+
+    def _covered(self, low: Vec3, high: Vec3) -> Iterator[Cell]:
+        wide, tall = self.wide, self.high
+        return product(
+            range(floor(low[0] / wide), floor(high[0] / wide) + 1),
+            range(floor(low[1] / wide), floor(high[1] / wide) + 1),
+            range(floor(low[2] / tall), floor(high[2] / tall) + 1),
+        )

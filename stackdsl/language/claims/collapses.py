@@ -1,0 +1,56 @@
+"""A brick that had come to rest leaves its place."""
+
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from math import inf
+from typing import ClassVar
+
+from pydantic import Field
+
+from stability.model import BodyId
+from stackdsl.language import author_types as t
+from stackdsl.language.author_models import Shorthand
+from stackdsl.language.claims.claim_kind import ClaimKind, Count, Fate, claim
+from stackdsl.language.claims.finding import Finding, margin_to_collapse, placed, within
+from stackdsl.trace import Trace
+
+
+@claim("collapses", "the structure collapses")
+class Collapses(Shorthand, ClaimKind):
+    """A brick that had come to rest leaves its place."""
+
+    at: t.LevelTolerance | None = Field(None, description="the level under construction when it does")
+    brick: t.BodyName | None = Field(None, description="the first brick that does")
+    time: t.DurationTolerance | None = Field(None, description="when it does")
+
+    scalar_word: ClassVar[str] = "any"
+    needs_aftermath: ClassVar[bool] = False
+    of_collapses: ClassVar[bool] = True
+    of_what_is_gone: ClassVar[bool] = True
+    scored_apart: ClassVar[bool] = True
+
+    @property
+    def fate(self) -> Fate:
+        return Fate(stands=False, level=self.at, time=self.time, seen=True)
+
+    def counts(self) -> Iterator[Count]:
+        if self.at is not None:
+            yield Count("at", self.at.least_count, "levels")
+
+    def goes(self, levels: Mapping[BodyId, int]) -> Iterable[Collection[BodyId]]:
+        yield [name for name in levels if self.brick in (None, name)]  # every brick that may be the first
+
+    def judge(self, trace: Trace) -> Finding:
+        """Whether something fell, and when, and what first."""
+        if trace.collapse is None:
+            margin, unit = min((margin_to_collapse(track) for track in placed(trace)), default=(inf, "mm"))
+            return Finding("nothing fell", -margin, unit, passed=False)
+        level, time, brick = trace.collapse.level, trace.collapse.time, trace.collapse.brick
+        parts = [Finding(f"level {level}, {brick} at {time:.3f} s", inf, "", passed=True)]
+        if self.at is not None:
+            parts.append(within(self.at, level, "levels"))
+        if self.time is not None:
+            parts.append(within(self.time, time, "s"))
+        if self.brick is not None:
+            parts.append(Finding("", 0.0 if self.brick == brick else -1.0, "bricks", passed=self.brick == brick))
+        worst = min(parts, key=lambda part: (part.passed, part.margin))
+        return Finding(parts[0].measured, worst.margin, worst.unit, all(part.passed for part in parts))

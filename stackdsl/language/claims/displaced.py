@@ -1,0 +1,26 @@
+"""How many bricks have moved."""
+
+from typing import ClassVar
+
+from pydantic import Field
+
+from stackdsl.language import author_types as t
+from stackdsl.language.author_models import AuthorModel
+from stackdsl.language.claims.claim_kind import ClaimKind, claim
+from stackdsl.language.claims.finding import Finding, placed, within
+from stackdsl.trace import Trace
+
+
+@claim("displaced", "how many bricks have moved")
+class Displaced(AuthorModel, ClaimKind):
+    """How many bricks have moved."""
+
+    bricks: t.CountTolerance = Field(description="how many")
+    by: t.LengthLowerBound = Field(description="how far a brick has at least moved to be counted")
+
+    same: ClassVar[tuple[str, ...]] = ("by",)
+
+    def judge(self, trace: Trace) -> Finding:
+        """How many bricks moved by so much."""
+        count = sum(self.by.holds(track.shift) for track in placed(trace))
+        return within(self.bricks, count, "bricks", f"{count} bricks")

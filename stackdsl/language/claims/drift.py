@@ -1,0 +1,33 @@
+"""The largest shift of a brick after it came to rest."""
+
+from typing import ClassVar
+
+from pydantic import Field
+
+from stackdsl.language import author_types as t
+from stackdsl.language.author_models import Shorthand
+from stackdsl.language.claims.claim_kind import ClaimKind, claim
+from stackdsl.language.claims.finding import Finding, placed, within
+from stackdsl.trace import Trace
+from stackdsl.wording import mm
+
+
+@claim("drift", "the largest shift of a brick after it came to rest")
+class Drift(Shorthand, ClaimKind):
+    """The largest shift of a brick after it came to rest."""
+
+    within: t.LengthTolerance = Field(alias="is", description="the shift")
+    bricks: t.BodyNames | None = Field(None, description="of these bricks; default: of all")
+
+    scalar_key: ClassVar[str] = "is"
+    same: ClassVar[tuple[str, ...]] = ("bricks",)
+    scored_apart: ClassVar[bool] = True
+
+    def judge(self, trace: Trace) -> Finding:
+        """The largest shift of a brick."""
+        named = frozenset(trace.tracks if self.bricks is None else self.bricks)
+        meant = [track for track in placed(trace) if track.brick.id in named]
+        worst = max(meant, key=lambda track: track.shift, default=None)
+        if worst is None:
+            return Finding("never placed", 0.0, "mm", passed=False)
+        return within(self.within, worst.shift, "mm", f"{mm(worst.shift)} ({worst.brick.id})")

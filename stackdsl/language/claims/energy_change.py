@@ -1,0 +1,24 @@
+"""Kinetic and potential energy of all bricks together, from the last action on."""
+
+from math import inf
+
+from pydantic import Field
+
+from stackdsl.language import author_types as t
+from stackdsl.language.author_models import AuthorModel
+from stackdsl.language.claims.claim_kind import ClaimKind, claim
+from stackdsl.language.claims.finding import PERCENT, Finding, within
+from stackdsl.trace import Trace
+
+
+@claim("energy", "what happens to the energy of all bricks together")
+class EnergyChange(AuthorModel, ClaimKind):
+    """Kinetic and potential energy of all bricks together, from the last action on."""
+
+    gain: t.ShareTolerance = Field(description="how much it rises, of the potential energy above the ground")
+
+    def judge(self, trace: Trace) -> Finding:
+        """How much kinetic + potential energy rose after the last action, of the potential energy above the ground."""
+        if trace.energy is None:
+            return Finding("nothing was placed", -inf, "%", passed=False)
+        return within(self.gain, trace.energy.gain, "%", f"gain {PERCENT * trace.energy.gain:.3g} %")

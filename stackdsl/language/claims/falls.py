@@ -1,0 +1,41 @@
+"""What of the structure falls."""
+
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from typing import ClassVar
+
+from pydantic import Field
+
+from stability.model import BodyId
+from stackdsl.language import author_types as t
+from stackdsl.language.author_models import Choice
+from stackdsl.language.claims.claim_kind import ClaimKind, Count, claim
+from stackdsl.language.claims.finding import Finding, remaining, within
+from stackdsl.trace import BrickState, Trace
+from stackdsl.wording import names_text
+
+
+@claim("falls", "which bricks fall, or how many")
+class Falls(Choice, ClaimKind):
+    """What of the structure falls."""
+
+    bricks: t.BodyNames | None = Field(None, description="these bricks, and no other")
+    count: t.CountTolerance | None = Field(None, description="how many bricks, whichever they are")
+
+    one_of: ClassVar[tuple[str, ...]] = ("bricks", "count")
+    of_collapses: ClassVar[bool] = True
+
+    def counts(self) -> Iterator[Count]:
+        if self.count is not None:
+            yield Count("count", self.count.least_count, "bricks")
+
+    def goes(self, levels: Mapping[BodyId, int]) -> Iterable[Collection[BodyId]]:
+        return ([name] for name in self.bricks or () if name in levels)
+
+    def judge(self, trace: Trace) -> Finding:
+        """Which bricks fell, or how many."""
+        fallen = [name for name, track in remaining(trace) if track.state is BrickState.FALLEN]
+        measured = f"{names_text(fallen)} fell" if fallen else "nothing fell"
+        if self.count is not None:
+            return within(self.count, len(fallen), "bricks", f"{len(fallen)} bricks fell")
+        wrong = set(fallen).symmetric_difference(self.bricks or ())
+        return Finding(measured, -float(len(wrong)), "bricks", passed=not wrong)

@@ -1,0 +1,70 @@
+"""What a claim comes to, and whom it may speak of.
+
+A margin is positive inside, negative outside, in the unit of what was measured; where a claim has several parts, the
+part closest to failing speaks for it.
+"""
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+from math import degrees
+
+from stability.model import BodyId
+from stackdsl.language.tolerances import Tolerance
+from stackdsl.trace import (
+    COLLAPSE_SHARE_OF_SMALLEST_SIDE,
+    COLLAPSE_TILT,
+    NO_PART,
+    BrickState,
+    BrickTrack,
+    Trace,
+)
+from stackdsl.wording import MILLIMETRES
+
+PERCENT = 100.0
+SHOWN_PER_SI = {"mm": MILLIMETRES, "deg": degrees(1.0), "%": PERCENT}  # by the unit of a margin
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """What was measured for one claim, or for one part of it."""
+
+    measured: str
+    margin: float
+    unit: str
+    passed: bool
+
+
+def remaining(trace: Trace) -> Collection[tuple[BodyId, BrickTrack]]:
+    """The structure: all bricks but those that were pulled out or thrown, of which nothing is expected."""
+    return [(name, track) for name, track in trace.tracks.items() if track.state not in NO_PART]
+
+
+def placed(trace: Trace) -> Collection[BrickTrack]:
+    """Those of the structure that were placed."""
+    return [track for _, track in remaining(trace) if track.state is not BrickState.UNPLACED]
+
+
+def within(wanted: Tolerance, value: float, unit: str, measured: str = "") -> Finding:
+    """A number held against a tolerance."""
+    return Finding(measured, SHOWN_PER_SI.get(unit, 1.0) * wanted.margin(value), unit, wanted.holds(value))
+
+
+def at_most(limit: float, value: float, unit: str, measured: str = "") -> Finding:
+    """A number held against a limit."""
+    return Finding(measured, SHOWN_PER_SI.get(unit, 1.0) * (limit - value), unit, value <= limit)
+
+
+def all_of(parts: Sequence[Finding]) -> Finding:
+    """Several parts of a claim as one: all that was measured, and the margin of the worst."""
+    worst = min(parts, key=lambda part: (part.passed, part.margin))
+    measured = ", ".join(part.measured for part in parts if part.measured)
+    return replace(worst, measured=measured, passed=all(part.passed for part in parts))
+
+
+def margin_to_collapse(track: BrickTrack) -> tuple[float, str]:
+    """How much further a brick may shift, or sink after a hit, or turn if that is closer, before it has collapsed."""
+    limit = COLLAPSE_SHARE_OF_SMALLEST_SIDE * track.brick.shape.least_thickness
+    lost = track.shift if track.sunk is None else track.sunk
+    if track.tilt / COLLAPSE_TILT > lost / limit:
+        return degrees(COLLAPSE_TILT - track.tilt), "deg"
+    return MILLIMETRES * (limit - lost), "mm"

@@ -1,0 +1,34 @@
+"""How high the structure reaches."""
+
+from typing import ClassVar
+
+from pydantic import Field
+
+from stability.shapes.in_pose import top_W
+from stackdsl.language import author_types as t
+from stackdsl.language.author_models import Shorthand
+from stackdsl.language.claims.claim_kind import ClaimKind, claim
+from stackdsl.language.claims.finding import Finding, placed, within
+from stackdsl.trace import BrickState, Trace
+from stackdsl.wording import mm
+
+
+@claim("height", "how high the structure reaches")
+class Height(Shorthand, ClaimKind):
+    """How high the structure reaches."""
+
+    within: t.LengthTolerance = Field(alias="is", description="the height")
+    of: t.BodyName | None = Field(None, description="the brick whose top is measured; default: the highest")
+
+    scalar_key: ClassVar[str] = "is"
+    same: ClassVar[tuple[str, ...]] = ("of",)
+
+    def judge(self, trace: Trace) -> Finding:
+        """How high what stands reaches, or one brick."""
+        meant = [track for track in placed(trace) if self.of in (None, track.brick.id)]
+        if not meant:
+            return Finding("never placed", 0.0, "mm", passed=False)
+        if self.of is None:
+            meant = [track for track in meant if track.state not in (BrickState.FALLEN, BrickState.UNSETTLED)]
+        top = max((top_W(track.brick.shape, track.final) for track in meant), default=0.0)
+        return within(self.within, top, "mm", mm(top))

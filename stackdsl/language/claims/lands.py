@@ -1,0 +1,39 @@
+"""Where the common centre of mass of what fell comes down, sideways from where it had been."""
+
+from math import degrees, pi, remainder
+from typing import ClassVar
+
+from pydantic import Field
+
+from stackdsl.language import author_types as t
+from stackdsl.language.author_models import Asking, default
+from stackdsl.language.claims.claim_kind import ClaimKind, claim
+from stackdsl.language.claims.finding import Finding, all_of, at_most, within
+from stackdsl.trace import Trace
+from stackdsl.wording import mm
+
+
+@claim("lands", "where what fell comes down")
+class Lands(Asking, ClaimKind):
+    """Where the common centre of mass of what fell comes down, sideways from where it had been."""
+
+    reach: t.LengthTolerance | None = Field(None, description="how far")
+    bearing: t.Angle | None = Field(None, description="which way: 0 deg = +x, 90 deg = +y")
+    within: t.Slope = default("10 deg", "how far from the bearing, at most")
+
+    defaults: ClassVar[tuple[str, ...]] = ("within",)
+    needs_close_looks: ClassVar[bool] = True
+    of_collapses: ClassVar[bool] = True
+
+    def judge(self, trace: Trace) -> Finding:
+        """How far sideways, and which way, the centre of mass of what fell gets until the ground takes it."""
+        landing = trace.landing
+        if landing is None:
+            return Finding("nothing fell", -1.0, "", passed=False)
+        parts = []
+        if self.reach is not None:
+            parts.append(within(self.reach, landing.reach, "mm", f"reach {mm(landing.reach)}"))
+        if self.bearing is not None:
+            off = abs(remainder(landing.bearing - self.bearing, 2.0 * pi))
+            parts.append(at_most(self.within, off, "deg", f"bearing {degrees(landing.bearing):.3g} deg"))
+        return all_of(parts)

@@ -1,0 +1,45 @@
+"""How much the proof that the structure stands would survive."""
+
+from collections.abc import Collection
+from math import inf
+from typing import ClassVar
+
+from pydantic import Field
+
+from stackdsl.language import author_types as t
+from stackdsl.language.author_models import Asking
+from stackdsl.language.claims.claim_kind import ClaimKind, claim
+from stackdsl.language.claims.finding import SHOWN_PER_SI, Finding, all_of, within
+from stackdsl.language.tolerances import Tolerance
+from stackdsl.trace import Trace
+
+
+@claim("margin", "how much the proof that it stands would survive")
+class Margin(Asking, ClaimKind):
+    """How much the proof that the structure stands would survive."""
+
+    acceleration: t.GravityTolerance | None = Field(
+        None, description="sideways in the worst direction, a plain number: times the gravity"
+    )
+    tilt: t.SlopeTolerance | None = Field(None, description="of the whole scene, in the worst direction")
+    friction: t.FrictionTolerance | None = Field(None, description="the least coefficient with which it stands")
+    placement: t.LengthTolerance | None = Field(None, description="the error in the place of every brick")
+
+    needs_statics: ClassVar[bool] = True
+    needs_aftermath: ClassVar[bool] = False
+
+    @property
+    def needed_margins(self) -> Collection[str]:
+        return self.asked
+
+    def judge(self, trace: Trace) -> Finding:
+        """How much the proof that it stands would survive."""
+        return all_of([_part(key, getattr(self, key), getattr(trace.margins, key)) for key in self.asked])
+
+
+def _part(key: str, wanted: Tolerance, value: float | None) -> Finding:
+    """One kind of margin."""
+    unit = {"acceleration": "g", "tilt": "deg", "friction": "", "placement": "mm"}[key]
+    if value is None:
+        return Finding(f"no {key} is proven", -inf, unit, passed=False)
+    return within(wanted, value, unit, f"{key} {SHOWN_PER_SI.get(unit, 1.0) * value:.4g} {unit}".rstrip())

@@ -1,0 +1,84 @@
+"""Bricks are where they came to rest."""
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from math import inf
+from typing import ClassVar
+
+from pydantic import Field
+
+from stability.model import BodyId
+from stackdsl.language import author_types as t
+from stackdsl.language.author_models import Shorthand
+from stackdsl.language.claims.claim_kind import ClaimKind, Count, Fate, claim
+from stackdsl.language.claims.finding import Finding, margin_to_collapse, remaining
+from stackdsl.trace import BrickState, BrickTrack, Trace
+
+
+@claim("stands", "bricks are where they came to rest")
+class Stands(Shorthand, ClaimKind):
+    """Bricks are where they came to rest."""
+
+    levels: t.Levels | None = Field(None, description="at least so many levels, from the lowest")
+    bricks: t.BodyNames | None = Field(None, description="these bricks")
+    for_: t.PositiveDuration | None = Field(None, alias="for", description="this long after the last action")
+
+    scalar_word: ClassVar[str] = "all"
+    needs_aftermath: ClassVar[bool] = False
+    scored_apart: ClassVar[bool] = True
+
+    @property
+    def needed_hold(self) -> float | None:
+        return self.for_
+
+    @property
+    def fate(self) -> Fate | None:
+        return Fate(stands=True) if self.bricks is None else None
+
+    def counts(self) -> Iterator[Count]:
+        if self.levels is not None:
+            yield Count("levels", self.levels, "levels")
+
+    def stays(self, levels: Mapping[BodyId, int], hold: float) -> Collection[BodyId] | None:
+        if self.for_ is not None and self.for_ < hold:
+            return None  # what stands for a while may fall after it
+        named = levels.keys() if self.bricks is None else levels.keys() & self.bricks
+        return {name for name in named if self.levels is None or levels[name] <= self.levels}
+
+    def judge(self, trace: Trace) -> Finding:
+        """Whether bricks are where they came to rest, or were shifted to by a hit."""
+        named = frozenset(trace.tracks if self.bricks is None else self.bricks)
+        meant = [track for name, track in remaining(trace) if name in named and self._reaches(track.level)]
+        return self._missing(meant, trace) or _stand(self._in_time(meant, trace))
+
+    def _reaches(self, level: int) -> bool:
+        return self.levels is None or level <= self.levels
+
+    def _missing(self, meant: Sequence[BrickTrack], trace: Trace) -> Finding | None:
+        """What says already that they do not stand: too few, never placed, still on the move, or none at all."""
+        levels = max((track.level for track in trace.tracks.values()), default=0)
+        if self.levels is not None and levels < self.levels:
+            return Finding(f"only {levels} levels are built", levels - self.levels, "levels", passed=False)
+        missing = sum(track.state is BrickState.UNPLACED for track in meant)
+        if missing:
+            why = f"it fell at level {trace.collapse.level}; " if trace.collapse is not None else ""
+            return Finding(f"{why}{missing} of {len(meant)} never placed", -missing, "bricks", passed=False)
+        unsettled = [track.brick.id for track in meant if track.state is BrickState.UNSETTLED]
+        if unsettled:
+            return Finding(f"{unsettled[0]} has not come to rest", -len(unsettled), "bricks", passed=False)
+        return None if meant else Finding("all of it was pulled out or thrown", -1, "bricks", passed=False)
+
+    def _in_time(self, meant: Sequence[BrickTrack], trace: Trace) -> Sequence[BrickTrack]:
+        """Without those that fall later than this claim speaks of."""
+        if self.for_ is None:
+            return meant
+        until = max(trace.last_action, trace.last_arrival) + self.for_
+        return [track for track in meant if track.left_at is None or track.left_at <= until]
+
+
+def _stand(meant: Sequence[BrickTrack]) -> Finding:
+    fallen = sum(track.state is BrickState.FALLEN for track in meant)
+    shifted = sum(track.state is BrickState.DISPLACED for track in meant)
+    measured = f"{fallen} of {len(meant)} bricks fell" if fallen else f"{len(meant)} bricks stand"
+    measured += f", {shifted} of them displaced" if shifted and not fallen else ""
+    margin, unit = min((margin_to_collapse(track) for track in meant), default=(inf, ""))
+    return Finding(measured, margin, unit, passed=not fallen)

@@ -1,0 +1,56 @@
+"""Bricks are exactly where they came to rest."""
+
+from collections.abc import Iterator
+from math import dist, inf
+from typing import ClassVar, Final
+
+from pydantic import Field
+
+from stability.geometry.rotations import turn_between
+from stackdsl.language import author_types as t
+from stackdsl.language.author_models import Choice
+from stackdsl.language.claims.claim_kind import ClaimKind, Count, claim
+from stackdsl.language.claims.finding import Finding, remaining
+from stackdsl.trace import BrickState, BrickTrack, Trace
+from stackdsl.wording import MILLIMETRES, mm
+
+EXACTLY: Final = 1e-9  # [m] and [rad]: more than a pose loses on its way into an engine and back
+
+
+@claim("untouched", "bricks are exactly where they came to rest")
+class Untouched(Choice, ClaimKind):
+    """Bricks are exactly where they came to rest."""
+
+    bricks: t.BodyNames | None = Field(None, description="these bricks")
+    levels: t.Levels | None = Field(None, description="so many levels, from the lowest")
+    except_: t.BodyNames | None = Field(None, alias="except", description="all but these bricks")
+
+    one_of: ClassVar[tuple[str, ...]] = ("bricks", "levels", "except_")
+
+    def counts(self) -> Iterator[Count]:
+        if self.levels is not None:
+            yield Count("levels", self.levels, "levels")
+
+    def judge(self, trace: Trace) -> Finding:
+        """Whether bricks are exactly where they came to rest, at the end."""
+        named = frozenset(trace.tracks if self.bricks is None else self.bricks).difference(self.except_ or ())
+        meant = [track for name, track in remaining(trace) if name in named and self._reaches(track.level)]
+        if not meant or any(track.state is BrickState.UNPLACED for track in meant):
+            return Finding("never placed", 0.0, "mm", passed=False)
+        moved = [track for track in meant if not _is_where_it_was(track)]
+        if not moved:
+            return Finding(f"{len(meant)} bricks are where they were", inf, "", passed=True)
+        worst = max(moved, key=_moved_by)
+        measured = f"{len(moved)} of {len(meant)} bricks moved, {worst.brick.id} by {mm(_moved_by(worst))}"
+        return Finding(measured, -MILLIMETRES * _moved_by(worst), "mm", passed=False)
+
+    def _reaches(self, level: int) -> bool:
+        return self.levels is None or level <= self.levels
+
+
+def _is_where_it_was(track: BrickTrack) -> bool:
+    return _moved_by(track) <= EXACTLY and turn_between(track.rest, track.final) <= EXACTLY
+
+
+def _moved_by(track: BrickTrack) -> float:
+    return dist(track.rest.position_W, track.final.position_W)

@@ -1,0 +1,24 @@
+"""The column: one flat plank a level."""
+
+from pydantic import Field
+
+from stability.model import Vec3
+from stackdsl.language.author_models import default
+from stackdsl.language.author_types import Length, Levels
+from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Specs, height, layout
+
+
+class ColumnParams(LayoutParams):
+    """One plank a level."""
+
+    levels: Levels = Field(description="how many planks")
+    step: Length = default("0 mm", "how far each plank is shifted along its length from the one below")
+
+
+@layout("column", ColumnParams)
+def column(params: ColumnParams, size: Vec3) -> Specs:
+    """One flat plank a level, each shifted by the same step along its length."""
+    return tuple(
+        BrickSpec(level, ((level - 1) * params.step, 0.0, height(level, size[2])))
+        for level in range(1, params.levels + 1)
+    )

@@ -1,0 +1,46 @@
+"""The four-stack: two parallel planks a level, turned by 90 deg each level; planks laid crosswise in pairs."""
+
+from math import pi
+
+from pydantic import Field
+
+from stability.model import Vec3
+from stackdsl.language.author_models import default
+from stackdsl.language.author_types import Length, Levels, PositiveLength
+from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Specs, height, layout
+
+
+class FourStackParams(LayoutParams):
+    """Two parallel planks a level, turned by 90 deg each level."""
+
+    levels: Levels = Field(description="how many levels of two planks")
+    step: Length = default("0 mm", "how far each level is shifted along x from the one below")
+    spacing: PositiveLength | None = Field(
+        None, description="between the centres of the two planks; default: length - width, so that ends are flush"
+    )
+
+    @property
+    def bricks_at_most(self) -> int:
+        return 2 * self.levels
+
+
+@layout("four_stack", FourStackParams)
+def four_stack(params: FourStackParams, size: Vec3) -> Specs:
+    """Two parallel planks a level, turned by 90 deg each level.
+
+    Odd levels run along x and even ones along y; of each, the plank on the negative side comes first.
+    """
+    spacing = size[0] - size[1] if params.spacing is None else params.spacing
+    return crossed_pairs(params.levels, params.step, spacing, size)
+
+
+def crossed_pairs(levels: int, step: float, spacing: float, size: Vec3) -> Specs:
+    """The bricks of a four-stack."""
+    half, specs = spacing / 2, []
+    for level in range(1, levels + 1):
+        middle, z = (level - 1) * step, height(level, size[2])
+        for side in (-half, half):
+            along_x = BrickSpec(level, (middle, side, z))
+            along_y = BrickSpec(level, (middle + side, 0.0, z), yaw=pi / 2)
+            specs.append(along_x if level % 2 else along_y)
+    return tuple(specs)

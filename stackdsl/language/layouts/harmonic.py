@@ -1,0 +1,33 @@
+"""The harmonic stack, which leans out furthest."""
+
+from typing import ClassVar
+
+from pydantic import Field
+
+from stability.model import Vec3
+from stackdsl.language.author_models import default
+from stackdsl.language.author_types import Levels, ShareOfLimit
+from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Specs, height, layout
+
+
+class HarmonicParams(LayoutParams):
+    """The stack that leans out furthest, one plank a level."""
+
+    bricks: Levels = Field(description="how many planks")
+    share: ShareOfLimit = default(1.0, "of the overhang at which the stack is on the point of tipping")
+
+    count: ClassVar[str] = "bricks"
+
+
+@layout("harmonic", HarmonicParams)
+def harmonic(params: HarmonicParams, size: Vec3) -> Specs:
+    """The overhanging stack: from the top, each plank leans out by 1/2, 1/4, 1/6 ... of a length, towards +x.
+
+    The n planks above any joint then have their common centre just over the edge of the plank below, times `share`.
+    """
+    x, specs = 0.0, []
+    for level in range(1, params.bricks + 1):
+        specs.append(BrickSpec(level, (x, 0.0, height(level, size[2]))))
+        above = params.bricks - level
+        x += params.share * size[0] / (2 * above) if above else 0.0
+    return tuple(specs)

@@ -1,0 +1,26 @@
+"""How every part of StackDSL writes a length, and a list of names that may be long."""
+
+from collections.abc import Sequence
+from typing import Final, TypeVar
+
+MILLIMETRES: Final = 1000.0  # in a metre
+MOST_NAMES: Final = 6  # that are written out; more fill the line and tell nothing
+
+Name = TypeVar("Name")
+
+
+def mm(length: float, digits: int = 4) -> str:
+    """A length [m] as it is shown, in so many digits at most: `3.9 mm`."""
+    return f"{MILLIMETRES * length:.{digits}g} mm"
+
+
+def shortened(names: Sequence[Name], least: int = 2) -> tuple[Sequence[Name], int]:
+    """The names to write out, and how many more there are; fewer than `least` are not worth leaving out."""
+    more = len(names) - MOST_NAMES
+    return (names, 0) if more < least else (names[:MOST_NAMES], more)
+
+
+def names_text(names: Sequence[str], least: int = 2) -> str:
+    """Names on one line: `a, b, c, d, e, f and 3 more`."""
+    shown, more = shortened(names, least)
+    return ", ".join(shown) + (f" and {more} more" if more else "")

@@ -1,0 +1,26 @@
+"""The example of a workflow and the hooks of pre-commit call what there is."""
+
+import re
+
+import yaml
+
+from tests.docs.test_shell_shown import TARGETS
+from tests.paths import ROOT
+
+WORKFLOW = ROOT / "docs" / "examples" / "github-workflow.yml"
+HOOKS = ROOT / ".pre-commit-config.yaml"
+
+
+def test_the_workflow_calls_targets_that_there_are() -> None:
+    jobs = yaml.safe_load(WORKFLOW.read_text(encoding="utf-8"))["jobs"]
+    runs = [step["run"] for job in jobs.values() for step in job["steps"] if "run" in step]
+    assert runs
+    assert {re.match(r"make ([a-z-]+)", run)[1] for run in runs} <= TARGETS  # type: ignore[index]
+
+
+def test_hooks_need_no_network_and_nothing_but_the_environment() -> None:
+    repositories = yaml.safe_load(HOOKS.read_text(encoding="utf-8"))["repos"]
+    assert [each["repo"] for each in repositories] == ["local"]
+    for hook in repositories[0]["hooks"]:
+        assert hook["language"] == "system"
+        assert hook["entry"].startswith(".venv/bin/")

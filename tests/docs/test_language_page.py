@@ -1,0 +1,34 @@
+"""The reference of the language names every keyword there is."""
+
+import json
+import re
+from collections.abc import Iterator
+
+from tests.paths import ROOT
+
+PAGE = (ROOT / "docs" / "language.md").read_text(encoding="utf-8")
+SCHEMA = json.loads((ROOT / "stackdsl" / "scenario.schema.json").read_text(encoding="utf-8"))
+
+
+def keywords(node: object) -> Iterator[str]:
+    """Every key that the schema lets an author write."""
+    if isinstance(node, dict):
+        yield from node.get("properties", {})
+        node = list(node.values())
+    if isinstance(node, list):
+        for each in node:
+            yield from keywords(each)
+
+
+def test_every_keyword_of_the_schema_is_on_the_page() -> None:
+    code = " ".join(re.findall(r"`([^`\n]+)`", PAGE) + re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL))
+    written = set(re.findall(r"[a-z_]+", code))
+    assert len(set(keywords(SCHEMA))) > 60
+    assert set(keywords(SCHEMA)) - written == set()
+
+
+def test_every_keyword_of_a_scenario_has_a_row_of_its_own() -> None:
+    rows = set(re.findall(r"^\| `([a-z_]+)`", PAGE, re.MULTILINE))
+    assert set(SCHEMA["properties"]) <= rows
+    for part in ("BuildStep", "Impact", "Expectation"):
+        assert set(SCHEMA["$defs"][part]["properties"]) <= rows | {"system"}

@@ -1,0 +1,33 @@
+"""Every link of a page to another file of the project leads to one."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.docs.pages import PAGES
+from tests.paths import ROOT
+
+LINK = re.compile(r"\]\((?!https?:|mailto:)([^)#\s]*)(?:#([^)\s]*))?\)")
+
+
+def headings(page: Path) -> set[str]:
+    """As they are linked to."""
+    found = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in found}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_links_lead_somewhere(page: Path) -> None:
+    lost = []
+    for target, heading in LINK.findall(page.read_text(encoding="utf-8")):
+        to = (page.parent / target).resolve() if target else page
+        if not to.exists() or (heading and heading not in headings(to)):
+            lost.append(f"{target}#{heading}")
+    assert lost == []
+
+
+def test_the_index_names_every_page() -> None:
+    index = (ROOT / "docs" / "README.md").read_text(encoding="utf-8")
+    pages = {page.name for page in (ROOT / "docs").glob("*.md")} - {"README.md"}
+    assert {name for name in pages if f"({name})" not in index} == set()

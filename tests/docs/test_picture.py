@@ -1,0 +1,8 @@
+"""The picture of README is that of its scenario."""
+
+from benchmarks.figures.picture import PATH, drawn, scenario
+from stackdsl.checking.check import play_case
+
+
+def test_the_picture_is_that_of_the_scenario() -> None:
+    assert drawn(play_case(scenario().timeline, "exact")) == PATH.read_text(encoding="utf-8")
