@@ -5,6 +5,7 @@ contacts on edges). The limit is found by bisection of what users are told: a co
 sizes and in all directions; `tuned` is asked in some. Run it with `python -m benchmarks.limits`; about five minutes.
 """
 
+import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import product
@@ -75,7 +76,7 @@ def main() -> None:
     Console(width=140).print("Friction from which it stands / needed (ladder: error of the angle), all yaws.", table)
     if chosen.write:
         rows_kept: Rows = {kind: _values(kind, found, chosen.angles, chosen.lengths) for kind, found in kept.items()}
-        record("limits", f"python -m benchmarks.limits --system {chosen.system} --write", {chosen.system: rows_kept})
+        record("limits", " ".join(["python -m benchmarks.limits", *sys.argv[1:]]), {chosen.system: rows_kept})
 
 
 def errors(kind: str, angle: float, size: Vec3, system: System) -> list[float]:

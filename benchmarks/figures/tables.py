@@ -44,7 +44,7 @@ TABLES: Mapping[str, Table] = {
         (
             Column("question", "{row}"),
             Column("cost, ms", "{cost_ms:sig2}"),
-            Column("error", "{error:.0e} {error_of}"),
+            Column("error", "{error:sig1} {error_of}"),
         ),
     ),
     "compas": Table(
