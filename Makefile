@@ -1,11 +1,12 @@
-# Needs Python 3.11, git and make; everything else is set up here, once.
+# Needs Python 3.11 or later, git and make; everything else is set up here, once. Of PYTHON=python3.12 and later, where
+# PyBullet has no wheels, what needs it is skipped by name.
 PYTHON ?= python3.11
-VENV := .venv
+VENV ?= .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
 .DEFAULT_GOAL := help
-.PHONY: help check check-all test test-slow lint format bench bench-stack bench-motion bench-statics bench-compas figures changelog lock clean
+.PHONY: help check check-all test test-slow without-pybullet wheel lint format bench bench-stack bench-start bench-motion bench-statics bench-compas figures changelog lock clean
 
 help:           ## list the targets
 	@grep -hE '^[a-z-]+: .*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 16
@@ -22,11 +23,14 @@ check: $(READY) ## set up, then play and judge the scenarios (without the long r
 check-all: $(READY) ## the same with every scenario, long runs included
 	$(BIN)/stackdsl check scenarios
 
+# One process a core; tests that share what takes long stay together.
+PYTEST := $(BIN)/python -m pytest -n auto --dist loadgroup --maxschedchunk 1
+
 test: $(READY)  ## set up, then run the tests
-	$(BIN)/python -m pytest
+	$(PYTEST)
 
 test-slow: $(READY) ## the tests that take minutes
-	$(BIN)/python -m pytest -m slow
+	$(PYTEST) -m slow
 
 # Scenarios with a known answer that every system can play within the 20 minutes that a bench may take.
 BENCHED := $(addprefix scenarios/,four-stack.yaml slant-tower.yaml columns.yaml harmonic.yaml incline.yaml leaning.yaml \
@@ -42,6 +46,9 @@ bench: $(READY) ## speed against error: every system at several time steps; tabl
 bench-stack: $(READY) ## the four-stack alone, every system in one run
 	$(BIN)/python -m benchmarks.four_stack
 
+bench-start: $(READY) ## what it costs to start, in units of importing click
+	$(BIN)/python -m benchmarks.start
+
 bench-motion: $(READY) ## hits, collapses and slips of exact against converged runs and equations of motion
 	$(BIN)/python -m benchmarks.hits
 	$(BIN)/python -m benchmarks.collapse
@@ -53,6 +60,13 @@ bench-statics: $(READY) ## what exact statics cost, and how far each answer is o
 bench-compas: $(READY) ## the same towers and walls with compas_cra, side by side; installs it first
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check '.[cra]'
 	$(BIN)/python -m benchmarks.against_compas
+
+without-pybullet: $(READY) ## statics, and all that exact plays, for Pythons that have no PyBullet
+	$(PYTEST) tests/test_imports.py tests/stability/geometry tests/stability/statics tests/stackdsl/systems
+	$(BIN)/stackdsl check scenarios --system exact --tag '!long' --tag '!large'
+
+wheel: $(READY) ## build the wheel, and try it in an empty environment, outside of this directory
+	tools/try_wheel.sh $(BIN)/python
 
 # Benchmarks of minutes, whose figures README and docs show beside those of make bench.
 MEASURED := four_stack statics hits collapse slips limits thesis_against_exact slant_towers capabilities
@@ -76,7 +90,7 @@ format: $(READY) ## rewrite to the house format
 	$(BIN)/ruff check --fix .
 
 lock:           ## resolve the newest allowed versions and write requirements.lock
-	tools/lock.sh $(PYTHON)
+	tools/lock.sh python3.11 python3.12
 
 clean:          ## forget the environment and all caches
 	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis *.egg-info

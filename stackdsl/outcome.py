@@ -3,25 +3,14 @@
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from enum import IntEnum, StrEnum
+from enum import StrEnum
 
 from stackdsl.diagnostics import Diagnostic, Span
+from stackdsl.exits import ExitCode
 from stackdsl.observations import Change
 from stackdsl.trace import NUMERICAL_COLLAPSE, Collapse, Cost, WrongEdges
 
 REFERENCE_SYSTEM = "tuned"  # what speed-ups are told against: PyBullet with the settings that stack best
-
-
-class ExitCode(IntEnum):
-    """What `stackdsl check` says to its caller."""
-
-    OK = 0
-    FAILED = 1  # an expectation failed
-    INVALID = 2  # a scenario is invalid, or what it says cannot be done when its time comes
-    GOLDEN = 3  # a golden file is missing, different, unreadable or obsolete
-    USAGE = 4  # wrong usage, or nothing selected
-    CRASHED = 5  # the engine crashed or ran out of time
-    INTERRUPTED = 130
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +33,7 @@ class GoldenStatus(StrEnum):
     MISSING = "missing"
     DIFFERENT = "different"
     WRITTEN = "written"
+    OTHER_ENGINE = "of another engine"  # made with it, and the same in what no engine decides
     NEWER = "newer"  # a newer version of stackdsl wrote it, so that it is neither read nor rewritten
     UNREADABLE = "unreadable"
 
@@ -76,6 +66,7 @@ class RunStatus(StrEnum):
     """How playing one variant ended."""
 
     DONE = "done"
+    SKIPPED = "skipped"  # what it needs is not installed
     BLOCKED = "blocked"  # an action could not be done, since something had moved in its way
     CRASHED = "crashed"
     TIMED_OUT = "timed out"
@@ -100,7 +91,8 @@ class VariantResult:
     outcomes: tuple[Outcome, ...] = ()  # expectations
     truths: tuple[Outcome, ...] = ()  # the same, against the answer known from outside; they inform and never fail
     golden: GoldenResult | None = None
-    message: str = ""  # why it crashed or timed out
+    engine: str = ""  # the package that took the steps; empty if none was taken
+    message: str = ""  # why it crashed, timed out or was skipped
     mistake: Diagnostic | None = None  # what kept a run that was blocked from going on, and where in the file that is
     refinement: tuple[Change, ...] | None = None  # beside the refined run; None if that was not asked for
 
@@ -156,7 +148,8 @@ class VariantResult:
             return self.status.value
         if not self.passed:
             return NUMERICAL_COLLAPSE if self.numerical else "failed"
-        return f"golden {self.golden.status.value}" if self.golden is not None and self.golden_failed else "passed"
+        told = self.golden is not None and (self.golden_failed or self.golden.status is GoldenStatus.OTHER_ENGINE)
+        return f"golden {self.golden.status.value}" if self.golden is not None and told else "passed"
 
 
 @dataclass(frozen=True, slots=True)
@@ -208,11 +201,12 @@ def exit_code(report: Report) -> int:
         return ExitCode.INTERRUPTED
     if report.diagnostics or any(result.status is RunStatus.BLOCKED for result in report.results):
         return ExitCode.INVALID
-    if any(result.status is not RunStatus.DONE for result in report.results):
+    tried = [result for result in report.results if result.status is not RunStatus.SKIPPED]
+    if any(result.status is not RunStatus.DONE for result in tried):
         return ExitCode.CRASHED
-    if not report.results:
+    if not tried:
         return ExitCode.USAGE
-    if not all(result.passed for result in report.results):
+    if not all(result.passed for result in tried):
         return ExitCode.FAILED
     if report.obsolete or any(result.golden_failed for result in report.results):
         return ExitCode.GOLDEN

@@ -7,6 +7,7 @@ names the directory. Files that belong to no test are left alone: `stackdsl chec
 
 import json
 import os
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -26,6 +27,10 @@ from stackdsl.snapshots.record import Identity, Snapshot
 Golden = Callable[[Identity], SnapshotAssertion]
 
 
+class OtherEngineWarning(UserWarning):
+    """A golden file was made with another engine than this run, so that not all of it could be compared."""
+
+
 class GoldenExtension(JSONSnapshotExtension):
     """Keeps snapshots of stackdsl where and how `stackdsl check` does; the index of an assertion is its file name."""
 
@@ -42,7 +47,10 @@ class GoldenExtension(JSONSnapshotExtension):
         return canonical_text(data)
 
     def matches(self, *, serialized_data: SerializableData, snapshot_data: SerializableData) -> bool:
-        return judge_text("", snapshot_data, json.loads(serialized_data)).status is GoldenStatus.SAME
+        result = judge_text("", snapshot_data, json.loads(serialized_data))
+        if result.status is GoldenStatus.OTHER_ENGINE:
+            warnings.warn(OtherEngineWarning(f"compared in what no engine decides: {result.note}"), stacklevel=2)
+        return result.status in (GoldenStatus.SAME, GoldenStatus.OTHER_ENGINE)
 
     def diff_lines(self, serialized_data: SerializedData, snapshot_data: SerializedData) -> Iterator[str]:
         """One line a difference, instead of syrupy's line-by-line diff."""

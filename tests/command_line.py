@@ -2,6 +2,7 @@
 
 import json
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -21,6 +22,9 @@ build:
 expect:
   - stands: all
 """
+
+
+AMPLE = 300.0  # [s] for what takes a few, on a machine that does much else
 
 
 class Result(NamedTuple):
@@ -86,9 +90,12 @@ def _without_traceback(result: Result) -> Result:
 # forks another for each call, which then has a folder, arguments and an exit code of its own.
 FORKING = """
 import json, os, sys
-import stackdsl.commands.main
+import click
 from stackdsl.__main__ import main
+from stackdsl.commands.main import COMMANDS, app
 
+for name in COMMANDS:
+    app.get_command(click.Context(app), name)
 for line in sys.stdin:
     folder, arguments, out, err = json.loads(line)
     child = os.fork()
@@ -101,6 +108,17 @@ for line in sys.stdin:
         sys.exit()
     print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
 """
+
+
+@pytest.fixture
+def interruptible() -> Iterator[None]:
+    """Lets an interrupt mean what it means to somebody at a terminal, here and in whatever is started meanwhile.
+
+    What is started in the background of a shell, or by `nohup`, ignores it, and so does all that this starts in turn.
+    """
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 @pytest.fixture(scope="session")

@@ -4,7 +4,7 @@ import os
 
 from hypothesis import settings
 
-pytest_plugins = ["stackdsl.pytest_plugin", "pytester", "tests.command_line"]
+pytest_plugins = ["stackdsl.pytest_plugin", "pytester", "tests.command_line", "tests.engines_at_hand"]
 
 # The same examples every time, so that a run says something of the change and not of its luck; machines are shared, so
 # no example has a deadline. `HYPOTHESIS_PROFILE=explore` looks for new ones.

@@ -1,7 +1,7 @@
 """Every scenario of this repository, as documentation and as a test: played, judged, and held against its snapshot."""
 
+import warnings
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 from random import Random
 
@@ -11,17 +11,14 @@ from _pytest.mark import ParameterSet
 from stackdsl.checking.check import play_case, snapshot_of
 from stackdsl.checking.gathering import Case, gather
 from stackdsl.judging.judge import judge
-from stackdsl.pytest_plugin import Golden
-from stackdsl.snapshots.canonical import document
-from stackdsl.snapshots.comparison import compare_documents
-from stackdsl.snapshots.golden import current_stamp, golden_name
-from stackdsl.timeline import Placement
-from stackdsl.trace import Trace
+from stackdsl.pytest_plugin import Golden, OtherEngineWarning
+from stackdsl.snapshots.golden import golden_name
+from stackdsl.systems.known_systems import unplayable
+from stackdsl.timeline import Placement, Timeline
 from tests.paths import ROOT
 
 MOST_GAIN = 0.01  # of the potential energy: energy never grows by itself
 GATHERED = gather([ROOT / "scenarios"])
-CASES = {case.name: case for case in GATHERED.cases}
 
 
 def parameter(case: Case) -> ParameterSet:
@@ -29,39 +26,39 @@ def parameter(case: Case) -> ParameterSet:
     return pytest.param(case, id=case.name, marks=marks)
 
 
-@cache  # a run repeats to the last bit (tests/stackdsl/checking/test_bit_identity.py), so one serves every test here
-def trace_of(name: str) -> Trace:
-    return play_case(CASES[name].timeline, CASES[name].system)
-
-
 @pytest.mark.parametrize("case", [parameter(case) for case in GATHERED.cases])
-def test_a_scenario_meets_its_expectations_and_its_snapshot(case: Case, golden: Golden) -> None:
-    trace = trace_of(case.name)
-    outcomes = judge(trace, case.scenario, case.variant, case.source, case.system)
-    assert [outcome for outcome in outcomes if not outcome.passed] == []
-    assert trace.energy is None or trace.energy.gain <= MOST_GAIN
-    snapshot = snapshot_of(case, trace, current_stamp())
-    assert snapshot == golden(snapshot.identity)
+def test_a_scenario_meets_its_expectations_and_its_snapshot_a_nanometre_off(case: Case, golden: Golden) -> None:
+    """The last digit of a sine differs between processors, and a golden file must not lock it.
+
+    `stackdsl check scenarios` plays all as they are written; what no engine steps takes little time, and is played so
+    here as well, since bricks that touch exactly are a case of their own.
+    """
+    if why := unplayable(case.system):
+        pytest.skip(why)
+    traces = [play_case(disturbed(case.timeline) if is_modelled(case) else case.timeline, case.system)]
+    if is_modelled(case) and not traces[0].cost.steps:
+        traces.append(play_case(case.timeline, case.system))
+    for trace in traces:
+        outcomes = judge(trace, case.scenario, case.variant, case.source, case.system)
+        assert [outcome for outcome in outcomes if not outcome.passed] == []
+        assert trace.energy is None or trace.energy.gain <= MOST_GAIN
+        snapshot = snapshot_of(case, trace)
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always", OtherEngineWarning)
+            assert snapshot == golden(snapshot.identity)
+        if told:
+            pytest.skip(str(told[0].message))
 
 
-MODELLED = [
-    case
-    for case in GATHERED.cases
-    if case.system in ("exact", "thesis") and not {"long", "large"}.intersection(case.scenario.tags)
-]
+def is_modelled(case: Case) -> bool:
+    """Whether a model decides what stands; a bare engine creeps, and of large scenes a play takes long enough."""
+    return case.system in ("exact", "thesis") and not {"long", "large"}.intersection(case.scenario.tags)
 
 
-@pytest.mark.parametrize("case", MODELLED, ids=lambda case: case.name)
-def test_a_disturbance_of_a_nanometre_changes_no_snapshot(case: Case) -> None:
-    #   The last digit of a sine differs between processors, and a golden must not lock it.
+def disturbed(timeline: Timeline) -> Timeline:
     noise = Random(7)
-    disturbed = replace(
-        case.timeline,
-        actions=tuple(nudged(act, noise) if isinstance(act, Placement) else act for act in case.timeline.actions),
-    )
-    traces = trace_of(case.name), play_case(disturbed, case.system)
-    here, there = (document(snapshot_of(case, trace, {})) for trace in traces)
-    assert compare_documents(here, there) == ()
+    moved = [nudged(act, noise) if isinstance(act, Placement) else act for act in timeline.actions]
+    return replace(timeline, actions=tuple(moved))
 
 
 def nudged(placement: Placement, noise: Random) -> Placement:

@@ -3,9 +3,12 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
-from stability.geometry.bounding_boxes import BoundingBoxes
 from stability.model import BodyId, Brick, HalfSpace, Plane, Shape
+
+if TYPE_CHECKING:
+    from stability.geometry.bounding_boxes import BoundingBoxes
 
 
 @dataclass
@@ -39,7 +42,7 @@ class OwnBodies:
         """The shape of a body, as it was asked for."""
         return HalfSpace(self.planes[body].normal_W) if body in self.planes else self.bricks[body].shape
 
-    def near(self, brick: BodyId, boxes: BoundingBoxes, within: float) -> Sequence[BodyId]:
+    def near(self, brick: BodyId, boxes: "BoundingBoxes", within: float) -> Sequence[BodyId]:
         """The bodies that may be as close to a brick as this [m], by the boxes around all bricks as they are now."""
         planes = [name for name, plane in self.planes.items() if boxes.reaches_plane(brick, plane, within)]
         return sorted([*boxes.near(brick, within), *planes])

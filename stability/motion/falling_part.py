@@ -21,7 +21,6 @@ from stability.shapes.apart import apart, apart_from_plane
 from stability.shapes.in_pose import corners_W
 from stability.statics.contacts.touch import contact_between, solid
 from stability.statics.facts import Contact, Motion, Placed, Problem, Tolerances, Wrench
-from stability.statics.solvers.equilibrium import balance
 
 DOWN: Vec3 = (0.0, 0.0, -1.0)
 PITCH = 1e-6  # of the speed: more of it along the axis, and it is a screw
@@ -92,6 +91,8 @@ def part_in_motion(part: FallingPart, angle: float, speed: float) -> dict[BodyId
 
 def holds_together(part: FallingPart, angle: float) -> bool:
     """Whether it is proven to be one body at an angle [rad], and what it turns on to stand."""
+    from stability.statics.solvers.equilibrium import balance  # noqa: PLC0415 -- it brings numpy, and what stands does without
+
     return balance(_at_angle(part, angle)).forces is not None
 
 

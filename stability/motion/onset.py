@@ -7,7 +7,6 @@ begins to move, and a reader wants to know how they move.
 from dataclasses import replace
 
 from stability.model import BodyId
-from stability.motion.least_constraint import onset
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Stability, Verdict
 from stability.statics.solvers.fall_words import described
@@ -19,6 +18,8 @@ def as_it_begins(assembly: Assembly, verdict: Verdict) -> Verdict:
     """The verdict with all bricks that begin to move, and how; unchanged if nothing falls or no motion is proven."""
     if verdict.stability is not Stability.UNSTABLE or verdict.motion is None:
         return verdict
+    from stability.motion.least_constraint import onset  # noqa: PLC0415 -- it brings numpy, and what stands does without
+
     problem = assembly.problem(_around(assembly, verdict.moving))
     motion = onset(problem, verdict.motion)
     if motion is None:

@@ -21,7 +21,6 @@ from stability.statics.admission import admit_brick, admit_names, admit_site
 from stability.statics.brick_graph import brick_graph, rests_on
 from stability.statics.certificate import total_forces
 from stability.statics.facts import Contact, Forces, Placed, Problem, Stability, Stage, Tolerances, Verdict
-from stability.statics.proof import check_forces
 from stability.statics.prover import Prover
 from stability.statics.structure import Structure
 
@@ -186,6 +185,8 @@ class Assembly:
         """
         if not self._prover.all_proven():
             return None
+        from stability.statics.proof import check_forces  # noqa: PLC0415 -- it brings numpy, and verdicts do without
+
         problem = self.problem()
         forces = total_forces(self._structure, self._prover.ledger, list(problem.contacts))
         check = check_forces(problem, forces, _rounded(problem, self._structure.tolerances))

@@ -4,10 +4,14 @@ A brick whose weight is not covered yet is judged together with a group: itself,
 the bricks below, with what these can carry. Loads may leave the group into load cores of the bricks below, so a group
 that balances is proven whatever it stands on. A group that cannot balance even with all the rest held fixed is proven
 to fall. What neither shows is asked again of a larger group, up to everything that is connected.
+
+What checks a proof or solves a program is imported where it is first asked: it brings numpy, which takes longer to load
+than most scenes take to judge, and what stands on load cores needs neither.
 """
 
 from collections.abc import Callable, Collection, Iterator, Sequence, Set
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from stability.graph import from_the_top
 from stability.model import BodyId, Vec3
@@ -15,13 +19,13 @@ from stability.statics.facts import UP, ConeForces, Contact, Motion, Problem, St
 from stability.statics.ledger import Group
 from stability.statics.load_core import carries_upright, piece, plan
 from stability.statics.overlaps import overlap_in_words
-from stability.statics.proof import check_motion
 from stability.statics.propagation import Failure, VerticalForce, VerticalLoad, propagate
-from stability.statics.solvers.equilibrium import Balance, balance
-from stability.statics.solvers.mechanism import described, smallest_mechanism
-from stability.statics.solvers.self_stress import honest_forces
+from stability.statics.solvers.fall_words import described
 from stability.statics.structure import Structure
 from stability.statics.tipping import Fall, tipping
+
+if TYPE_CHECKING:
+    from stability.statics.solvers.equilibrium import Balance
 
 SPREAD = 4  # times more levels, or bricks, each time that a group grows
 SEARCHED = 300  # bricks: in a tipping body up to this size the smallest part that tips by itself is looked for
@@ -153,12 +157,12 @@ def _fall_as_one(structure: Structure, moving: Set[BodyId]) -> Fall | None:
     bricks = {name: structure.bricks[name] for name in moving}
     contacts = structure.contacts_of(sorted(moving))
     fall = tipping(bricks, [c for c in contacts if (c.lower in moving) != (c.upper in moving)])
-    if (
-        fall is None
-        or not check_motion(structure.problem(fall.bricks, contacts), fall.motion, structure.tolerances).holds
-    ):
+    if fall is None:
         return None
-    return fall
+    from stability.statics.proof import check_motion  # noqa: PLC0415 -- it brings numpy
+
+    checked = check_motion(structure.problem(fall.bricks, contacts), fall.motion, structure.tolerances)
+    return fall if checked.holds else None
 
 
 # --- weight propagation -----------------------------------------------------------------------------------------------
@@ -180,6 +184,8 @@ def _passed_down(structure: Structure, group: set[BodyId]) -> Answer | Failure |
 
 def _upright(structure: Structure, group: Sequence[BodyId]) -> Answer | None:
     """Can upright forces alone balance a group?"""
+    from stability.statics.solvers.equilibrium import balance  # noqa: PLC0415 -- it brings numpy
+
     members = frozenset(group)
     if len(from_the_top(structure.rests_on(members))) < len(members):
         return None  # in a ring even upright forces may be self-stress, which the next stage looks for
@@ -218,6 +224,9 @@ def _vertical_forces(forces: Sequence[ConeForces], landings: Sequence[tuple[Cont
 
 def _cones(structure: Structure, group: Sequence[BodyId], last: bool) -> Answer | _Falling | None:
     """The exact problem of a group: proven to stand on cores, or to fall though all the rest is held fixed."""
+    from stability.statics.solvers.equilibrium import balance  # noqa: PLC0415 -- it brings numpy
+    from stability.statics.solvers.self_stress import honest_forces  # noqa: PLC0415 -- it brings numpy
+
     members = frozenset(group)
     contacts = structure.contacts_of(group)
     fixed = structure.problem(group, contacts)  # all the rest held fixed: more than there is to stand on
@@ -247,6 +256,8 @@ def _is_within(contact: Contact, members: Collection[BodyId], structure: Structu
 
 
 def _falls(structure: Structure, falling: _Falling, names_smallest: bool) -> Answer:
+    from stability.statics.solvers.mechanism import smallest_mechanism  # noqa: PLC0415 -- it brings numpy
+
     problem, least = falling.problem, falling.motion
     if names_smallest:
         whole = _fall_on_top(structure, least.velocity.keys())
@@ -255,7 +266,7 @@ def _falls(structure: Structure, falling: _Falling, names_smallest: bool) -> Ans
     return Answer(verdict=Verdict(Stability.UNSTABLE, Stage.CONES, reason, tuple(sorted(least.velocity)), least))
 
 
-def _in_doubt(group: Sequence[BodyId], answer: Balance) -> Answer:
+def _in_doubt(group: Sequence[BodyId], answer: "Balance") -> Answer:
     if answer.forces is not None:
         reason = "it can hold only by self-stress: forces that its weight does not call for may be there, or not"
     else:

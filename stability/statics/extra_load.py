@@ -7,7 +7,6 @@ from stability.geometry.vectors import add
 from stability.model import BodyId
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Wrench
-from stability.statics.solvers.equilibrium import balance
 
 MOST = 60  # bricks in one program: a few milliseconds
 
@@ -17,6 +16,8 @@ def withstands(assembly: Assembly, loads: Mapping[BodyId, Wrench]) -> bool:
 
     Loads are at the centres of the bricks, in W. Far from them, bricks are held fixed where there are too many.
     """
+    from stability.statics.solvers.equilibrium import balance  # noqa: PLC0415 -- it brings numpy, and what stands does without
+
     group = _connected(assembly, sorted(loads))
     problem = assembly.problem(group)
     together = {

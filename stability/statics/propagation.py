@@ -11,8 +11,6 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
-import numpy as np
-
 from stability.geometry.hulls import hull
 from stability.geometry.plan import Point2, extent
 from stability.geometry.polygons import depth
@@ -185,6 +183,8 @@ def _on_a_line(load: Point2, corners: Sequence[Point2]) -> list[float] | None:
     """Forces of least norm where all corners lie on a line, or are one: by least squares, if none of them pulls."""
     if not corners:
         return None
+    import numpy as np  # noqa: PLC0415 -- it takes longer to load than most scenes to judge, and hardly any comes here
+
     matrix = np.array([[1.0] * len(corners), [x - load[0] for x, _ in corners], [y - load[1] for _, y in corners]])
     scale = float(np.abs(matrix[1:]).max()) or 1.0
     matrix[1:] /= scale

@@ -18,7 +18,8 @@ from stackdsl.bench.scoring import Score, scores_of
 from stackdsl.bench.timing import Played, measured_or_blocked
 from stackdsl.checking.check import STATUSES, held_up
 from stackdsl.checking.gathering import Case
-from stackdsl.checking.processes import Task, TaskResult, run_supervised
+from stackdsl.checking.processes import OnWait, run_supervised
+from stackdsl.checking.worker import Start, Task, TaskResult
 from stackdsl.judging.judge import compare_with_truth
 from stackdsl.language.variants import compact
 from stackdsl.observations import observations
@@ -127,8 +128,13 @@ def versions(systems: Iterable[str] = ()) -> dict[str, str]:
     return found
 
 
-def bench(jobs: Sequence[Job], plan: Plan, on_record: OnRecord = lambda record: None) -> Bench:
-    """Do all jobs that are not done yet; an interrupt ends that, and what is there is scored."""
+def bench(
+    jobs: Sequence[Job], plan: Plan, on_record: OnRecord = lambda record: None, on_wait: OnWait = lambda: None
+) -> Bench:
+    """Do all jobs that are not done yet; an interrupt ends that, and what is there is scored.
+
+    `on_record` hears of each as it is done, and `on_wait` is called several times a second meanwhile.
+    """
     made_with = versions({job.system for job in jobs})
     records: dict[str, Record] = {}
 
@@ -149,7 +155,7 @@ def bench(jobs: Sequence[Job], plan: Plan, on_record: OnRecord = lambda record: 
         for job, without_steps in _needless(stage, jobs, records):
             add(as_played(job, without_steps))
         left = [job for job in stage if job.id not in records]
-        interrupted = interrupted or _play(left, plan, made_with, add)
+        interrupted = interrupted or _play(left, plan, made_with, add, on_wait)
         if interrupted:
             break
     answers = _answers(jobs)
@@ -194,14 +200,14 @@ def as_played(job: Job, played: Record) -> Record:
     return replace(played, id=job.id, factor=job.factor, settings=job.settings, message=message)
 
 
-def _play(jobs: Sequence[Job], plan: Plan, made_with: Mapping[str, str], add: OnRecord) -> bool:
+def _play(jobs: Sequence[Job], plan: Plan, made_with: Mapping[str, str], add: OnRecord, on_wait: OnWait) -> bool:
     """Play them, each in a process of its own; whether that was interrupted."""
     tasks = [Task(measured_or_blocked, (job.case.timeline, job.system, job.factor), plan.time_limit) for job in jobs]
 
     def one_more(index: int, result: TaskResult) -> None:
         add(recorded(jobs[index], result, made_with))
 
-    return run_supervised(tasks, plan.workers, one_more, fresh=True).interrupted
+    return run_supervised(tasks, plan.workers, one_more, on_wait, Start.PREPARED).interrupted
 
 
 def _answers(jobs: Iterable[Job]) -> dict[str, Answer | None]:

@@ -1,24 +1,27 @@
 """The pipeline: cases -> traces -> outcomes and snapshots -> report. Worlds are stepped in supervised processes."""
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
 from typing import TypeVar
 
 from stackdsl.checking.gathering import Case, Gathered
-from stackdsl.checking.processes import Task, TaskResult, TaskStatus, run_supervised
+from stackdsl.checking.processes import OnWait, run_supervised
+from stackdsl.checking.worker import Task, TaskResult, TaskStatus
 from stackdsl.compiling.compiler import where_placed
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.judging.judge import compare_with_truth, judge
 from stackdsl.judging.numerical import Refinement, held_against_refined, with_numerical_collapse
 from stackdsl.outcome import Report, RunStatus, VariantResult
 from stackdsl.playing.clearance import Blocked, BlockedPlacementError
-from stackdsl.snapshots.golden import check_golden, current_stamp, golden_name, obsolete, remove_obsolete
+from stackdsl.playing.runner import play
+from stackdsl.snapshots.golden import check_golden, golden_name, obsolete, remove_obsolete
 from stackdsl.snapshots.record import Snapshot
 from stackdsl.snapshots.snapshot import take
-from stackdsl.systems.known_systems import system_named
+from stackdsl.snapshots.stamp import current_stamp
+from stackdsl.systems.known_systems import system_named, unplayable
 from stackdsl.systems.systems import SYSTEMS
 from stackdsl.timeline import Timeline
 from stackdsl.trace import Event, Trace
@@ -50,6 +53,7 @@ class Terms:
     time_limit: float = TIME_LIMIT  # [s] of wall time a case
     update_command: str = ""  # the same call, with an update of the golden files
     refine: bool = False  # play each case again at half the step and twice the iterations
+    on_wait: OnWait = lambda: None  # called several times a second while cases are played
 
 
 Played = TypeVar("Played")
@@ -57,7 +61,11 @@ OnResult = Callable[[VariantResult], None]
 
 
 def check(
-    gathered: Gathered, selected: Sequence[Case], whole_set: bool, terms: Terms, on_result: OnResult = lambda _: None
+    gathered: Gathered,
+    selected: Sequence[Case],
+    whole_set: bool,
+    terms: Terms,
+    on_result: OnResult = lambda _: None,
 ) -> Report:
     """Play the selected cases and judge them; `on_result` hears of each as it is done.
 
@@ -66,14 +74,25 @@ def check(
     started = perf_counter()
     results: dict[int, VariantResult] = {}
 
-    def done(index: int, result: TaskResult) -> None:
-        results[index] = checked(selected[index], result, terms)
-        on_result(results[index])
+    def ended(index: int, result: VariantResult) -> None:
+        results[index] = result
+        on_result(result)
 
+    for index, case in enumerate(selected):
+        if why := unplayable(case.system):
+            ended(index, skipped(case, why))
+    playable = [index for index in range(len(selected)) if index not in results]
     playing, limit = (play_refined, REFINED_COST * terms.time_limit) if terms.refine else (play_case, terms.time_limit)
-    tasks = [Task(played_or_blocked, (playing, case.timeline, case.system), limit) for case in selected]
-    pool = run_supervised(tasks, terms.workers, done)
-    for index, left in enumerate(pool.results):
+    tasks = [
+        Task(played_or_blocked, (playing, selected[index].timeline, selected[index].system), limit)
+        for index in playable
+    ]
+
+    def done(number: int, result: TaskResult) -> None:
+        ended(playable[number], checked(selected[playable[number]], result, terms))
+
+    pool = run_supervised(tasks, terms.workers, done, terms.on_wait)
+    for index, left in zip(playable, pool.results, strict=True):
         if index not in results:
             results[index] = checked(selected[index], left, terms)
     known = whole_set and bool(gathered.cases) and not gathered.diagnostics and not pool.interrupted
@@ -93,13 +112,11 @@ def check(
 
 
 def play_case(timeline: Timeline, system: str, on_event: Callable[[Event], None] = lambda event: None) -> Trace:
-    """What a worker does. The engine is imported here, where a scene needs it, and nowhere before."""
-    from stackdsl.playing.runner import play  # noqa: PLC0415 -- it imports PyBullet
-
+    """What a worker does. The engine is imported there, where a scene needs it, and nowhere before."""
     trace = with_numerical_collapse(play(timeline, system_named(system), on_event), timeline, system_named(system))
     if not timeline.margins or trace.statics is None:
         return trace
-    from stackdsl.judging.margins import margins_of  # noqa: PLC0415 -- likewise, statics
+    from stackdsl.judging.margins import margins_of  # noqa: PLC0415 -- programs bring numpy
 
     return replace(trace, margins=margins_of(trace, timeline.margins))
 
@@ -114,8 +131,6 @@ def played_or_blocked(playing: Callable[..., Played], *arguments: object) -> Pla
 
 def play_refined(timeline: Timeline, name: str) -> Refinement:
     """What a worker does to see what of a run is the solver's; where no step was taken, nothing is."""
-    from stackdsl.playing.runner import play  # noqa: PLC0415 -- it imports PyBullet
-
     trace = play_case(timeline, name)
     if trace.cost.steps == 0:
         return Refinement(trace)
@@ -146,6 +161,11 @@ def held_up(case: Case, blocked: Blocked) -> VariantResult:
     return replace(_unfinished(case, RunStatus.BLOCKED, mistake.message), mistake=mistake)
 
 
+def skipped(case: Case, why: str) -> VariantResult:
+    """The result of a case whose engine is not there."""
+    return _unfinished(case, RunStatus.SKIPPED, why)
+
+
 def _unfinished(case: Case, status: RunStatus, message: str) -> VariantResult:
     name = case.identity
     return VariantResult(name.scenario, name.variant, case.system, case.source.file, status, message=message)
@@ -165,7 +185,7 @@ def _in_the_way(case: Case, blocked: Blocked) -> Diagnostic:
 def _compared(case: Case, trace: Trace, terms: Terms) -> VariantResult:
     if case.system not in SYSTEMS:  # what came with another package is nobody's snapshot
         return judged(case, trace)
-    golden = check_golden(snapshot_of(case, trace, current_stamp()), terms.golden, terms.update)
+    golden = check_golden(snapshot_of(case, trace), terms.golden, terms.update)
     return replace(judged(case, trace), golden=golden)
 
 
@@ -182,15 +202,18 @@ def judged(case: Case, trace: Trace) -> VariantResult:
         wrong_edges=trace.wrong_edges,
         collapse=trace.collapse,
         drift=trace.drift,
+        engine=system_named(case.system).engine.package.name if trace.cost.steps else "",
         cost=trace.cost,
         outcomes=judge(trace, case.scenario, case.variant, case.source, case.system),
         truths=compare_with_truth(trace, case.scenario, case.variant, case.source),
     )
 
 
-def snapshot_of(case: Case, trace: Trace, stamp: Mapping[str, str]) -> Snapshot:
+def snapshot_of(case: Case, trace: Trace) -> Snapshot:
     """What is locked of a run. Only what a model has proven or computed is locked to the millimetre."""
-    return take(trace, case.timeline.world, case.identity, stamp, modelled=system_named(case.system).extension)
+    system = system_named(case.system)
+    stamp = current_stamp(system.engine.package.name, trace.cost.steps)
+    return take(trace, case.timeline.world, case.identity, stamp, modelled=system.extension)
 
 
 def is_whole_set(paths: Sequence[Path], golden: Path) -> bool:

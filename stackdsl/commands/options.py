@@ -1,11 +1,14 @@
 """Options that several commands have."""
 
 from collections.abc import Iterable
+from pathlib import Path
 
 import click
 
 from stability.engines.settings import Package
 from stackdsl.systems.known_systems import KNOWN, needs_of
+
+FilePath = click.Path(path_type=Path)
 
 
 class SystemChoice(click.Choice[str]):
@@ -42,3 +45,19 @@ def playable(systems: tuple[str, ...]) -> tuple[str, ...]:
     """The systems that were asked for, each once, if what they need is installed."""
     refuse_missing(needs_of(systems))
     return tuple(dict.fromkeys(systems))
+
+
+ONE_FILE = click.argument("file", type=FilePath)
+ON_SYSTEMS = click.option(
+    "--system",
+    "systems",
+    multiple=True,
+    type=SYSTEM_CHOICE,
+    callback=lambda *given: playable(given[-1]),
+    help="Only these systems. Those on other engines than PyBullet are played wherever they are asked for.",
+)
+ON_KEYWORD = click.option("-k", "keyword", default="", help="Only cases whose name contains this.")
+ON_TAGS = click.option(
+    "--tag", "tags", multiple=True, help="Only scenarios with this tag; with ! in front, without it."
+)
+LONGEST_LIMIT = 1e6  # [s] eleven days; waiting takes a number of milliseconds in 31 bits

@@ -5,13 +5,17 @@ A reader may close either at any time; that ends the reading, and neither the wo
 
 import os
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Protocol, TextIO
+from typing import TYPE_CHECKING, Protocol, TextIO
 
 import click
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+if TYPE_CHECKING:
+    from rich.progress import Progress, TaskID
+
+
+NO_TERMINAL = 160  # [characters] how wide output is that goes elsewhere
 
 
 class Told(Protocol):
@@ -26,7 +30,14 @@ class Told(Protocol):
         """What came of it, in a few words."""
 
 
-OnTold = Callable[[Told], None]
+class Bar(Protocol):
+    """What shows how far the work is."""
+
+    def tell(self, result: Told) -> None:
+        """One more is done."""
+
+    def wait(self) -> None:
+        """Nothing is done, yet time goes on."""
 
 
 def write(text: str) -> None:
@@ -55,34 +66,71 @@ def silence(stream: TextIO) -> None:
     os.close(nowhere)
 
 
+def _is_no_terminal(stream: TextIO | None) -> bool:
+    """Whether a stream is none, and is not to be taken for one, which rich decides by the environment."""
+    return stream is None or not (stream.isatty() or {"FORCE_COLOR", "TTY_COMPATIBLE"} & os.environ.keys())
+
+
 def paper() -> tuple[int, bool]:
     """Width of the paper, and whether it takes colour."""
+    if _is_no_terminal(sys.stdout):
+        return NO_TERMINAL, False
+    from rich.console import Console  # noqa: PLC0415 -- most calls do without, and it takes a while to load
+
     console = Console()
-    return (console.width if console.is_terminal else 160), console.is_terminal and "NO_COLOR" not in os.environ
+    return (console.width if console.is_terminal else NO_TERMINAL), console.is_terminal and "NO_COLOR" not in os.environ
 
 
 @contextmanager
-def progress(total: int) -> Iterator[OnTold]:
+def progress(total: int) -> Iterator[Bar]:
     """A bar on a terminal, a line a case elsewhere; both on the error stream, so that output stays clean."""
+    if _is_no_terminal(sys.stderr):
+        yield _Lines(total)
+        return
+    from rich.console import Console  # noqa: PLC0415 -- as in `paper`
+    from rich.progress import (  # noqa: PLC0415 -- most calls draw none
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+    )
+
     console = Console(stderr=True)
     if not console.is_terminal:
-        yield _line_by_line(total)
+        yield _Lines(total)
         return
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("playing", total=total)
-        yield lambda result: bar.update(task, advance=1, description=result.name)
+    # It is refreshed by whoever waits: beside a thread for that, no worker could be a copy of this process.
+    with Progress(*columns, console=console, transient=True, auto_refresh=False) as bar:
+        yield _DrawnBar(bar, bar.add_task("playing", total=total))
 
 
-def _line_by_line(total: int) -> OnTold:
-    done = 0
+class _DrawnBar:
+    """A bar that rich draws."""
 
-    def one_more(result: Told) -> None:
-        nonlocal done
-        done += 1
-        tell(f"[{done}/{total}] {result.name}: {result.conclusion}")
+    def __init__(self, bar: "Progress", task: "TaskID") -> None:
+        self._bar, self._task = bar, task
 
-    return one_more
+    def tell(self, result: Told) -> None:
+        self._bar.update(self._task, advance=1, description=result.name, refresh=True)
+
+    def wait(self) -> None:
+        self._bar.refresh()
+
+
+class _Lines:
+    """A line for each that is done."""
+
+    def __init__(self, total: int) -> None:
+        self._total, self._done = total, 0
+
+    def tell(self, result: Told) -> None:
+        self._done += 1
+        tell(f"[{self._done}/{self._total}] {result.name}: {result.conclusion}")
+
+    def wait(self) -> None:
+        pass
 
 
 def show_error(error: click.ClickException) -> None:

@@ -20,7 +20,7 @@ from stackdsl.language.mistakes import MistakeError, shown
 class AuthorModel(BaseModel):
     """A mapping that an author writes."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", defer_build=True)
 
     @field_validator("*", mode="before")
     @classmethod

@@ -5,12 +5,12 @@ Units are the few that scenarios need, defined for pint; an unknown one is a mis
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from decimal import Decimal
 from fractions import Fraction
 from functools import cache
-from math import inf, nextafter, radians
+from math import inf, nextafter, prod, radians
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 from stackdsl.diagnostics import did_you_mean
@@ -30,6 +30,20 @@ UNITS: Final[Mapping[str, str]] = {
     # An angle is not a number here, so `sin(0.5)` and `tilt: 50 %` are mistakes that can be told.
     **{"rad": "[angle]", "deg": "3.14159265358979323846264338327950288 / 180 * rad"},
     **{"N": "kg * m / s**2", "mN": "0.001 * N", "J": "N * m", "g0": "9.80665 * m / s**2", "percent": "0.01"},
+}
+# How many SI base units each is. Pint says the same (a test asks it), but takes longer to import than most checks take.
+_IN_SI: Final[Mapping[str, Fraction]] = {
+    **{"m": Fraction(1), "mm": Fraction(1, 1000), "cm": Fraction(1, 100), "km": Fraction(1000)},
+    **{"s": Fraction(1), "ms": Fraction(1, 1000), "min": Fraction(60)},
+    **{"kg": Fraction(1), "g": Fraction(1, 1000)},
+    **{"rad": Fraction(1), "deg": Fraction("3.14159265358979323846264338327950288") / 180},
+    **{
+        "N": Fraction(1),
+        "mN": Fraction(1, 1000),
+        "J": Fraction(1),
+        "g0": Fraction("9.80665"),
+        "percent": Fraction(1, 100),
+    },
 }
 # What authors write in place of an SI unit, below so much of it.
 _EVERYDAY: Final[Mapping[str, tuple[str, float]]] = {"m": ("mm", 1.0), "kg": ("g", 1.0), "rad": ("deg", inf)}
@@ -103,10 +117,21 @@ def registry() -> "UnitRegistry[Fraction]":
 def unit_amount(unit: str) -> "Amount":
     """One of a unit that matches `UNIT`, in SI base units; of the empty text, the number one."""
     product: Amount = registry().Quantity(Fraction(1))
-    for operator, name, power in re.findall(r"([*/]?)([A-Za-z]+0?)([23]?)", unit.translate(_SPELLINGS)):
-        factor = registry().Quantity(Fraction(1), name).to_base_units() ** int(power or 1)
-        product = product / factor if operator == "/" else product * factor
+    for name, power in _factors(unit):
+        product = product * registry().Quantity(Fraction(1), name).to_base_units() ** power
     return product
+
+
+@cache
+def in_si(unit: str) -> Fraction:
+    """How many SI base units one of a unit is that matches `UNIT`; of the empty text, one."""
+    return prod((_IN_SI[name] ** power for name, power in _factors(unit)), start=Fraction(1))
+
+
+def _factors(unit: str) -> Iterator[tuple[str, int]]:
+    """The units that a unit is a product of, each with its power."""
+    for operator, name, power in re.findall(r"([*/]?)([A-Za-z]+0?)([23]?)", unit.translate(_SPELLINGS)):
+        yield name, int(power or 1) * (-1 if operator == "/" else 1)
 
 
 def as_text(written: object, dimension: Dimension) -> str:
@@ -129,20 +154,20 @@ def range_advice(dimension: Dimension) -> str:
     if dimension.whole:
         return f"write whole numbers from {dimension.least} up"
     unit = _everyday_unit(si_unit(dimension), dimension.most)
-    least, most = (f"{bound / float(unit_amount(unit).magnitude):.10g}" for bound in (dimension.least, dimension.most))
+    least, most = (f"{bound / float(in_si(unit)):.10g}" for bound in (dimension.least, dimension.most))
     low = "more than zero, at most" if dimension.positive else f"between {least} and"
     return f"write {low} {most} {unit}".rstrip()
 
 
 def si_unit(dimension: Dimension) -> str:
     """The SI unit of a dimension; empty for numbers."""
-    return next((unit for unit in dimension.units if unit_amount(unit).magnitude == 1), "")
+    return next((unit for unit in dimension.units if in_si(unit) == 1), "")
 
 
 def quantity_text(magnitude: Fraction, unit: str) -> str:
     """So much of an SI unit as an author would write it; it reads back to the same double."""
     everyday = _everyday_unit(unit, magnitude)
-    scale = Fraction(1) if everyday == unit else unit_amount(everyday).magnitude
+    scale = Fraction(1) if everyday == unit else in_si(everyday)
     number = magnitude / scale
     decimal = f"{Decimal(number.numerator) / number.denominator:.20f}".rstrip("0").rstrip(".")
     if re.fullmatch(SIGNED, decimal) and float(Fraction(decimal) * scale) == float(magnitude):
@@ -167,7 +192,7 @@ def exact_quantity(text: str, dimension: Dimension) -> Fraction:
     if unit and unit.translate(_SPELLINGS) not in {known.translate(_SPELLINGS) for known in dimension.units}:
         hint = did_you_mean(unit, dimension.units) or advice(dimension)
         raise MistakeError("SD106", f"'{unit}' is not a unit of {dimension.noun}", hint)
-    return Fraction(match["number"]) * unit_amount(unit).magnitude
+    return Fraction(match["number"]) * in_si(unit)
 
 
 def parse_quantity(written: object, dimension: Dimension) -> float:

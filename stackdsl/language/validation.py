@@ -1,25 +1,19 @@
 """From plain values to a scenario, or to everything that is wrong with them: in plain words, each in its place."""
 
-import json
 import re
-from collections.abc import Iterable, Iterator
-from functools import cache
+from collections.abc import Iterable
 from typing import Final, NamedTuple
 
 from pydantic import ValidationError
-from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
-from pydantic_core import ErrorDetails, core_schema
+from pydantic_core import ErrorDetails
 
 from stackdsl.diagnostics import Diagnostic, did_you_mean, reading_order
 from stackdsl.entry_points import offered
-from stackdsl.language.author_types import EXPRESSION_PATTERN
 from stackdsl.language.disagreements import disagreements
 from stackdsl.language.mistakes import MistakeError, shown
 from stackdsl.language.schema import Scenario, models
 from stackdsl.language.variants import Variant
 from stackdsl.reading.source import Path, Source
-
-DIALECT: Final = "https://json-schema.org/draft/2020-12/schema"
 
 # What pydantic's errors of type wanted.
 WANTED: Final = {
@@ -98,6 +92,8 @@ def _diagnostic(source: Source, detail: ErrorDetails) -> Diagnostic:
 
 
 def _told(detail: ErrorDetails) -> _Told:
+    from stackdsl.language.editor_schema import description_at, keys_at  # noqa: PLC0415 -- only mistakes need it
+
     kind, path, written, terms = detail["type"], detail["loc"], detail["input"], detail.get("ctx", {})
     last = path[-1] if path else ""
     mistake = terms.get("error")
@@ -107,9 +103,9 @@ def _told(detail: ErrorDetails) -> _Told:
         case "extra_forbidden":
             return _Told("SD101", f"unknown key '{last}'", did_you_mean(str(last), keys_at(path[:-1])))
         case "missing" if isinstance(last, int):
-            return _Told("SD103", "the list has too few items", f"write all of them: {_description(path[:-1])}")
+            return _Told("SD103", "the list has too few items", f"write all of them: {description_at(path[:-1])}")
         case "missing":
-            return _Told("SD102", f"missing key '{last}'", f"add `{last}`, {_description(path)}")
+            return _Told("SD102", f"missing key '{last}'", f"add `{last}`, {description_at(path)}")
         case "literal_error":
             choices = re.findall("'([^']*)'", terms["expected"])
             hint = did_you_mean(str(written), choices) + (_of_others() if "systems" in path else "")
@@ -131,12 +127,16 @@ def _of_others() -> str:
 
 def _with_meaning(remedy: str, path: Path) -> str:
     """What to write, and what the value is for."""
-    return ": ".join(filter(None, [remedy, _description(path)]))
+    from stackdsl.language.editor_schema import description_at  # noqa: PLC0415 -- only mistakes need it
+
+    return ": ".join(filter(None, [remedy, description_at(path)]))
 
 
 def _within(path: Path) -> str:
     """Between which limits a value is to be written."""
-    known = {key: limit for node in reversed(list(_nodes(path))) for key, limit in node.items()}
+    from stackdsl.language.editor_schema import nodes_at  # noqa: PLC0415 -- only mistakes need it
+
+    known = {key: limit for node in reversed(list(nodes_at(path))) for key, limit in node.items()}
     for least, most, noun in LIMITS:
         if least in known and most in known:
             return f"write {known[least]:g} to {known[most]:g}{noun}"
@@ -147,7 +147,9 @@ def _within(path: Path) -> str:
 
 def _list_of(written: float | str, path: Path) -> str:
     """A list in place of one value: around it, unless more are due."""
-    due = next((int(node["minItems"]) for node in _nodes(path) if "minItems" in node), 1)
+    from stackdsl.language.editor_schema import nodes_at  # noqa: PLC0415 -- only mistakes need it
+
+    due = next((int(node["minItems"]) for node in nodes_at(path) if "minItems" in node), 1)
     return f"write [{written}]" if due == 1 else f"write a list of {due}"
 
 
@@ -166,79 +168,3 @@ def _form(detail: ErrorDetails) -> str:
         case "string_type":
             return "quote it"
     return f"write {WANTED[detail['type']]}" if detail["type"] in WANTED else ""
-
-
-# --- the same for editors ---------------------------------------------------------------------------------------------
-
-
-class _ForEditors(GenerateJsonSchema):
-    """Any scalar may be an expression; a key may be absent, but not without a value."""
-
-    def int_schema(self, schema: core_schema.IntSchema) -> JsonSchemaValue:
-        return _or_expression(super().int_schema(schema))
-
-    def float_schema(self, schema: core_schema.FloatSchema) -> JsonSchemaValue:
-        return _or_expression(super().float_schema(schema))
-
-    def bool_schema(self, schema: core_schema.BoolSchema) -> JsonSchemaValue:
-        return _or_expression(super().bool_schema(schema))
-
-    def nullable_schema(self, schema: core_schema.NullableSchema) -> JsonSchemaValue:
-        return self.generate_inner(schema["schema"])
-
-    def default_schema(self, schema: core_schema.WithDefaultSchema) -> JsonSchemaValue:
-        json_schema = super().default_schema(schema)
-        return {key: value for key, value in json_schema.items() if (key, value) != ("default", None)}
-
-    def field_title_should_be_set(self, schema: object) -> bool:
-        return False
-
-
-def _or_expression(schema: JsonSchemaValue) -> JsonSchemaValue:
-    return {"anyOf": [schema, {"type": "string", "pattern": EXPRESSION_PATTERN}]}
-
-
-def json_schema() -> JsonSchemaValue:
-    """What an author may write, as JSON Schema; expressions are not looked into."""
-    return _json_schema_of(models().Scenario)
-
-
-@cache
-def _json_schema_of(scenario: type[Scenario]) -> JsonSchemaValue:
-    schema = scenario.model_json_schema(schema_generator=_ForEditors)
-    return {"$schema": DIALECT, **schema, "title": "StackDSL scenario"}
-
-
-def schema_text() -> str:
-    """The JSON schema as it is kept in `scenario.schema.json`."""
-    return json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"
-
-
-def keys_at(path: Path) -> tuple[str, ...]:
-    """The keys that an author may write in the mapping at a path."""
-    return tuple(key for node in _nodes(path) for key in node.get("properties", {}))
-
-
-def _description(path: Path) -> str:
-    return next((str(node["description"]) for node in _nodes(path) if "description" in node), "")
-
-
-def _nodes(path: Path) -> Iterator[JsonSchemaValue]:
-    """The parts of the schema that speak of a path, the nearest first."""
-    if not path:
-        yield from _alternatives(json_schema())
-        return
-    for parent in _nodes(path[:-1]):
-        within = parent.get("items") if isinstance(path[-1], int) else parent.get("properties", {}).get(path[-1])
-        if isinstance(within, dict):
-            yield from _alternatives(within)
-
-
-def _alternatives(node: JsonSchemaValue) -> Iterator[JsonSchemaValue]:
-    """A node, and what stands behind its references and alternatives."""
-    yield node
-    definitions = json_schema().get("$defs", {})
-    reference = str(node.get("$ref", "")).rpartition("/")[2]
-    for other in [definitions.get(reference), *node.get("anyOf", [])]:
-        if other is not None:
-            yield from _alternatives(other)

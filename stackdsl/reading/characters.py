@@ -3,12 +3,9 @@
 import re
 import unicodedata
 from collections.abc import Iterator
+from functools import cache
 
 from stackdsl.diagnostics import Diagnostic, Page, Span
-
-# Control characters and surrogates, as YAML demands; besides, what YAML versions or the two parsers see differently:
-# tabs, NEL, LS and PS (line breaks in YAML 1.1, text in 1.2), a byte order mark inside the text.
-UNREADABLE = re.compile("[^\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]")
 
 # What a terminal obeys or an eye cannot see, if it came in by an escape such as "\\e": control characters but for tabs
 # and line breaks, and what turns the direction of text.
@@ -29,8 +26,17 @@ def visible(text: str) -> str:
 def unreadable_characters(page: Page) -> Iterator[Diagnostic]:
     """The first character of each line that cannot stand in a scenario."""
     for line, text in enumerate(page.lines):
-        if found := UNREADABLE.search(text):
+        if text.isascii() and text.isprintable():  # as most are; the pattern takes long to make
+            continue
+        if found := _unreadable_pattern().search(text):
             yield _unreadable(found.group(), page.span(line, found.start()))
+
+
+@cache
+def _unreadable_pattern() -> re.Pattern[str]:
+    # Control characters and surrogates, as YAML demands; besides, what YAML versions or the two parsers see
+    # differently: tabs, NEL, LS and PS (line breaks in YAML 1.1, text in 1.2), a byte order mark inside the text.
+    return re.compile("[^\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]")
 
 
 def _unreadable(character: str, span: Span) -> Diagnostic:

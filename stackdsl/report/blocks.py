@@ -1,30 +1,100 @@
 """Blocks of lines and tables for a terminal or a file."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from io import StringIO
-from typing import TypeAlias
-
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
+from typing import TYPE_CHECKING, TypeAlias
 
 from stackdsl.trace import NUMERICAL_COLLAPSE
 
+if TYPE_CHECKING:
+    from rich.table import Table as RichTable
+
 UNBOUNDED = 10_000  # [characters] more than any table takes
+GAP = "  "  # between two columns
 STYLES = (
     dict.fromkeys(("stands", "same", "agrees"), "green")
-    | dict.fromkeys(("written", "differs", "not run"), "yellow")
+    | dict.fromkeys(("written", "differs", "not run", "skipped", "of another engine"), "yellow")
     | dict.fromkeys(
         ("missing", "different", "unreadable", "blocked", "crashed", "timed out", NUMERICAL_COLLAPSE), "red"
     )
 )
 
 Row: TypeAlias = dict[str, str]  # by column
-Block: TypeAlias = Sequence[Text | Table]
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """Text that stays whole."""
+
+    text: str
+    style: str
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A table without rules, which can be searched and pasted; words to the left, numbers to the right."""
+
+    rows: Sequence[Row]
+    left: Sequence[str]  # the columns of words
+
+
+Block: TypeAlias = Sequence[Line | Table]
 
 
 def blocks_text(blocks: Iterable[Block], width: int, colour: bool) -> str:
     """Blocks with a blank line between; tables keep to `width` [characters] where words let them."""
+    shown = ["".join(_shown(part, width, colour) for part in block) for block in blocks]
+    return "\n".join(text.rstrip() for text in "\n".join(shown).split("\n"))
+
+
+def line(text: str, style: str = "") -> Line:
+    """Text of others, such as names out of a file, kept from steering the terminal."""
+    return Line(_safe(text), style)
+
+
+def table(rows: Sequence[Row], left: Sequence[str]) -> Table:
+    """A table of rows, with these columns to the left."""
+    return Table([{name: _safe(cell) for name, cell in row.items()} for row in rows], left)
+
+
+def _safe(text: str) -> str:
+    return "".join(character if character.isprintable() or character == "\n" else "\ufffd" for character in text)
+
+
+def titled(title: str, lines: Sequence[str]) -> Block:
+    """Lines below a title; nothing where there are none."""
+    return [line(title, "bold"), *(line(f"  {each}") for each in lines)] if lines else []
+
+
+def _shown(part: Line | Table, width: int, colour: bool) -> str:
+    plain = None if colour else plain_text(part, width)
+    return plain if plain is not None else drawn_text(part, width, colour)
+
+
+def plain_text(part: Line | Table, width: int) -> str | None:
+    """What has neither colours nor columns too wide, which is most: no library need be loaded. None of the rest."""
+    if isinstance(part, Line):
+        return f"{part.text}\n"
+    names = list(part.rows[0])
+    rows = [names, *([row[name] for name in names] for row in part.rows)]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    # A character that is no ASCII may be two columns wide, a line break makes a row higher, and spaces may be cut off.
+    if sum(widths) + len(GAP) * (len(widths) - 1) > width or not all(_is_simple(cell) for row in rows for cell in row):
+        return None
+    flush = [str.ljust if name in part.left else str.rjust for name in names]
+    return "".join(GAP.join(to(c, w) for to, c, w in zip(flush, row, widths, strict=True)) + "\n" for row in rows)
+
+
+def _is_simple(cell: str) -> bool:
+    return cell.isascii() and cell.isprintable() and cell == cell.strip()
+
+
+def drawn_text(part: Line | Table, width: int, colour: bool) -> str:
+    """The same with colours, and with rows broken where they are too wide."""
+    from rich.console import Console  # noqa: PLC0415 -- most output is plain, and it takes a while to load
+    from rich.text import Text  # noqa: PLC0415 -- likewise
+
     console = Console(
         file=StringIO(),
         width=UNBOUNDED,
@@ -34,32 +104,24 @@ def blocks_text(blocks: Iterable[Block], width: int, colour: bool) -> str:
         legacy_windows=False,
     )
     with console.capture() as capture:
-        for number, block in enumerate(blocks):
-            if number:
-                console.print()
-            for part in block:
-                console.print(part, width=width if isinstance(part, Table) else None, soft_wrap=isinstance(part, Text))
-    return "\n".join(line.rstrip() for line in capture.get().split("\n"))
+        if isinstance(part, Line):
+            console.print(Text(part.text, style=part.style), soft_wrap=True)
+        else:
+            console.print(_rich_table(part), width=width)
+    return capture.get()
 
 
-def line(text: str, style: str = "") -> Text:
-    """Text of others, such as names out of a file, kept from steering the terminal."""
-    safe = "".join(character if character.isprintable() or character == "\n" else "\ufffd" for character in text)
-    return Text(safe, style=style)
+def _rich_table(part: Table) -> "RichTable":
+    from rich.table import Table as RichTable  # noqa: PLC0415 -- as above
+    from rich.text import Text  # noqa: PLC0415 -- likewise
 
-
-def table(rows: Sequence[Row], left: Sequence[str]) -> Table:
-    """A table without rules, which can be searched and pasted; words to the left, numbers to the right."""
-    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="bold")
-    for name in rows[0]:
+    drawn = RichTable(box=None, pad_edge=False, padding=(0, len(GAP), 0, 0), header_style="bold")
+    for name in part.rows[0]:
         # Lines break between words only: a name cut in two can be neither read nor searched.
-        longest = max(len(word) for text in (name, *(row[name] for row in rows)) for word in text.split(" "))
-        table.add_column(name, justify="left" if name in left else "right", min_width=longest, overflow="fold")
-    for row in rows:
-        table.add_row(*(line(cell, STYLES.get(cell, "")) for cell in row.values()))
-    return table
-
-
-def titled(title: str, lines: Sequence[str]) -> Block:
-    """Lines below a title; nothing where there are none."""
-    return [line(title, "bold"), *(line(f"  {each}") for each in lines)] if lines else []
+        longest = max(len(word) for text in (name, *(row[name] for row in part.rows)) for word in text.split(" "))
+        drawn.add_column(
+            Text(name), justify="left" if name in part.left else "right", min_width=longest, overflow="fold"
+        )
+    for row in part.rows:
+        drawn.add_row(*(Text(row[name], style=STYLES.get(row[name], "")) for name in part.rows[0]))
+    return drawn

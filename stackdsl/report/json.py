@@ -65,6 +65,7 @@ def _result(report: Report, result: VariantResult) -> dict[str, object]:
         "wrong_edges": _wrong_edges(result.wrong_edges) if result.wrong_edges else None,
         "collapse": _collapse(result.collapse) if result.collapse else None,
         "drift_m": _number(result.drift),
+        "engine": result.engine or None,
         "cost": _cost(result.cost) if result.cost else None,
         "speed_up": _number(report.speed_up(result)),
         "expectations": [_outcome(outcome) for outcome in result.outcomes],

@@ -3,19 +3,19 @@
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Sequence
 
-from rich.table import Table
-
 from stackdsl.outcome import GOLDEN_FAILURES, REFERENCE_SYSTEM, GoldenStatus, Outcome, Report, RunStatus, VariantResult
-from stackdsl.report.blocks import Block, Row, blocks_text, line, table, titled
+from stackdsl.report.blocks import Block, Row, Table, blocks_text, line, table, titled
 from stackdsl.report.change_text import change_text
 from stackdsl.report.diagnostic_text import GUTTER, diagnostic_text
 from stackdsl.report.edge_text import wrong_edges_text
 from stackdsl.report.outcome_text import outcome_text, significant
 
 NOTHING = "-"
+USUAL_ENGINE = "pybullet"  # not worth a column
 MOST_DIFFERENCES = 100  # of one golden file that are shown; a tower that fell has ten thousand, and nobody reads them
-LEFT = ("scenario", "variant", "verdict", "truth", "golden")  # columns of words; numbers stand to the right
+LEFT = ("scenario", "variant", "verdict", "engine", "truth", "golden")  # columns of words; numbers stand to the right
 DISPENSABLE = (
+    "engine",
     "level",
     "truth",
     "golden",
@@ -54,6 +54,7 @@ def _blocks(report: Report) -> Iterator[Block]:
     yield _blocked(report)
     stopped = [result for result in report.results if _stopped(result)]
     yield titled("Did not finish", [f"{r.file}: {r.name}: {r.status}: {r.message}" for r in stopped])
+    yield titled("Skipped", list(_skipped(report)))
     yield titled("Numerical collapses", [f"{r.name}: {r.numerical}" for r in report.results if r.numerical])
     yield titled("Wrong edge normals", list(_wrong_edges(report)))
     yield titled("Failed expectations", list(_missed(report, lambda result: result.outcomes)))
@@ -61,6 +62,7 @@ def _blocks(report: Report) -> Iterator[Block]:
     yield from (_differences(result) for result in report.results)
     yield titled("Golden files", list(_golden_files(report)))
     yield titled("Other than known from outside", list(_missed(report, lambda result: result.truths)))
+    yield titled("Golden files of another engine, compared in what no engine decides", list(_other_engines(report)))
     yield titled("Golden files made with other versions", list(_stamps(report)))
 
 
@@ -81,6 +83,7 @@ def _row(report: Report, result: VariantResult) -> Row:
         "scenario": result.scenario,
         "variant": result.variant,
         "verdict": result.verdict if result.status is RunStatus.DONE else result.status.value,
+        "engine": result.engine if result.engine not in ("", USUAL_ENGINE) else NOTHING,
         "level": str(result.collapse.level) if result.collapse else NOTHING,
         "drift mm": significant(1000.0 * result.drift) if result.status is RunStatus.DONE else NOTHING,
         "met": f"{result.met}/{len(result.outcomes)}" if result.outcomes else NOTHING,
@@ -119,6 +122,15 @@ def _blocked(report: Report) -> Block:
             told[diagnostic_text(result.mistake)].append(result.name)
     texts = [line(f"{text}\n{'':{GUTTER}} = in {', '.join(names)}") for text, names in told.items()]
     return [line("Blocked", "bold"), *texts] if texts else []
+
+
+def _skipped(report: Report) -> Iterator[str]:
+    """One line a reason, with the names of all that it kept from being played."""
+    names: defaultdict[str, list[str]] = defaultdict(list)
+    for result in report.results:
+        if result.status is RunStatus.SKIPPED:
+            names[result.message].append(result.name)
+    yield from (f"{message}: {', '.join(skipped)}" for message, skipped in names.items())
 
 
 def _stopped(result: VariantResult) -> bool:
@@ -167,6 +179,14 @@ def _golden_files(report: Report) -> Iterator[str]:
 
 def _stamps(report: Report) -> Iterator[str]:
     """One line a set of versions, not one a file."""
-    same = [r.golden for r in report.results if r.golden is not None and r.golden.status is GoldenStatus.SAME]
-    notes = Counter(golden.note for golden in same if golden.note)
+    yield from _noted(report, GoldenStatus.SAME)
+
+
+def _other_engines(report: Report) -> Iterator[str]:
+    yield from _noted(report, GoldenStatus.OTHER_ENGINE)
+
+
+def _noted(report: Report, status: GoldenStatus) -> Iterator[str]:
+    alike = [r.golden for r in report.results if r.golden is not None and r.golden.status is status]
+    notes = Counter(golden.note for golden in alike if golden.note)
     yield from (f"{_counted(count, 'file')} {note}" for note, count in sorted(notes.items()))

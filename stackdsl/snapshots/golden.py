@@ -3,12 +3,10 @@
 import json
 import os
 import re
-import sys
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from hashlib import sha256
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from secrets import token_hex
 from time import time
@@ -17,8 +15,8 @@ from stackdsl.outcome import GoldenResult, GoldenStatus
 from stackdsl.snapshots.canonical import canonical_text, document
 from stackdsl.snapshots.comparison import compare_documents
 from stackdsl.snapshots.record import FORMAT, Identity, MalformedSnapshotError, Snapshot
+from stackdsl.snapshots.stamp import differ_in_engine, stamp_note
 
-STAMPED = ("stackdsl", "pybullet")  # distributions whose versions may move a snapshot
 LONGEST_PART = 60  # characters of a scenario's or variant's name in a file name; two fit the 143 of encrypted disks
 WRITABLE = "make room for it, or name another directory by --golden"
 GOLDEN_NAME = re.compile(r"[^\[\]]+\[[^\[\]]*\]\.json")  # other JSON files are nobody's business here
@@ -27,26 +25,15 @@ LEFT_OVER = 3600.0  # [s] a temporary file of this age belongs to a run that was
 NOT_CI = ("", "0", "false", "no")  # values of the environment variable CI that mean the opposite
 
 
+LEFT_ALONE = (GoldenStatus.SAME, GoldenStatus.NEWER, GoldenStatus.OTHER_ENGINE)  # by an update
+
+
 class NewerFormatError(MalformedSnapshotError):
     """A newer version wrote a golden file: what it locks is not known here, so it is left alone."""
 
 
 class GoldenWriteRefusedError(RuntimeError):
     """Golden files are written by people, who review them as a diff; a CI run only reads them."""
-
-
-def current_stamp() -> dict[str, str]:
-    """The versions that a snapshot taken now is made with."""
-    return {"python": f"{sys.version_info.major}.{sys.version_info.minor}"} | {
-        name: found for name in STAMPED if (found := _version(name))
-    }
-
-
-def _version(distribution: str) -> str:
-    try:
-        return version(distribution)
-    except PackageNotFoundError:
-        return ""
 
 
 def golden_name(identity: Identity) -> str:
@@ -71,6 +58,9 @@ def _bytes(text: str) -> bytes:
 def check_golden(snapshot: Snapshot, directory: Path, update: bool) -> GoldenResult:
     """Hold a snapshot against its file; with `update`, write the file unless it agrees within tolerance.
 
+    A file that was made with another engine is not written over, for those who have that one: whoever means to removes
+    it first.
+
     Raises GoldenWriteRefusedError if asked to update in CI.
     """
     if update:
@@ -80,7 +70,7 @@ def check_golden(snapshot: Snapshot, directory: Path, update: bool) -> GoldenRes
     if _holds(path, text):  # as most do; of a large scene, reading what it says takes three times as long
         return GoldenResult(GoldenStatus.SAME, path.as_posix())
     result = judge_golden(path, document(snapshot))
-    if not update or result.status in (GoldenStatus.SAME, GoldenStatus.NEWER):
+    if not update or result.status in LEFT_ALONE:
         return result
     try:
         write_golden(path, text)
@@ -117,13 +107,15 @@ def judge_text(file: str, text: str, got: Mapping[str, object]) -> GoldenResult:
     """The comparison of a snapshot's JSON value with the text of a golden file, which may hold anything."""
     try:
         expected = _parsed(text)
-        differences = compare_documents(expected, got)
+        stamps = expected.get("stamp"), got.get("stamp")
+        other_engine = differ_in_engine(*stamps)
+        differences = compare_documents(expected, got, other_engine=other_engine)
     except NewerFormatError as error:
         return GoldenResult(GoldenStatus.NEWER, file, note=str(error))
     except (ValueError, RecursionError) as error:
         return GoldenResult(GoldenStatus.UNREADABLE, file, note=f"it holds no snapshot: {error}")
-    status = GoldenStatus.DIFFERENT if differences else GoldenStatus.SAME
-    return GoldenResult(status, file, differences, _stamp_note(expected.get("stamp"), got.get("stamp")))
+    agrees = GoldenStatus.OTHER_ENGINE if other_engine else GoldenStatus.SAME
+    return GoldenResult(GoldenStatus.DIFFERENT if differences else agrees, file, differences, stamp_note(*stamps))
 
 
 def _parsed(text: str) -> Mapping[str, object]:
@@ -148,14 +140,6 @@ def _without_duplicates(pairs: list[tuple[str, object]]) -> dict[str, object]:
     if len(values) < len(pairs):
         raise MalformedSnapshotError("a key is written twice")
     return values
-
-
-def _stamp_note(expected: object, got: object) -> str:
-    """What a snapshot was made with, where that is not what is in use now."""
-    was, now = (stamp if isinstance(stamp, Mapping) else {} for stamp in (expected, got))
-    changed = [name for name in sorted({*was, *now}) if was.get(name) != now.get(name)]
-    made = ", ".join(f"{name} {was.get(name, 'none')} (now {now.get(name, 'none')})" for name in changed)
-    return f"made with {made}" if made else ""
 
 
 def refuse_in_ci(environment: Mapping[str, str]) -> None:

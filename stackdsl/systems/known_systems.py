@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 from stability.engines.settings import Package
 from stackdsl.systems.peers import PEERS
-from stackdsl.systems.systems import SYSTEMS, System
+from stackdsl.systems.systems import SYSTEMS, Method, System
 
 KNOWN = {**SYSTEMS, **PEERS}  # by name: those that come with this package
 
@@ -26,3 +26,14 @@ def needs_of(names: Iterable[str]) -> list[tuple[str, Package]]:
 def missing(names: Iterable[str]) -> list[tuple[str, Package]]:
     """Those of some systems that need what is not installed, and what that is."""
     return [(name, package) for name, package in needs_of(names) if not package.installed]
+
+
+def unplayable(name: str) -> str:
+    """Why a system cannot be played here, and what to do about it; empty if it can.
+
+    Proofs need no engine until something moves, so a system that proves is always tried.
+    """
+    system = system_named(name)
+    if system.method is Method.PROVEN or system.engine.package.installed:
+        return ""
+    return f"'{name}' needs {system.engine.package.name}, which is not installed; try: {system.engine.package.remedy}"

@@ -6,18 +6,7 @@ alike for those who have the package and those who have not (docs/decisions/0016
 
 from stability.engines.mujoco.mujoco_settings import MuJoCoSettings
 from stability.engines.sapien.sapien_settings import SapienSettings
-from stackdsl.systems.systems import MOVING, Method, System
-
-# What stacked best at real constants: stiffer springs and finer steps cost more and help no longer.
-MUJOCO = MuJoCoSettings(
-    time_step=0.001,
-    iterations=100,
-    contact_time=0.004,
-    impedance_range=(0.95, 0.99, 0.0005),
-    friction_impedance=10.0,
-    tolerance=1e-8,
-    most_travel=MOVING.most_travel,
-)
+from stackdsl.systems.systems import MOVING, MUJOCO, Method, System
 
 # Five times the cost, for straight columns of a hundred planks.
 MUJOCO_STIFF = MuJoCoSettings(

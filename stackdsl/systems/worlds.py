@@ -5,7 +5,6 @@ from stability.engines.opening import load_engine, stepped_world
 from stability.engines.protocol import World
 from stability.engines.scene_scale import SceneScale
 from stability.engines.settings import EngineSettings
-from stability.published.stack_stability import StackStability
 from stability.watching.extension import Extension
 from stability.watching.rest import RestLimits
 from stackdsl.systems.systems import Method, System
@@ -61,6 +60,8 @@ def extension_for(timeline: Timeline, system: System, world: World) -> Extension
                 world, scene.planes, scene.friction, scene.gravity, limits, guard=False, joiner=world
             )
         case Method.PUBLISHED:
+            from stability.published.stack_stability import StackStability  # noqa: PLC0415 -- likewise
+
             return StackStability(
                 world, limits, guard=False, friction=scene.friction, planes=scene.planes, gravity=scene.gravity
             )

@@ -12,7 +12,7 @@ from stability.engines.settings import EngineSettings, Package
 class PyBulletSettings(EngineSettings):
     """How PyBullet steps; `scale` is applied inside the adapter."""
 
-    package: ClassVar[Package] = Package("pybullet", "pip install pybullet")
+    package: ClassVar[Package] = Package("pybullet", "pip install pybullet, with Python 3.11, for which it has wheels")
     world: ClassVar[str] = "stability.engines.pybullet.pybullet_world:PyBulletWorld"
 
     iterations: int  # of the contact solver, per step

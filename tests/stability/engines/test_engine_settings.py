@@ -15,8 +15,8 @@ from stability.engines.settings import EngineSettings
 from stability.model import Brick, Vec3
 from stability.shapes.box import Box
 from stackdsl.systems.known_systems import KNOWN
-from stackdsl.systems.peers import MUJOCO, MUJOCO_STIFF, SAPIEN
-from stackdsl.systems.systems import HELD, MOVING, STOCK, TUNED
+from stackdsl.systems.peers import MUJOCO_STIFF, SAPIEN
+from stackdsl.systems.systems import HELD, MOVING, MUJOCO, STOCK, TUNED
 
 ENGINES = (PyBulletSettings, MuJoCoSettings, SapienSettings)
 ITERATES = {"iterations"}  # which is no field of all: an engine may have no solver that iterates

@@ -10,6 +10,10 @@ from benchmarks.slipping import needed_friction
 from benchmarks.slips import KAPLA, Case, errors, timeline
 from stackdsl.playing.runner import play
 from stackdsl.systems.systems import SYSTEMS
+from tests.engines_at_hand import needs_pybullet
+
+# How exactly PyBullet moves what slips.
+pytestmark = needs_pybullet
 
 LATE, FAST = 2e-3, 0.015  # of times, and of speeds: an engine's are those of the middle of a step
 PROVEN = 1e-4  # of what needs no engine

@@ -17,6 +17,9 @@ from tests.stability.statics.independent import Answer, flat_touches, independen
 from tests.stability.statics.published_model import published_model_says_stable
 from tests.stability.statics.random_piles import FRICTION, random_piles
 
+# What takes long is worked out once for all tests here, which so stay in one process.
+pytestmark = pytest.mark.xdist_group("random piles")
+
 PILES, CHUNKS = 1000, 10
 OPPOSITE: dict[Stability, Answer] = {Stability.STABLE: "unstable", Stability.UNSTABLE: "stable"}
 

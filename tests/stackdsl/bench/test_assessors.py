@@ -26,7 +26,8 @@ from stackdsl.bench.scoring import scores_of
 from stackdsl.bench.table import bench_text
 from stackdsl.bench.timing import Played
 from stackdsl.checking.gathering import Case
-from stackdsl.checking.processes import PoolResult, Task, TaskResult, TaskStatus
+from stackdsl.checking.processes import OnWait, PoolResult
+from stackdsl.checking.worker import Start, Task, TaskResult, TaskStatus
 from stackdsl.commands.main import app
 from stackdsl.systems.known_systems import KNOWN
 from stackdsl.timeline import Timeline
@@ -159,7 +160,9 @@ def test_contacts_are_those_of_all_that_is_ever_placed() -> None:
 def on_the_spot(entrants: Mapping[str, Entrant]) -> Callable[..., PoolResult]:
     """A pool that plays in this process."""
 
-    def supervised(tasks: Sequence[Task], workers: int, on_done: Callable[..., None], fresh: bool) -> PoolResult:
+    def supervised(
+        tasks: Sequence[Task], workers: int, on_done: Callable[..., None], on_wait: OnWait, start: Start
+    ) -> PoolResult:
         results = []
         for index, task in enumerate(tasks):
             timeline, name, factor = task.arguments

@@ -12,7 +12,8 @@ from stackdsl.bench.journal import Journal
 from stackdsl.bench.page import bench_page
 from stackdsl.bench.summary import bench_json
 from stackdsl.bench.table import bench_text
-from stackdsl.checking.processes import PoolResult, Task, TaskResult, TaskStatus
+from stackdsl.checking.processes import OnWait, PoolResult
+from stackdsl.checking.worker import Start, Task, TaskResult, TaskStatus
 from stackdsl.outcome import RunStatus
 from stackdsl.playing.runner import play
 from stackdsl.systems.systems import SYSTEMS
@@ -26,7 +27,9 @@ def jobs() -> list[Job]:
 def doing(only: int, asked: list[Task]) -> Callable[..., PoolResult]:
     """A pool that is interrupted after so many tasks."""
 
-    def supervised(tasks: Sequence[Task], workers: int, on_done: Callable[..., None], fresh: bool) -> PoolResult:
+    def supervised(
+        tasks: Sequence[Task], workers: int, on_done: Callable[..., None], on_wait: OnWait, start: Start
+    ) -> PoolResult:
         asked.extend(tasks)
         results = [TaskResult(TaskStatus.CRASHED, message="for want of an engine")] * len(tasks)
         for index, result in enumerate(results[:only]):

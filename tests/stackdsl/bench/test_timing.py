@@ -5,7 +5,8 @@ import os
 import pytest
 
 from stackdsl.bench.timing import ENOUGH, MOST_RUNS, enough
-from stackdsl.checking.processes import Task, run_supervised
+from stackdsl.checking.processes import run_supervised
+from stackdsl.checking.worker import Start, Task
 
 
 def test_what_takes_no_time_is_measured_several_times() -> None:
@@ -14,7 +15,7 @@ def test_what_takes_no_time_is_measured_several_times() -> None:
     assert len(enough(1e-6, iter([1e-6] * 100))) == MOST_RUNS
 
 
-@pytest.mark.parametrize(("fresh", "processes"), [(True, 3), (False, 1)])
-def test_each_measurement_has_a_process_of_its_own(fresh: bool, processes: int) -> None:
-    pool = run_supervised([Task(os.getpid, (), 60.0)] * 3, 1, fresh=fresh)
+@pytest.mark.parametrize(("start", "processes"), [(Start.PREPARED, 3), (Start.COPY, 1), (Start.NEW, 1)])
+def test_each_measurement_has_a_process_of_its_own(start: Start, processes: int) -> None:
+    pool = run_supervised([Task(os.getpid, (), 60.0)] * 3, 1, start=start)
     assert len({result.value for result in pool.results}) == processes

@@ -8,7 +8,6 @@ from typing import TypeAlias
 from stackdsl.checking.check import play_case, snapshot_of
 from stackdsl.checking.gathering import Case, gather
 from stackdsl.snapshots.canonical import canonical_text
-from stackdsl.snapshots.golden import current_stamp
 from stackdsl.timeline import Timeline
 from stackdsl.trace import Trace
 
@@ -39,7 +38,7 @@ def _told(value: object, place: str) -> Iterator[tuple[str, str]]:
 
 def with_golden(case: Case, trace: Trace) -> dict[str, str]:
     """The bits of a trace, and the text of its golden file."""
-    return bits_of(trace) | {"golden": canonical_text(snapshot_of(case, trace, current_stamp()))}
+    return bits_of(trace) | {"golden": canonical_text(snapshot_of(case, trace))}
 
 
 def played(cases: Iterable[Case]) -> Iterator[tuple[str, Bits]]:

@@ -8,7 +8,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from textwrap import dedent
-from typing import Any
 
 import pytest
 
@@ -16,11 +15,15 @@ from stability.motion.known_motion import FallingParts
 from stackdsl.checking import check as checking
 from stackdsl.checking.check import Terms, check, play_case
 from stackdsl.checking.gathering import Case, Gathered, gather
-from stackdsl.checking.processes import PoolResult, Task, run_supervised
+from stackdsl.checking.processes import OnDone, OnWait, PoolResult, run_supervised
+from stackdsl.checking.worker import Start, Task
 from stackdsl.snapshots.golden import golden_name
 from stackdsl.trace import Event, EventKind, Trace
 from tests.paths import ROOT
 from tests.stackdsl.checking.bits import Bits, bits_of, compiled_under, differences, played, with_golden
+
+# What takes long is worked out once for all tests here, which so stay in one process.
+pytestmark = pytest.mark.xdist_group("bits")
 
 LIMIT = 120.0  # [s] for what takes one
 HASHES = "20"  # PYTHONHASHSEED of other processes
@@ -176,7 +179,7 @@ def test_a_process_with_other_hashes_compiles_the_same(
     scenes: Path, cases: tuple[Case, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("PYTHONHASHSEED", HASHES)
-    (result,) = run_supervised([Task(compiled_under, (scenes,), LIMIT)], 1).results
+    (result,) = run_supervised([Task(compiled_under, (scenes,), LIMIT)], 1, start=Start.NEW).results
     assert result.value == {case.name: bits_of(case.timeline) for case in cases}
 
 
@@ -199,8 +202,9 @@ def checked(cases: Sequence[Case], terms: Terms, monkeypatch: pytest.MonkeyPatch
     """Check these cases, which writes their golden files; the traces that its workers handed back."""
     pools: list[PoolResult] = []
 
-    def overheard(*arguments: Any) -> PoolResult:  # noqa: ANN401 -- handed on as they are
-        pools.append(run_supervised(*arguments))
+    def overheard(tasks: Sequence[Task], workers: int, on_done: OnDone, on_wait: OnWait) -> PoolResult:
+        # A copy of this process would have its hashes.
+        pools.append(run_supervised(tasks, workers, on_done, on_wait, Start.NEW))
         return pools[0]
 
     monkeypatch.setattr(checking, "run_supervised", overheard)

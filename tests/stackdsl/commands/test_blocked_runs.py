@@ -9,13 +9,15 @@ from stability.model import Brick, Pose
 from stability.shapes.box import Box
 from stackdsl.checking.check import held_up, play_case, play_refined, played_or_blocked
 from stackdsl.checking.gathering import Case
-from stackdsl.outcome import ExitCode, Report, RunStatus, exit_code
+from stackdsl.exits import ExitCode
+from stackdsl.outcome import Report, RunStatus, exit_code
 from stackdsl.playing.clearance import Blocked, BlockedPlacementError, keep_clear
 from stackdsl.playing.watch import Watch
 from stackdsl.report.text import report_text
 from stackdsl.timeline import Arrival, Placement
 from stackdsl.trace import Trace
 from tests.command_line import GOOD, Stackdsl, stackdsl_in_folder, write
+from tests.engines_at_hand import needs_pybullet
 from tests.scenes import compiled
 
 __all__ = ["stackdsl_in_folder"]  # the fixture `stackdsl`
@@ -131,6 +133,7 @@ def test_a_blocked_run_makes_a_scenario_invalid_and_runs_alike_are_told_once() -
     assert "2 blocked" in text
 
 
+@needs_pybullet
 def test_check_tells_what_is_blocked_and_goes_on_with_the_rest(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, f"{SLIDES}---\n{GOOD}")
     result = stackdsl("check", "scene.yaml", "--format", "json")
@@ -143,6 +146,7 @@ def test_check_tells_what_is_blocked_and_goes_on_with_the_rest(stackdsl: Stackds
     assert "BlockedPlacementError" not in result.text
 
 
+@needs_pybullet
 def test_run_tells_what_is_blocked_and_goes_on_with_the_rest(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, f"{SLIDES}---\n{GOOD}")
     result = stackdsl("run", "scene.yaml")
@@ -151,6 +155,7 @@ def test_run_tells_what_is_blocked_and_goes_on_with_the_rest(stackdsl: Stackdsl,
     assert "passed: scene.yaml:19:5: stands" in result.out
 
 
+@needs_pybullet
 def test_a_bench_finds_that_a_run_is_blocked_and_does_not_call_it_a_crash(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, SLIDES.replace("tuned", "stock"))
     result = stackdsl("bench", "scene.yaml", "--system", "stock", "--resolutions", "1")

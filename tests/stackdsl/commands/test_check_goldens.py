@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.command_line import GOOD, Result, Stackdsl, ended, started, write
+from tests.command_line import AMPLE, GOOD, Result, Stackdsl, ended, started, write
 
 
 @pytest.fixture(scope="module")
@@ -88,7 +88,7 @@ def test_goldens_that_the_disk_keeps_stay_obsolete_in_a_whole_report(project: Pa
     refused = "def refuse(*_, **__): raise PermissionError(13, 'Permission denied')"
     code = f"import pathlib\n{refused}\npathlib.Path.unlink = refuse\nfrom stackdsl.commands.main import main\nmain()"
     done = started(project, "check", "--update", program=("-c", code))
-    out, err = done.communicate(timeout=60)
+    out, err = done.communicate(timeout=AMPLE)
     assert done.returncode == 3
     assert "good" in out
     assert "obsolete" in out

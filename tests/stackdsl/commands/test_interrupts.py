@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.command_line import GOOD, started, write
+from tests.command_line import AMPLE, GOOD, started, write
+from tests.engines_at_hand import needs_pybullet
 from tests.paths import ROOT
 
 # The command, with a Ctrl-C soon after it has begun to start workers: none has come as far as its task by then.
@@ -29,6 +30,8 @@ if __name__ == "__main__":
 """
 
 
+pytestmark = pytest.mark.usefixtures("interruptible")
+
 FAILING = GOOD + "  - height: 20 mm ± 1 mm\n"
 
 
@@ -45,7 +48,7 @@ def test_a_reader_who_leaves_changes_no_exit_code(tmp_path: Path, text: str, cal
     process.stdout.close()
     with process.stderr as stream:
         err = stream.read()
-    assert process.wait(timeout=60) == code
+    assert process.wait(timeout=AMPLE) == code
     assert "internal" not in err
     assert "Traceback" not in err
     assert "ignored" not in err
@@ -58,7 +61,7 @@ def test_progress_that_nobody_hears_of_stops_nothing(tmp_path: Path, redirected:
     wait_a_moment = "sleep 0.2;" if "true" in redirected else ""
     shell = f"exec {redirected}; {wait_a_moment} exec '{sys.executable}' -m stackdsl check s"
     process = started(tmp_path, program=("-c", shell), executable="/bin/bash")
-    out, _ = process.communicate(timeout=60)
+    out, _ = process.communicate(timeout=AMPLE)
     assert process.returncode == 1
     assert "3 failed" in out
 
@@ -69,13 +72,14 @@ def test_a_full_disk_is_no_fault_of_ours(tmp_path: Path, command: str) -> None:
     arguments = [command] if command == "schema" else [command, "scene.yaml"]
     with Path("/dev/full").open("w", encoding="utf-8") as full:
         process = started(tmp_path, *arguments, stdout=full.fileno())
-        _, err = process.communicate(timeout=60)
+        _, err = process.communicate(timeout=AMPLE)
     assert process.returncode == 4
     assert "the output cannot be written: No space left on device" in err
     assert "fault" not in err
     assert "ignored" not in err
 
 
+@needs_pybullet
 @pytest.mark.parametrize(("number", "times"), [(signal.SIGINT, 30), (signal.SIGTERM, 1), (signal.SIGTERM, 30)])
 def test_whatever_the_impatience_the_report_is_out(tmp_path: Path, number: signal.Signals, times: int) -> None:
     write(tmp_path, GOOD, "s/a.yaml")
@@ -87,7 +91,7 @@ def test_whatever_the_impatience_the_report_is_out(tmp_path: Path, number: signa
     for _ in range(times):
         process.send_signal(number)
         time.sleep(0.001)
-    out, err = process.communicate(timeout=20)
+    out, err = process.communicate(timeout=AMPLE)
     assert process.returncode == 130
     assert "good" in out
     assert "interrupted" in out
@@ -99,10 +103,11 @@ def test_an_interrupt_of_the_imports_is_one_like_any_other(tmp_path: Path, progr
     # A package that is imported early, and interrupts as a key pressed meanwhile would.
     write(tmp_path, "import signal\nsignal.raise_signal(signal.SIGINT)\n", "early/click/__init__.py")
     process = started(tmp_path, "schema", program=program, path=str(tmp_path / "early"))
-    out, err = process.communicate(timeout=60)
+    out, err = process.communicate(timeout=AMPLE)
     assert (process.returncode, out, err) == (130, "", "interrupted\n")
 
 
+@needs_pybullet
 def test_an_interrupt_keeps_what_is_done_and_ends_with_130(tmp_path: Path) -> None:
     write(tmp_path, GOOD, "s/a.yaml")
     write(tmp_path, GOOD.replace("good", "slow").replace("1 s", "1000 s") + "systems: [tuned]\n", "s/b.yaml")
@@ -118,13 +123,14 @@ def test_an_interrupt_keeps_what_is_done_and_ends_with_130(tmp_path: Path) -> No
     process.stderr.readline()  # the first case is done
     time.sleep(0.3)
     process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=20)
+    out, err = process.communicate(timeout=AMPLE)
     assert process.returncode == 130
     assert "good" in out
     assert "interrupted" in out
     assert "Traceback" not in out + err
 
 
+@needs_pybullet
 @pytest.mark.parametrize("delay", [0.0, 0.002, 0.05])
 def test_an_interrupt_of_the_whole_group_while_workers_start_leaves_no_traceback(tmp_path: Path, delay: float) -> None:
     for number in range(4):
@@ -142,7 +148,7 @@ def test_an_interrupt_of_the_whole_group_while_workers_start_leaves_no_traceback
         encoding="utf-8",
         start_new_session=True,
     )
-    out, err = process.communicate(timeout=60)
+    out, err = process.communicate(timeout=AMPLE)
     assert process.returncode == 130
     assert "interrupted" in out
     assert "Traceback" not in out + err

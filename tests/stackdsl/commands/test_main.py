@@ -9,8 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from stackdsl.commands.main import FORMATS
+from stackdsl.commands.check_command import FORMATS
 from tests.command_line import GOOD, Result, Stackdsl, ended, write
+from tests.engines_at_hand import needs_pybullet
 from tests.paths import ROOT
 
 ALIAS_BOMB = "a: &a [x, x, x, x, x, x, x, x, x, x]\n" + "".join(
@@ -136,6 +137,7 @@ def test_a_failed_expectation_is_shown_with_its_line_and_margin(stackdsl: Stackd
 TOWER = GOOD.replace("column: {levels: 3}", "four_stack: {levels: 8}").replace("1 s", "0.5 s") + "systems: [stock]\n"
 
 
+@needs_pybullet
 def test_refine_calls_a_numerical_collapse_one_and_fails(stackdsl: Stackdsl, tmp_path: Path) -> None:
     path = write(tmp_path, TOWER.replace("stands: all", "collapses: any"))
     result = stackdsl("check", str(path), "--refine")
@@ -181,6 +183,7 @@ def test_selecting_nothing_is_wrong_usage(stackdsl: Stackdsl, tmp_path: Path) ->
     assert stackdsl("nonsense").code == 4
 
 
+@needs_pybullet
 def test_list_names_the_selected_cases_and_plays_none(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, GOOD + "tags: [short]\nsystems: [exact, tuned]\n", "s/a.yaml")
     write(tmp_path, GOOD.replace("good", "other") + "tags: [long]\n", "s/b.yaml")
@@ -191,6 +194,7 @@ def test_list_names_the_selected_cases_and_plays_none(stackdsl: Stackdsl, tmp_pa
     assert stackdsl("check", "s", "--list", "-k", "other").out.split() == ["other[exact]"]
 
 
+@needs_pybullet
 def test_a_case_that_overruns_its_time_is_told_and_ends_with_5(stackdsl: Stackdsl, tmp_path: Path) -> None:
     path = write(tmp_path, GOOD.replace("every: 1 s", "every: 1000 s") + "systems: [tuned]\n")
     result = stackdsl("check", str(path), "--time-limit", "0.5")
@@ -212,6 +216,7 @@ def test_run_prints_the_timeline_as_it_happens(stackdsl: Stackdsl, tmp_path: Pat
     assert "stands" in result.out
 
 
+@needs_pybullet
 def test_run_judges_and_ends_as_check_does_without_goldens(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, GOOD + "  - {height: 20 mm ± 1 mm, system: tuned}\nsystems: [exact, tuned]\n")
     path = "scene.yaml"
@@ -228,6 +233,7 @@ def test_run_judges_and_ends_as_check_does_without_goldens(stackdsl: Stackdsl, t
     assert stackdsl("run", path).code == 2
 
 
+@needs_pybullet
 def test_explain_takes_a_selection(stackdsl: Stackdsl, tmp_path: Path) -> None:
     path = str(write(tmp_path, GOOD + "systems: [exact, tuned]\n---\n" + GOOD.replace("good", "other")))
     explained = stackdsl("explain", path, "--system", "tuned").out

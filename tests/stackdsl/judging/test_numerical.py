@@ -7,10 +7,11 @@ import pytest
 
 from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stackdsl.checking.check import judged
+from stackdsl.exits import ExitCode
 from stackdsl.judging.numerical import REMOVED, held_against_refined, with_numerical_collapse
 from stackdsl.judging.proofs import DISPROVED, stands_until
 from stackdsl.observations import Change, Seen, changes, observations
-from stackdsl.outcome import ExitCode, Report, RunStatus, VariantResult, exit_code
+from stackdsl.outcome import Report, RunStatus, VariantResult, exit_code
 from stackdsl.playing.runner import play
 from stackdsl.systems.systems import STOCK, SYSTEMS, TUNED, System
 from stackdsl.trace import STAND, Collapse, Cost, Trace

@@ -6,7 +6,7 @@ import pytest
 
 from stackdsl.checking.check import REMEDIES, Terms, checked, judged
 from stackdsl.checking.gathering import gather
-from stackdsl.checking.processes import TaskResult, TaskStatus
+from stackdsl.checking.worker import TaskResult, TaskStatus
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.outcome import RunStatus
 from stackdsl.playing.runner import play

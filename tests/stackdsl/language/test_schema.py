@@ -14,11 +14,11 @@ from stackdsl.language.claims.collapses import Collapses
 from stackdsl.language.claims.drift import Drift
 from stackdsl.language.claims.rests_on import RestsOn
 from stackdsl.language.claims.stands import Stands
+from stackdsl.language.editor_schema import json_schema, keys_at, schema_text
 from stackdsl.language.layouts.column import ColumnParams
 from stackdsl.language.layouts.registry import LAYOUTS
 from stackdsl.language.schema import UNTIL_COLLAPSE, Scenario, models
 from stackdsl.language.tolerances import Tolerance
-from stackdsl.language.validation import json_schema, keys_at, schema_text
 from stackdsl.language.variants import expand
 from stackdsl.reading.source import parse
 from tests.paths import ROOT
@@ -203,7 +203,7 @@ def accepted_by_editors(text: str) -> bool:
 
 def test_the_schema_file_is_current() -> None:
     assert SCHEMA_FILE.read_text(encoding="utf-8") == schema_text(), (
-        "python -c 'from stackdsl.language.validation import schema_text; print(schema_text(), end=\"\")' "
+        "python -c 'from stackdsl.language.editor_schema import schema_text; print(schema_text(), end=\"\")' "
         "> stackdsl/scenario.schema.json"
     )
 

@@ -12,8 +12,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from stackdsl.diagnostics import CODES, Diagnostic, Span
+from stackdsl.language.editor_schema import json_schema, keys_at
 from stackdsl.language.quantities import LENGTH
-from stackdsl.language.validation import json_schema, keys_at, validate
+from stackdsl.language.validation import validate
 from stackdsl.language.variants import Variant, expand
 from stackdsl.reading.source import Path, Plain, Source, parse
 from tests.paths import ROOT

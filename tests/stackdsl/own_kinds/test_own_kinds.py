@@ -13,8 +13,8 @@ from stackdsl.bench.answers import answer_of
 from stackdsl.checking.check import Terms, check
 from stackdsl.checking.gathering import Case, Gathered, gather
 from stackdsl.language.claims.claim_kind import CLAIMS, ClaimKind, claim
+from stackdsl.language.editor_schema import json_schema, keys_at, schema_text
 from stackdsl.language.schema import models
-from stackdsl.language.validation import json_schema, keys_at, schema_text
 from stackdsl.outcome import VariantResult
 from stackdsl.report.explanation import explanation_text
 from stackdsl.report.json import report_json

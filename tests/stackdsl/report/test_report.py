@@ -9,8 +9,8 @@ from math import inf, nan, radians
 import pytest
 
 from stackdsl.diagnostics import Diagnostic, Span
+from stackdsl.exits import ExitCode
 from stackdsl.outcome import (
-    ExitCode,
     GoldenDifference,
     GoldenResult,
     GoldenStatus,

@@ -15,6 +15,7 @@ from stackdsl.systems.known_systems import missing, system_named
 from stackdsl.systems.peers import PEERS
 from stackdsl.systems.systems import SYSTEMS
 from stackdsl.trace import EventKind, Trace
+from tests.engines_at_hand import needs_pybullet
 from tests.scenes import compiled, mistakes_of, scene, timeline_of
 
 FOUR_STACK = "- four_stack: {levels: 5}\n  every: 1 s"
@@ -84,6 +85,7 @@ def test_without_its_package_a_peer_says_what_to_install(written: Path, command:
     assert "'mujoco-exact' needs mujoco, which is not installed; try: pip install 'stackdsl[mujoco]'" in done.output
 
 
+@needs_pybullet
 @pytest.mark.usefixtures("without_mujoco")
 def test_nobody_else_needs_the_package(written: Path) -> None:
     done = CliRunner().invoke(app, ["run", str(written), "--system", "exact"])

@@ -8,7 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from tests.command_line import Stackdsl, started
+from tests.command_line import AMPLE, Stackdsl, started
+from tests.engines_at_hand import needs_pybullet
+
+pytestmark = pytest.mark.usefixtures("interruptible")
 
 # The second scene falls with plank floor(117.6 / 40) + 1 = 3.
 SCENES = """\
@@ -40,13 +43,14 @@ def lines_in(path: Path) -> int:
     return len(path.read_text(encoding="utf-8").splitlines()) if path.exists() else 0
 
 
+@needs_pybullet
 def test_a_bench_is_interrupted_resumed_and_written_down(stackdsl: Stackdsl, folder: Path) -> None:
     journal = folder / "out" / "runs.jsonl"
     process = started(folder, *QUICK)
     while lines_in(journal) < 2 and process.poll() is None:
         time.sleep(0.02)
     process.send_signal(signal.SIGINT)
-    out, _ = process.communicate(timeout=60)
+    out, _ = process.communicate(timeout=AMPLE)
     assert process.returncode == 130
     assert "interrupted, go on with --resume" in out.splitlines()[-1]
     kept = [line for line in journal.read_text(encoding="utf-8").splitlines() if '"status": "done"' in line]
@@ -70,6 +74,7 @@ def test_a_bench_is_interrupted_resumed_and_written_down(stackdsl: Stackdsl, fol
     assert "# Speed against error" in (folder / "out" / "speed-against-error.md").read_text(encoding="utf-8")
 
 
+@needs_pybullet
 def test_a_coarse_step_is_found_to_bring_down_what_stands(stackdsl: Stackdsl, folder: Path) -> None:
     # PyBullet as it comes with four times its step: the stack falls, and statics prove that it stands.
     text = SCENES.split("---", maxsplit=1)[0].replace(
@@ -100,6 +105,7 @@ def test_selecting_nothing_is_wrong_usage(stackdsl: Stackdsl, folder: Path) -> N
     assert "nothing selected" in err
 
 
+@needs_pybullet
 def test_an_output_that_cannot_be_written_is_told(stackdsl: Stackdsl, folder: Path) -> None:
     (folder / "out").write_text("a file", encoding="utf-8")
     code, _, err = stackdsl(*QUICK)
@@ -107,6 +113,7 @@ def test_an_output_that_cannot_be_written_is_told(stackdsl: Stackdsl, folder: Pa
     assert "out cannot be written" in err
 
 
+@needs_pybullet
 def test_resuming_where_other_jobs_were_done_is_told_and_loses_nothing(stackdsl: Stackdsl, folder: Path) -> None:
     exact = ("bench", "scenes.yaml", "--system", "exact", "--resolutions", "1", "--output", "out")
     assert stackdsl(*exact).code == 0

@@ -15,16 +15,15 @@ from stackdsl.bench.summary import bench_json
 from stackdsl.bench.table import bench_text
 from stackdsl.checking.gathering import gather
 from stackdsl.checking.selection import Selection, why_nothing
-from stackdsl.commands.options import SystemChoice, refuse_missing
+from stackdsl.commands.options import LONGEST_LIMIT, ON_KEYWORD, ON_TAGS, FilePath, SystemChoice, refuse_missing
 from stackdsl.commands.terminal import paper, progress, tell, write
-from stackdsl.outcome import ExitCode, RunStatus
+from stackdsl.exits import ExitCode
+from stackdsl.outcome import RunStatus
 from stackdsl.report.diagnostic_text import diagnostic_text
 
-FilePath = click.Path(path_type=Path)
 RESOLUTIONS = "2,1,1/2,1/4"
 FINEST, COARSEST = Fraction(1, 64), Fraction(64)
 TIME_LIMIT = 300.0  # [s] a run
-LONGEST_LIMIT = 1e6  # [s] eleven days
 
 
 def _playable(names: tuple[str, ...]) -> tuple[str, ...]:
@@ -62,8 +61,8 @@ def _factors(context: click.Context, parameter: click.Parameter, text: str) -> t
     callback=lambda *given: _playable(given[-1]),
     help="Only these systems; default: all that are installed.",
 )
-@click.option("-k", "keyword", default="", help="Only cases whose name contains this.")
-@click.option("--tag", "tags", multiple=True, help="Only scenarios with this tag; with ! in front, without it.")
+@ON_KEYWORD
+@ON_TAGS
 @click.option(
     "--resolutions",
     default=RESOLUTIONS,
@@ -116,8 +115,8 @@ def bench_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     try:
         if resume:
             _tell_of_other_jobs(plan.journal, jobs)
-        with progress(len(jobs)) as on_record:
-            found = bench(jobs, plan, on_record)
+        with progress(len(jobs)) as bar:
+            found = bench(jobs, plan, bar.tell, bar.wait)
         _write_down(found, output)
     except OSError as error:
         raise click.ClickException(f"{output} cannot be written: {error.strerror}; use another --output") from error

@@ -1,0 +1,200 @@
+"""A process that carries out tasks for another one, which supervises it.
+
+Each has a pipe of its own and one task at a time, so that whatever brings it down is known by name.
+"""
+
+import gc
+import multiprocessing
+import os
+import pickle
+import signal
+import sys
+import threading
+import traceback
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from enum import Enum, StrEnum
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+from time import monotonic
+
+from stackdsl.exits import INTERRUPTS
+
+BEGUN = b"begun"  # a worker's word that it has all it needs and calls the function now
+START_LIMIT = 120.0  # [s] for a worker to start and import what a task needs, before the task's own limit counts
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """A call to be made in another process."""
+
+    function: Callable[..., object]  # importable by name, as pickle needs it
+    arguments: tuple[object, ...]  # picklable
+    limit: float  # [s] of wall time
+
+
+class Start(Enum):
+    """What a worker is when it begins."""
+
+    COPY = "copy"  # of this process, which is quickest; of one with several threads no copy is safe, so it is NEW there
+    NEW = "new"  # a process that has imported nothing
+    PREPARED = "prepared"  # one for each task, which did nothing before but import what functions of tasks are in
+
+
+class TaskStatus(StrEnum):
+    """How a task ended."""
+
+    DONE = "done"
+    CRASHED = "crashed"  # it raised, or took its worker down with it
+    TIMED_OUT = "timed out"
+    NOT_RUN = "not run"  # the pool was interrupted before it ended
+
+
+@dataclass(frozen=True, slots=True)
+class TaskResult:
+    """What became of a task."""
+
+    status: TaskStatus
+    value: object = None  # what the function returned
+    message: str = ""  # why it did not
+    details: str = ""  # the traceback, where there is one
+
+
+@dataclass
+class Worker:
+    process: BaseProcess
+    connection: Connection
+    index: int = -1  # of the task in hand
+    limit: float = START_LIMIT  # [s]
+    deadline: float = 0.0  # by the monotonic clock [s]
+
+    @classmethod
+    def started(cls, start: Start, imported: Sequence[str]) -> "Worker":
+        """A new worker; one that is prepared comes from a process that has imported these modules and did no more.
+
+        Interrupts are to be held back meanwhile.
+        """
+        ours, theirs = multiprocessing.Pipe()
+        process = _process(start, imported, theirs)
+        process.start()
+        # As long as this end is open here, the death of the worker would not end the stream.
+        theirs.close()
+        return cls(process, ours)
+
+    def allow(self, limit: float) -> None:
+        """Give it so much time [s] from now."""
+        self.limit, self.deadline = limit, monotonic() + limit
+
+    def kill(self) -> None:
+        """End it, whatever it does; all that was wanted of it has been received."""
+        self.process.kill()
+        self.process.join()
+        self.connection.close()
+
+
+def _process(start: Start, imported: Sequence[str], connection: Connection) -> BaseProcess:
+    if start is Start.PREPARED:
+        server = multiprocessing.get_context("forkserver")
+        server.set_forkserver_preload([*imported])
+        return server.Process(target=_serve, args=(connection,), daemon=True)
+    if start is Start.COPY:
+        return multiprocessing.get_context("fork").Process(target=_serve, args=(connection,), daemon=True)
+    return multiprocessing.get_context("spawn").Process(target=_serve, args=(connection,), daemon=True)
+
+
+def safe(start: Start) -> Start:
+    """How to start a worker here and now: a process with several threads, of Python or of a library, is not copied.
+
+    The copy would have one of them only, and wait in vain for what the others held. Elsewhere than on Linux nobody
+    knows how many there are.
+    """
+    if start is not Start.COPY:
+        return start
+    with suppress(OSError):
+        if len(os.listdir("/proc/self/task")) == 1:
+            return Start.COPY
+    return Start.NEW
+
+
+@contextmanager
+def interrupts_held_back(start: Start) -> Iterator[None]:
+    """Put off INTERRUPTS to the end; a process started meanwhile gets none, from its first instruction on.
+
+    Ctrl-C reaches the whole process group. A process inherits what is blocked, as it would what is ignored, but what is
+    ignored would be lost here. Another thread may take what this one blocks, hence the handler.
+    """
+    if threading.current_thread() is not threading.main_thread():  # interrupts are not for this one
+        yield
+        return
+    if start is not Start.COPY:
+        from multiprocessing import resource_tracker  # noqa: PLC0415 -- copies do without
+
+        resource_tracker.ensure_running()  # else starting a process would start it, which lets interrupts through again
+    pressed: list[int] = []
+    handlers = {number: signal.signal(number, lambda number, _: pressed.append(number)) for number in INTERRUPTS}
+    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, INTERRUPTS)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+        for caught in pressed:
+            signal.raise_signal(caught)
+
+
+def crash(error: BaseException) -> TaskResult:
+    message = traceback.format_exception_only(error)[-1].strip()
+    return TaskResult(TaskStatus.CRASHED, message=message, details="".join(traceback.format_exception(error)))
+
+
+def cause_of_death(process: BaseProcess) -> str:
+    code = process.exitcode or 0
+    if code >= 0:
+        return f"the worker exited with code {code}"
+    try:
+        return f"the worker was killed by {signal.Signals(-code).name}"
+    except ValueError:
+        return f"the worker was killed by signal {-code}"
+
+
+def _serve(connection: Connection) -> None:
+    """What a worker does: one order after the other, until nobody is left to give any."""
+    # The parent decides what Ctrl-C means; held back so far, it would stay so in whatever a task starts.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # in a copy of the parent, it would mean what it means there
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, INTERRUPTS)
+    gc.freeze()  # looking for garbage in what the parent has made would copy its memory
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    _keep_off_stdout()
+    with suppress(EOFError, OSError):
+        while True:
+            order = connection.recv_bytes()
+            connection.send_bytes(_carry_out(order, lambda: connection.send_bytes(BEGUN)))
+
+
+def _end_with_parent() -> None:
+    """A parent that is killed ends nobody, and a task in hand may take long: nobody is left to want its result."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    # What a worker that has cut its own connections comes to as well, whoever notices first.
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def _keep_off_stdout() -> None:
+    """Native libraries chatter on descriptor 1, where the parent writes its report; prints of Python go to stderr."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    os.close(nowhere)
+    sys.stdout = sys.stderr
+
+
+def _carry_out(order: bytes, tell_begun: Callable[[], None]) -> bytes:
+    try:
+        function, arguments = pickle.loads(order)
+        tell_begun()
+        return pickle.dumps(TaskResult(TaskStatus.DONE, function(*arguments)))
+    except BaseException as error:  # a task that exits Python ends itself, not its worker
+        return pickle.dumps(crash(error))

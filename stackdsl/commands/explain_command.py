@@ -1,0 +1,28 @@
+"""`stackdsl explain`: prints what a file was compiled to, and what statics says of it."""
+
+from itertools import groupby
+from pathlib import Path
+
+import click
+
+from stackdsl.checking.selection import Selection
+from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE
+from stackdsl.commands.selecting import code_without_runs, selected_of
+from stackdsl.commands.terminal import write
+from stackdsl.report.explanation import explanation_text
+
+
+@click.command("explain")
+@ONE_FILE
+@ON_SYSTEMS
+@ON_KEYWORD
+@click.option("--margins/--no-margins", default=None, help="What the proofs would survive; default: of few bricks.")
+@click.pass_context
+def explain_command(
+    context: click.Context, file: Path, systems: tuple[str, ...], keyword: str, margins: bool | None
+) -> None:
+    """Print what FILE was compiled to, and what statics says of it."""
+    gathered, selected = selected_of(file, Selection(systems, keyword))
+    for _, cases in groupby(selected, key=lambda case: (case.scenario.scenario, case.variant.parameters)):
+        write(explanation_text(list(cases), margins))
+    context.exit(code_without_runs(gathered, selected))

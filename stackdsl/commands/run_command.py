@@ -1,0 +1,47 @@
+"""`stackdsl run`: plays one file and tells what happens as it happens."""
+
+from pathlib import Path
+
+import click
+
+from stackdsl.checking.check import held_up, judged, play_case, skipped
+from stackdsl.checking.gathering import Case
+from stackdsl.checking.selection import Selection
+from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE
+from stackdsl.commands.selecting import complain, selected_of
+from stackdsl.commands.terminal import write
+from stackdsl.outcome import Report, VariantResult, exit_code
+from stackdsl.playing.clearance import BlockedPlacementError
+from stackdsl.report.event_text import event_text
+from stackdsl.report.run_text import run_text
+from stackdsl.systems.known_systems import unplayable
+
+
+@click.command("run")
+@ONE_FILE
+@ON_SYSTEMS
+@ON_KEYWORD
+@click.pass_context
+def run_command(context: click.Context, file: Path, systems: tuple[str, ...], keyword: str) -> None:
+    """Play FILE, print what happens as it happens, and judge it; snapshots are not looked at."""
+    gathered, selected = selected_of(file, Selection(systems, keyword))
+    results = tuple(_run(case) for case in selected)
+    context.exit(exit_code(Report(results, gathered.diagnostics)))
+
+
+def _run(case: Case) -> VariantResult:
+    """Play a case here, and print what happens and how it ended."""
+    write(case.name)
+    if why := unplayable(case.system):
+        write(f"  skipped: {why}\n\n")
+        return skipped(case, why)
+    try:
+        trace = play_case(case.timeline, case.system, lambda event: write(event_text(event)))
+    except BlockedPlacementError as error:
+        result = held_up(case, error.blocked)
+        complain(filter(None, [result.mistake]))
+    else:
+        result = judged(case, trace)
+        write(run_text(trace, result))
+    write("\n")
+    return result

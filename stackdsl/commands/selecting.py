@@ -1,0 +1,39 @@
+"""What the commands that read scenarios tell of what they found, and of what they were asked for."""
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from stackdsl.checking.gathering import Case, Gathered, gather
+from stackdsl.checking.selection import Selection, why_nothing
+from stackdsl.commands.terminal import tell
+from stackdsl.diagnostics import Diagnostic
+from stackdsl.exits import ExitCode
+from stackdsl.report.diagnostic_text import diagnostic_text
+
+
+def selected_of(file: Path, selection: Selection) -> tuple[Gathered, Sequence[Case]]:
+    """What one file holds, and the cases selected of it; its mistakes are told, and why nothing is selected."""
+    gathered = gather([file])
+    complain(gathered.diagnostics)
+    selected = selection.of(gathered.cases)
+    warn_of_nothing(selection, gathered, selected, [file])
+    return gathered, selected
+
+
+def complain(diagnostics: Iterable[Diagnostic]) -> None:
+    """Tell of mistakes."""
+    for diagnostic in diagnostics:
+        tell(diagnostic_text(diagnostic))
+
+
+def warn_of_nothing(selection: Selection, gathered: Gathered, selected: Sequence[Case], paths: Sequence[Path]) -> None:
+    """Tell why nothing is selected, unless mistakes are told that may be why."""
+    if not selected and not gathered.diagnostics:
+        tell(why_nothing(selection, gathered.cases, paths))
+
+
+def code_without_runs(gathered: Gathered, selected: Sequence[Case]) -> ExitCode:
+    """The exit code of a call that plays nothing."""
+    if gathered.diagnostics:
+        return ExitCode.INVALID
+    return ExitCode.OK if selected else ExitCode.USAGE

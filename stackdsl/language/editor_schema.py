@@ -1,0 +1,89 @@
+"""What an author may write, as JSON Schema: for editors, and for the remedies of mistakes."""
+
+import json
+from collections.abc import Iterator
+from functools import cache
+from typing import Final
+
+from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
+from pydantic_core import core_schema
+
+from stackdsl.language.author_types import EXPRESSION_PATTERN
+from stackdsl.language.schema import Scenario, models
+from stackdsl.reading.source import Path
+
+DIALECT: Final = "https://json-schema.org/draft/2020-12/schema"
+
+
+class _ForEditors(GenerateJsonSchema):
+    """Any scalar may be an expression; a key may be absent, but not without a value."""
+
+    def int_schema(self, schema: core_schema.IntSchema) -> JsonSchemaValue:
+        return _or_expression(super().int_schema(schema))
+
+    def float_schema(self, schema: core_schema.FloatSchema) -> JsonSchemaValue:
+        return _or_expression(super().float_schema(schema))
+
+    def bool_schema(self, schema: core_schema.BoolSchema) -> JsonSchemaValue:
+        return _or_expression(super().bool_schema(schema))
+
+    def nullable_schema(self, schema: core_schema.NullableSchema) -> JsonSchemaValue:
+        return self.generate_inner(schema["schema"])
+
+    def default_schema(self, schema: core_schema.WithDefaultSchema) -> JsonSchemaValue:
+        json_schema = super().default_schema(schema)
+        return {key: value for key, value in json_schema.items() if (key, value) != ("default", None)}
+
+    def field_title_should_be_set(self, schema: object) -> bool:
+        return False
+
+
+def _or_expression(schema: JsonSchemaValue) -> JsonSchemaValue:
+    return {"anyOf": [schema, {"type": "string", "pattern": EXPRESSION_PATTERN}]}
+
+
+def json_schema() -> JsonSchemaValue:
+    """What an author may write, as JSON Schema; expressions are not looked into."""
+    return _json_schema_of(models().Scenario)
+
+
+@cache
+def _json_schema_of(scenario: type[Scenario]) -> JsonSchemaValue:
+    schema = scenario.model_json_schema(schema_generator=_ForEditors)
+    return {"$schema": DIALECT, **schema, "title": "StackDSL scenario"}
+
+
+def schema_text() -> str:
+    """The JSON schema as it is kept in `scenario.schema.json`."""
+    return json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"
+
+
+def keys_at(path: Path) -> tuple[str, ...]:
+    """The keys that an author may write in the mapping at a path."""
+    return tuple(key for node in nodes_at(path) for key in node.get("properties", {}))
+
+
+def description_at(path: Path) -> str:
+    """What is said of the value at a path; empty if nothing is."""
+    return next((str(node["description"]) for node in nodes_at(path) if "description" in node), "")
+
+
+def nodes_at(path: Path) -> Iterator[JsonSchemaValue]:
+    """The parts of the schema that speak of a path, the nearest first."""
+    if not path:
+        yield from _alternatives(json_schema())
+        return
+    for parent in nodes_at(path[:-1]):
+        within = parent.get("items") if isinstance(path[-1], int) else parent.get("properties", {}).get(path[-1])
+        if isinstance(within, dict):
+            yield from _alternatives(within)
+
+
+def _alternatives(node: JsonSchemaValue) -> Iterator[JsonSchemaValue]:
+    """A node, and what stands behind its references and alternatives."""
+    yield node
+    definitions = json_schema().get("$defs", {})
+    reference = str(node.get("$ref", "")).rpartition("/")[2]
+    for other in [definitions.get(reference), *node.get("anyOf", [])]:
+        if other is not None:
+            yield from _alternatives(other)

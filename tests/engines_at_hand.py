@@ -1,0 +1,43 @@
+"""Tests that reach for PyBullet where it is not installed are skipped, each by name and with the reason."""
+
+from collections.abc import Generator
+from importlib.util import find_spec
+
+import pytest
+
+HAS_PYBULLET = find_spec("pybullet") is not None
+REASON = "needs PyBullet, which has wheels up to CPython 3.11 only"
+# For tests that would not reach for it themselves, but for a command that says so.
+needs_pybullet = pytest.mark.skipif(not HAS_PYBULLET, reason=REASON)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_setup() -> Generator[None, None, None]:
+    """Fixtures may reach for it."""
+    return (yield from _skipped_without())
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call() -> Generator[None, None, None]:
+    """So may tests."""
+    return (yield from _skipped_without())
+
+
+def _skipped_without() -> Generator[None, None, None]:
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        if error.name != "pybullet" or HAS_PYBULLET:
+            raise
+        pytest.skip(REASON)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(
+    collector: pytest.Collector,
+) -> Generator[None, pytest.CollectReport, pytest.CollectReport]:
+    """Files of tests that are all about it may import it."""
+    report = yield
+    if not HAS_PYBULLET and report.failed and "No module named 'pybullet'" in str(report.longrepr):
+        report.outcome, report.longrepr = "skipped", (str(collector.path), 1, f"Skipped: {REASON}")
+    return report

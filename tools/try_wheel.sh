@@ -1,0 +1,37 @@
+#!/usr/bin/env bash
+# Build the wheel and use it as somebody would who has never seen this checkout: in an empty environment, elsewhere,
+# first the command alone, then the plugin of pytest with the extra that brings it.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+python=$(realpath --no-symlinks "${1:-.venv/bin/python}")
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+unset PYTHONPATH
+"$python" -m pip wheel --quiet --disable-pip-version-check --no-deps --no-build-isolation --wheel-dir "$work" .
+wheel=$(echo "$work"/stackdsl-*.whl)
+"$python" -m venv "$work/empty"
+bin=$work/empty/bin
+cd "$work"
+CI=
+export CI
+
+"$bin/python" -m pip install --quiet --disable-pip-version-check "$wheel"
+"$bin/stackdsl" new tower
+"$bin/stackdsl" check scenarios --update
+"$bin/stackdsl" check scenarios
+
+"$bin/python" -m pip install --quiet --disable-pip-version-check "stackdsl[pytest] @ file://$wheel"
+echo 'pytest_plugins = ["stackdsl.pytest_plugin"]' > conftest.py
+cat > test_tower.py << 'END'
+from pathlib import Path
+
+from stackdsl.checking.check import play_case, snapshot_of
+from stackdsl.checking.gathering import gather
+
+
+def test_the_tower_is_as_it_was(golden):
+    (case,) = gather([Path("scenarios")]).cases
+    snapshot = snapshot_of(case, play_case(case.timeline, case.system))
+    assert snapshot == golden(snapshot.identity)
+END
+"$bin/python" -m pytest -q test_tower.py
