@@ -23,7 +23,7 @@ from stackdsl.systems.known_systems import unplayable
 @ON_KEYWORD
 @click.pass_context
 def run_command(context: click.Context, file: Path, systems: tuple[str, ...], keyword: str) -> None:
-    """Play FILE, print what happens as it happens, and judge it; snapshots are not looked at."""
+    """Play FILE, print what happens as it happens, and judge it; golden files are not looked at."""
     gathered, selected = selected_of(file, Selection(systems, keyword))
     results = tuple(_run(case) for case in selected)
     context.exit(exit_code(Report(results, gathered.diagnostics)))

@@ -47,6 +47,13 @@ def only(text: str) -> Diagnostic:
         (COLUMN.replace("3}", "3, step: 1 m}"), "nothing is under brick 'L2.1'", "give the layout measures"),
         (COLUMN + "  - column: {levels: 3}\n", "'L1.2' is 7.8 mm inside", "such as by `origin`"),
         ("a: &a {b: 1}\n<<: *a\n", "a merge key", "repeat the keys here"),
+        (COLUMN + "expect: stands\n", "expected a list, not 'stands'", "begin each item with `- `: what must"),
+        (COLUMN + "expect: [stands]\n", "expected a mapping, not 'stands'", "write `stands: ` and its value"),
+        (COLUMN + "expect: [{drift: 0.1 mm}]\n", "leaves no room", 'or write a limit, such as "<= 0.1 mm"'),
+        (COLUMN + "gravity: 9.81 m/s2\n", "unknown key 'gravity'", "it belongs in `world`"),
+        (COLUMN.replace("3}", "3, step: 12,5 mm}"), "a value is missing", "a decimal point in place of the comma"),
+        (COLUMN.replace(" {levels: 3}", "\n    levels: 3"), "a value is missing", "indent the lines below"),
+        (COLUMN + "   every: 1 s\n", "neither an item of the list", "or indent as above"),
     ],
 )  # fmt: skip
 def test_a_mistake_is_told_with_what_to_write(text: str, message: str, hint: str) -> None:
