@@ -4,8 +4,9 @@ from pathlib import Path
 
 import click
 
-from stackdsl.checking.check import held_up, judged, play_case, skipped
 from stackdsl.checking.gathering import Case
+from stackdsl.checking.one_case import play_case
+from stackdsl.checking.results import held_up, judged, skipped
 from stackdsl.checking.selection import Selection
 from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE
 from stackdsl.commands.selecting import complain, selected_of
