@@ -12,8 +12,8 @@ from rich.table import Table
 
 from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
-from stackdsl.checking.check import play_case
 from stackdsl.checking.gathering import Case, gather
+from stackdsl.checking.one_case import play_case
 from stackdsl.observations import observations
 from stackdsl.trace import STAND, BrickState, EventKind, Trace
 

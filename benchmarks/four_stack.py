@@ -14,8 +14,8 @@ from rich.table import Table
 
 from benchmarks.figures.data import Row, Rows
 from benchmarks.figures.recording import parser, record
-from stackdsl.checking.check import play_case
 from stackdsl.checking.gathering import gather
+from stackdsl.checking.one_case import play_case
 from stackdsl.systems.systems import SYSTEMS
 from stackdsl.trace import Trace
 

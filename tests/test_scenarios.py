@@ -8,8 +8,9 @@ from random import Random
 import pytest
 from _pytest.mark import ParameterSet
 
-from stackdsl.checking.check import play_case, snapshot_of
 from stackdsl.checking.gathering import Case, gather
+from stackdsl.checking.one_case import play_case
+from stackdsl.checking.results import snapshot_of
 from stackdsl.judging.judge import judge
 from stackdsl.pytest_plugin import Golden, OtherEngineWarning
 from stackdsl.snapshots.golden import golden_name

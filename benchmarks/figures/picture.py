@@ -11,8 +11,8 @@ from math import atan2
 from benchmarks.figures.pages import ROOT
 from stability.geometry.rotations import rotate
 from stability.model import BodyId, Brick, Pose
-from stackdsl.checking.check import play_case
 from stackdsl.checking.gathering import Case, cases_of
+from stackdsl.checking.one_case import play_case
 from stackdsl.reading.source import parse
 from stackdsl.trace import Trace
 

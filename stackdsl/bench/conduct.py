@@ -16,9 +16,9 @@ from stackdsl.bench.points import Point, points_of
 from stackdsl.bench.run_record import NOT_TAKEN, Record, TruthHeld, finite, job_title, step_text
 from stackdsl.bench.scoring import Score, scores_of
 from stackdsl.bench.timing import Played, measured_or_blocked
-from stackdsl.checking.check import STATUSES, held_up
 from stackdsl.checking.gathering import Case
 from stackdsl.checking.processes import OnWait, run_supervised
+from stackdsl.checking.results import STATUSES, held_up
 from stackdsl.checking.worker import Start, Task, TaskResult
 from stackdsl.judging.judge import compare_with_truth
 from stackdsl.language.variants import compact

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from statistics import median
 
 from stackdsl.bench.entrants import Result, entrant_named
-from stackdsl.checking.check import played_or_blocked
+from stackdsl.checking.one_case import played_or_blocked
 from stackdsl.playing.clearance import Blocked
 from stackdsl.timeline import Timeline
 

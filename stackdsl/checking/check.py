@@ -2,43 +2,19 @@
 
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from time import perf_counter
-from typing import TypeVar
 
 from stackdsl.checking.gathering import Case, Gathered
+from stackdsl.checking.one_case import play_case, play_refined, played_or_blocked
 from stackdsl.checking.processes import OnWait, run_supervised
-from stackdsl.checking.worker import Task, TaskResult, TaskStatus
-from stackdsl.compiling.compiler import where_placed
-from stackdsl.diagnostics import Diagnostic
-from stackdsl.judging.judge import compare_with_truth, judge
-from stackdsl.judging.numerical import Refinement, held_against_refined, with_numerical_collapse
-from stackdsl.outcome import Report, RunStatus, VariantResult
-from stackdsl.playing.clearance import Blocked, BlockedPlacementError
-from stackdsl.playing.runner import play
-from stackdsl.snapshots.golden import check_golden, golden_name, obsolete, remove_obsolete
-from stackdsl.snapshots.record import Snapshot
-from stackdsl.snapshots.snapshot import take
-from stackdsl.snapshots.stamp import current_stamp
-from stackdsl.systems.known_systems import system_named, unplayable
-from stackdsl.systems.systems import SYSTEMS
-from stackdsl.timeline import Timeline
-from stackdsl.trace import Event, Trace
-from stackdsl.wording import mm
+from stackdsl.checking.results import checked, skipped
+from stackdsl.checking.worker import Task, TaskResult
+from stackdsl.outcome import Report, VariantResult
+from stackdsl.snapshots.golden import golden_name, obsolete, remove_obsolete
+from stackdsl.systems.known_systems import unplayable
 
-STATUSES = {
-    TaskStatus.DONE: RunStatus.DONE,
-    TaskStatus.CRASHED: RunStatus.CRASHED,
-    TaskStatus.TIMED_OUT: RunStatus.TIMED_OUT,
-    TaskStatus.NOT_RUN: RunStatus.NOT_RUN,
-}
-REMEDIES = {
-    TaskStatus.DONE: "",
-    TaskStatus.CRASHED: "to see where, play it alone: STACKDSL_DEBUG=1 stackdsl run {file} -k '{name}'",
-    TaskStatus.TIMED_OUT: "allow more by --time-limit, or let it build less or be watched for less",
-    TaskStatus.NOT_RUN: "",
-}  # for what ended so
 TIME_LIMIT = 600.0  # [s] of wall time a case; many times what the largest scenario takes
 REFINED_COST = 5.0  # runs' worth of time: the run, and one with twice the steps of twice the iterations
 
@@ -56,8 +32,46 @@ class Terms:
     on_wait: OnWait = lambda: None  # called several times a second while cases are played
 
 
-Played = TypeVar("Played")
 OnResult = Callable[[VariantResult], None]
+
+
+@dataclass(slots=True)
+class _Played:
+    """The results of a check by the number of the case, each told as it comes."""
+
+    selected: Sequence[Case]
+    terms: Terms
+    on_result: OnResult
+    results: dict[int, VariantResult] = field(default_factory=dict)
+    interrupted: bool = False
+
+    def play(self) -> None:
+        """Play all that can be played here, and tell of the rest why it cannot."""
+        for index, case in enumerate(self.selected):
+            if why := unplayable(case.system):
+                self._ended(index, skipped(case, why))
+        playable = [index for index in range(len(self.selected)) if index not in self.results]
+
+        def done(number: int, result: TaskResult) -> None:
+            self._ended(playable[number], self._checked(playable[number], result))
+
+        tasks = [self._task(self.selected[index]) for index in playable]
+        pool = run_supervised(tasks, self.terms.workers, done, self.terms.on_wait)
+        for index, left in zip(playable, pool.results, strict=True):
+            if index not in self.results:
+                self.results[index] = self._checked(index, left)
+        self.interrupted = pool.interrupted
+
+    def _task(self, case: Case) -> Task:
+        playing, runs = (play_refined, REFINED_COST) if self.terms.refine else (play_case, 1.0)
+        return Task(played_or_blocked, (playing, case.timeline, case.system), runs * self.terms.time_limit)
+
+    def _checked(self, index: int, result: TaskResult) -> VariantResult:
+        return checked(self.selected[index], result, self.terms.golden, self.terms.update)
+
+    def _ended(self, index: int, result: VariantResult) -> None:
+        self.results[index] = result
+        self.on_result(result)
 
 
 def check(
@@ -72,148 +86,22 @@ def check(
     With `whole_set`, golden files that belong to none of all gathered cases are obsolete.
     """
     started = perf_counter()
-    results: dict[int, VariantResult] = {}
-
-    def ended(index: int, result: VariantResult) -> None:
-        results[index] = result
-        on_result(result)
-
-    for index, case in enumerate(selected):
-        if why := unplayable(case.system):
-            ended(index, skipped(case, why))
-    playable = [index for index in range(len(selected)) if index not in results]
-    playing, limit = (play_refined, REFINED_COST * terms.time_limit) if terms.refine else (play_case, terms.time_limit)
-    tasks = [
-        Task(played_or_blocked, (playing, selected[index].timeline, selected[index].system), limit)
-        for index in playable
-    ]
-
-    def done(number: int, result: TaskResult) -> None:
-        ended(playable[number], checked(selected[playable[number]], result, terms))
-
-    pool = run_supervised(tasks, terms.workers, done, terms.on_wait)
-    for index, left in zip(playable, pool.results, strict=True):
-        if index not in results:
-            results[index] = checked(selected[index], left, terms)
-    known = whole_set and bool(gathered.cases) and not gathered.diagnostics and not pool.interrupted
+    played = _Played(selected, terms, on_result)
+    played.play()
+    known = whole_set and bool(gathered.cases) and not gathered.diagnostics and not played.interrupted
     unused = obsolete(terms.golden, [golden_name(case.identity) for case in gathered.cases], known)
     removed = remove_obsolete(unused) if terms.update else ()
     # After an interrupt an update would accept what nobody has seen.
-    to_accept = (unused or any(result.golden_failed for result in results.values())) and not pool.interrupted
+    to_accept = (unused or any(result.golden_failed for result in played.results.values())) and not played.interrupted
     return Report(
-        results=tuple(results[index] for index in range(len(selected))),
+        results=tuple(played.results[index] for index in range(len(selected))),
         diagnostics=gathered.diagnostics,
         obsolete=tuple(file for file in unused if file not in removed),
         removed=removed,
-        interrupted=pool.interrupted,
+        interrupted=played.interrupted,
         accept=terms.update_command if to_accept and not terms.update else "",
         wall_time=perf_counter() - started,
     )
-
-
-def play_case(timeline: Timeline, system: str, on_event: Callable[[Event], None] = lambda event: None) -> Trace:
-    """What a worker does. The engine is imported there, where a scene needs it, and nowhere before."""
-    trace = with_numerical_collapse(play(timeline, system_named(system), on_event), timeline, system_named(system))
-    if not timeline.margins or trace.statics is None:
-        return trace
-    from stackdsl.judging.margins import margins_of  # noqa: PLC0415 -- programs bring numpy
-
-    return replace(trace, margins=margins_of(trace, timeline.margins))
-
-
-def played_or_blocked(playing: Callable[..., Played], *arguments: object) -> Played | Blocked:
-    """What a worker does: play, or tell what keeps the run from going on, which is no crash."""
-    try:
-        return playing(*arguments)
-    except BlockedPlacementError as error:
-        return error.blocked
-
-
-def play_refined(timeline: Timeline, name: str) -> Refinement:
-    """What a worker does to see what of a run is the solver's; where no step was taken, nothing is."""
-    trace = play_case(timeline, name)
-    if trace.cost.steps == 0:
-        return Refinement(trace)
-    system = system_named(name).refined()
-    try:
-        fine = play(timeline, system)
-    except BlockedPlacementError as error:
-        raise BlockedPlacementError(replace(error.blocked, refined=True)) from error
-    return held_against_refined(trace, with_numerical_collapse(fine, timeline, system), timeline)
-
-
-def checked(case: Case, result: TaskResult, terms: Terms) -> VariantResult:
-    """The result of a case: expectations, truths, and the comparison with its golden file."""
-    if isinstance(result.value, Refinement):
-        whole = _compared(case, result.value.trace, terms)
-        return replace(whole, refinement=result.value.changes)
-    if isinstance(result.value, Trace):
-        return _compared(case, result.value, terms)
-    if isinstance(result.value, Blocked):
-        return held_up(case, result.value)
-    remedy = REMEDIES[result.status].format(file=case.source.file, name=case.name)
-    return _unfinished(case, STATUSES[result.status], "; ".join(filter(None, [result.message, remedy])))
-
-
-def held_up(case: Case, blocked: Blocked) -> VariantResult:
-    """The result of a case that could not go on, with the place of the action that could not be done."""
-    mistake = _in_the_way(case, blocked)
-    return replace(_unfinished(case, RunStatus.BLOCKED, mistake.message), mistake=mistake)
-
-
-def skipped(case: Case, why: str) -> VariantResult:
-    """The result of a case whose engine is not there."""
-    return _unfinished(case, RunStatus.SKIPPED, why)
-
-
-def _unfinished(case: Case, status: RunStatus, message: str) -> VariantResult:
-    name = case.identity
-    return VariantResult(name.scenario, name.variant, case.system, case.source.file, status, message=message)
-
-
-def _in_the_way(case: Case, blocked: Blocked) -> Diagnostic:
-    finer = ", at half the step and twice the iterations," if blocked.refined else ""
-    message = (
-        f"brick '{blocked.brick}' cannot be placed at {blocked.time:g} s: by then{finer} brick '{blocked.by}' has "
-        f"moved into its place, and overlaps it by {mm(blocked.depth, 3)}"
-    )
-    elsewhere = "let it come from elsewhere" if blocked.thrown else "place it elsewhere"
-    hint = f"{elsewhere}, or earlier, or pull '{blocked.by}' out before"
-    return Diagnostic("SD208", where_placed(blocked.brick, case.scenario, case.source), message, hint)
-
-
-def _compared(case: Case, trace: Trace, terms: Terms) -> VariantResult:
-    if case.system not in SYSTEMS:  # what came with another package is nobody's snapshot
-        return judged(case, trace)
-    golden = check_golden(snapshot_of(case, trace), terms.golden, terms.update)
-    return replace(judged(case, trace), golden=golden)
-
-
-def judged(case: Case, trace: Trace) -> VariantResult:
-    """The result of a case that was played, without its golden file."""
-    return VariantResult(
-        scenario=case.identity.scenario,
-        variant=case.identity.variant,
-        system=case.system,
-        file=case.source.file,
-        status=RunStatus.DONE,
-        verdict=trace.reported_verdict,
-        numerical=trace.numerical,
-        wrong_edges=trace.wrong_edges,
-        collapse=trace.collapse,
-        drift=trace.drift,
-        engine=system_named(case.system).engine.package.name if trace.cost.steps else "",
-        cost=trace.cost,
-        outcomes=judge(trace, case.scenario, case.variant, case.source, case.system),
-        truths=compare_with_truth(trace, case.scenario, case.variant, case.source),
-    )
-
-
-def snapshot_of(case: Case, trace: Trace) -> Snapshot:
-    """What is locked of a run. Only what a model has proven or computed is locked to the millimetre."""
-    system = system_named(case.system)
-    stamp = current_stamp(system.engine.package.name, trace.cost.steps)
-    return take(trace, case.timeline.world, case.identity, stamp, modelled=system.extension)
 
 
 def is_whole_set(paths: Sequence[Path], golden: Path) -> bool:

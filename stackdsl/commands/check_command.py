@@ -1,4 +1,4 @@
-"""`stackdsl check`: plays and judges scenarios, and holds them against their snapshots."""
+"""`stackdsl check`: plays and judges scenarios, and holds them against their golden files."""
 
 import os
 import shlex
@@ -50,9 +50,9 @@ def _number(value: float) -> float:
 @ON_TAGS
 @click.option("--list", "list_only", is_flag=True, help="Print the names of the selected cases and stop.")
 @click.option("--format", "form", type=click.Choice(list(FORMATS)), default="text", show_default=True)
-@click.option("--update", is_flag=True, help="Accept what comes out as the new snapshots. Refused in CI.")
+@click.option("--update", is_flag=True, help="Accept what comes out as the new golden files. Refused in CI.")
 @click.option("--refine", is_flag=True, help="Play again at half the step and twice the iterations; tell what moves.")
-@click.option("--golden", type=FilePath, default=GOLDEN, show_default=True, help="Directory of the snapshots.")
+@click.option("--golden", type=FilePath, default=GOLDEN, show_default=True, help="Directory of the golden files.")
 @click.option("--jobs", type=click.IntRange(1, 256), default=os.cpu_count() or 1, help="Processes; default: all cores.")
 @click.option(
     "--time-limit",
@@ -77,7 +77,7 @@ def check_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     jobs: int,
     time_limit: float,
 ) -> None:
-    """Play and judge everything under PATHS (default: scenarios), and compare it with its snapshots."""
+    """Play and judge everything under PATHS (default: scenarios), and compare it with its golden files."""
     if update:
         _may_write(refine)
     selection = Selection(systems, keyword, tags)
@@ -97,10 +97,10 @@ def check_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
 
 
 def _may_write(refine: bool) -> None:
-    """Raise a usage error if snapshots must not be written."""
+    """Raise a usage error if golden files must not be written."""
     if refine:
         message = (
-            "--refine writes no snapshots: it asks what of a run would move; leave one of --refine and --update out"
+            "--refine writes no golden files: it asks what of a run would move; leave one of --refine and --update out"
         )
         raise click.UsageError(message)
     try:

@@ -21,10 +21,10 @@ from stackdsl.exits import INTERRUPTS, ExitCode
 COMMANDS: Final[Mapping[str, str]] = {
     "bench": "Play everything under PATHS (default: scenarios) on every system at several time steps: speed against "
     "error.",
-    "check": "Play and judge everything under PATHS (default: scenarios), and compare it with its snapshots.",
+    "check": "Play and judge everything under PATHS (default: scenarios), and compare it with its golden files.",
     "explain": "Print what FILE was compiled to, and what statics says of it.",
     "new": "Write a scenario called NAME to start from; never over an existing file.",
-    "run": "Play FILE, print what happens as it happens, and judge it; snapshots are not looked at.",
+    "run": "Play FILE, print what happens as it happens, and judge it; golden files are not looked at.",
     "schema": "Print the JSON Schema of scenarios, for editors.",
 }
 
@@ -55,15 +55,15 @@ class CommandsOnCall(click.Group):
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """The list of commands in the help, of which none is imported."""
-        said = click.Group(commands=[click.Command(name, help=text) for name, text in COMMANDS.items()])
-        said.format_commands(ctx, formatter)
+        """The list of commands in the help, each with all that is said of it; none is imported."""
+        with formatter.section("Commands"):
+            formatter.write_dl(list(COMMANDS.items()))
 
 
 @click.group(cls=CommandsOnCall, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="stackdsl")
 def app() -> None:
-    """Play scenarios of stacked bricks, judge them, and compare them with their snapshots."""
+    """Play scenarios of stacked bricks, judge them, and compare them with their golden files."""
 
 
 def main() -> None:

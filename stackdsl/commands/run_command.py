@@ -4,8 +4,9 @@ from pathlib import Path
 
 import click
 
-from stackdsl.checking.check import held_up, judged, play_case, skipped
 from stackdsl.checking.gathering import Case
+from stackdsl.checking.one_case import play_case
+from stackdsl.checking.results import held_up, judged, skipped
 from stackdsl.checking.selection import Selection
 from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE
 from stackdsl.commands.selecting import complain, selected_of
@@ -23,7 +24,7 @@ from stackdsl.systems.known_systems import unplayable
 @ON_KEYWORD
 @click.pass_context
 def run_command(context: click.Context, file: Path, systems: tuple[str, ...], keyword: str) -> None:
-    """Play FILE, print what happens as it happens, and judge it; snapshots are not looked at."""
+    """Play FILE, print what happens as it happens, and judge it; golden files are not looked at."""
     gathered, selected = selected_of(file, Selection(systems, keyword))
     results = tuple(_run(case) for case in selected)
     context.exit(exit_code(Report(results, gathered.diagnostics)))

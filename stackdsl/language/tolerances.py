@@ -68,7 +68,7 @@ def parse_tolerance(written: object, dimension: Dimension) -> Tolerance:
     if low > high:
         raise _malformed(text, "has its bounds the wrong way round", "write the smaller number first")
     if low == high and not dimension.whole:
-        raise _malformed(text, "leaves no room, and a measured value is never exact", "add ± and a width")
+        raise _malformed(text, "leaves no room, and a measured value is never exact", _with_room(body))
     if not _can_hold(tolerance, dimension):
         raise _malformed(text, f"can never hold for {dimension.noun}", range_advice(dimension))
     return tolerance
@@ -87,6 +87,12 @@ def parse_lower_bound(written: object, dimension: Dimension) -> Tolerance:
 
 def _malformed(text: str, fault: str, hint: str) -> MistakeError:
     return MistakeError("SD107", f"the tolerance '{text}' {fault}", hint)
+
+
+def _with_room(body: str) -> str:
+    """What to write in place of a single value: a width around it, or a limit that it may be."""
+    is_range = re.search(r"±|\+/?-|\.\.", body)
+    return "add ± and a width" + ("" if is_range else f', or write a limit, such as "<= {body}"')
 
 
 def _after_prefix(text: str, dimension: Dimension) -> str:

@@ -1,7 +1,7 @@
 """From plain values to a scenario, or to everything that is wrong with them: in plain words, each in its place."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Final, NamedTuple
 
 from pydantic import ValidationError
@@ -101,7 +101,7 @@ def _told(detail: ErrorDetails) -> _Told:
         return _Told(mistake.code, mistake.message, mistake.hint)
     match kind:
         case "extra_forbidden":
-            return _Told("SD101", f"unknown key '{last}'", did_you_mean(str(last), keys_at(path[:-1])))
+            return _Told("SD101", f"unknown key '{last}'", _known_key(str(last), path[:-1]))
         case "missing" if isinstance(last, int):
             return _Told("SD103", "the list has too few items", f"write all of them: {description_at(path[:-1])}")
         case "missing":
@@ -111,12 +111,26 @@ def _told(detail: ErrorDetails) -> _Told:
             hint = did_you_mean(str(written), choices) + (_of_others() if "systems" in path else "")
             return _Told("SD104", f"{shown(written)} is not one of the choices", hint)
         case "model_type":
-            return _Told("SD103", f"expected a mapping, not {shown(written)}", f"its keys: {', '.join(keys_at(path))}")
+            return _Told("SD103", f"expected a mapping, not {shown(written)}", _as_mapping(written, keys_at(path)))
     if kind in RANGES:
         return _Told("SD104", RANGES[kind].format(value=shown(written), **terms), _with_meaning(_within(path), path))
     return _Told(
         "SD103", f"expected {WANTED.get(kind, kind)}, not {shown(written)}", _with_meaning(_form(detail), path)
     )
+
+
+def _known_key(key: str, path: Path) -> str:
+    """The key that was meant, or the mapping beside it that takes the key, or all keys."""
+    from stackdsl.language.editor_schema import keys_at  # noqa: PLC0415 -- only mistakes need it
+
+    beside = keys_at(path)
+    homes = [other for other in beside if key in keys_at((*path, other))]
+    return f"it belongs in `{homes[0]}`" if len(homes) == 1 else did_you_mean(key, beside)
+
+
+def _as_mapping(written: object, keys: Sequence[str]) -> str:
+    """How a mapping is written where there is none; one of its keys alone lacks but its value."""
+    return f"write `{written}: ` and its value" if written in keys else f"its keys: {', '.join(keys)}"
 
 
 def _of_others() -> str:
@@ -146,9 +160,11 @@ def _within(path: Path) -> str:
 
 
 def _list_of(written: float | str, path: Path) -> str:
-    """A list in place of one value: around it, unless more are due."""
-    from stackdsl.language.editor_schema import nodes_at  # noqa: PLC0415 -- only mistakes need it
+    """A list in place of one value: around it, unless more are due, or mappings."""
+    from stackdsl.language.editor_schema import keys_at, nodes_at  # noqa: PLC0415 -- only mistakes need it
 
+    if keys_at((*path, 0)):
+        return "begin each item with `- `"
     due = next((int(node["minItems"]) for node in nodes_at(path) if "minItems" in node), 1)
     return f"write [{written}]" if due == 1 else f"write a list of {due}"
 

@@ -192,9 +192,21 @@ def _report_missing(reading: Reading, event: yaml.ScalarEvent, owner: Span | Non
     """Point at the key without a value, or at the dash of an empty item."""
     line, column = _start(event)
     span = owner or reading.page.span(line, max(0, column - 1))
-    unspaced = ":" in span.excerpt[span.column - span.excerpt_column :][: span.end_column - span.column]
-    hint = "put a space after the colon" if unspaced else "write the value, or delete the line"
-    reading.report("SD009", span, "a value is missing", hint)
+    reading.report("SD009", span, "a value is missing", _remedy_of_missing(span))
+
+
+def _remedy_of_missing(span: Span) -> str:
+    """What to write instead, from what stands before the place, at it and after it."""
+    start = span.column - span.excerpt_column
+    end = start + span.end_column - span.column
+    key = span.excerpt[start:end]
+    if ":" in key:
+        return "put a space after the colon"
+    if key[:1].isdigit() and re.search(r"\d,$", span.excerpt[:start]):
+        return "write a decimal point in place of the comma"
+    if span.excerpt[end:].strip() == ":":
+        return "write the value, indent the lines below that belong to it, or delete the line"
+    return "write the value, or delete the line"
 
 
 def _report_swallowed_comparison(reading: Reading, event: yaml.ScalarEvent, span: Span) -> None:

@@ -19,7 +19,11 @@ SYNTAX: Final = (
     ("quoted scalar", *UNKNOWN_ESCAPE),
     ("simple key", "a key without its ':'", "write `key: value`, or check the indentation"),
     ("a block mapping:", "neither a key of the mapping from line # nor its end", "check indentation and quotes"),
-    ("a block collection:", "neither an item of the list from line # nor its end", "begin each item with '- '"),
+    (
+        "a block collection:",
+        "neither an item of the list from line # nor its end",
+        "begin each item with '- ', or indent as above",
+    ),
     ("a flow sequence:", "the list that opens in line # lacks a ',' or ']'", "close it; in brackets, quote ${...}"),
     ("a flow mapping:", "the mapping that opens in line # lacks a ',' or '}'", "close it; in braces, quote ${...}"),
     ("a flow node:", "a value or a closing bracket is missing", "write it, or quote text that holds , [ ] { or }"),

@@ -163,7 +163,9 @@ def _margin_texts(margins: Margins) -> Iterator[str]:
         yield f"a tilt of {degrees(margins.tilt):.4g} deg"
     if margins.friction is not None:
         yield f"friction down to {margins.friction:.4g}"
-    if margins.placement is not None:
+    if margins.placement == inf:  # all lies on the ground, and nothing on another brick
+        yield "every brick however far beside its place"
+    elif margins.placement is not None:
         yield f"every brick {round(1000.0 * margins.placement, 6):.4g} mm beside its place"
 
 

@@ -13,4 +13,4 @@ def outcome_text(outcome: Outcome) -> str:
 
 def significant(value: float) -> str:
     """Three significant digits, without an exponent where there can be none."""
-    return f"{float(f'{value:.3g}'):g}"
+    return f"{float(f'{value:.3g}') + 0.0:g}"  # a zero has no sign

@@ -1,7 +1,7 @@
 """The picture of README is that of its scenario."""
 
 from benchmarks.figures.picture import PATH, drawn, scenario
-from stackdsl.checking.check import play_case
+from stackdsl.checking.one_case import play_case
 
 
 def test_the_picture_is_that_of_the_scenario() -> None:

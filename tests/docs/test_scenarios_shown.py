@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 import yaml
 
-from stackdsl.checking.check import play_case
 from stackdsl.checking.gathering import cases_of
+from stackdsl.checking.one_case import play_case
 from stackdsl.judging.judge import judge
 from stackdsl.reading.source import parse
 from tests.docs.pages import HAS_PYBULLET, Block, all_blocks

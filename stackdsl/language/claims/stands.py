@@ -12,6 +12,7 @@ from stackdsl.language.author_models import Shorthand
 from stackdsl.language.claims.claim_kind import ClaimKind, Count, Fate, claim
 from stackdsl.language.claims.finding import Finding, margin_to_collapse, remaining
 from stackdsl.trace import BrickState, BrickTrack, Trace
+from stackdsl.wording import names_text
 
 
 @claim("stands", "bricks are where they came to rest")
@@ -76,9 +77,10 @@ class Stands(Shorthand, ClaimKind):
 
 
 def _stand(meant: Sequence[BrickTrack]) -> Finding:
-    fallen = sum(track.state is BrickState.FALLEN for track in meant)
+    fallen = [track.brick.id for track in meant if track.state is BrickState.FALLEN]
     shifted = sum(track.state is BrickState.DISPLACED for track in meant)
-    measured = f"{fallen} of {len(meant)} bricks fell" if fallen else f"{len(meant)} bricks stand"
+    which = f": {names_text(fallen)}" if len(fallen) < len(meant) else ""
+    measured = f"{len(fallen)} of {len(meant)} bricks fell{which}" if fallen else f"{len(meant)} bricks stand"
     measured += f", {shifted} of them displaced" if shifted and not fallen else ""
     margin, unit = min((margin_to_collapse(track) for track in meant), default=(inf, ""))
     return Finding(measured, margin, unit, passed=not fallen)

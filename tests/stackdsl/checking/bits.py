@@ -5,8 +5,9 @@ from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import TypeAlias
 
-from stackdsl.checking.check import play_case, snapshot_of
 from stackdsl.checking.gathering import Case, gather
+from stackdsl.checking.one_case import play_case
+from stackdsl.checking.results import snapshot_of
 from stackdsl.snapshots.canonical import canonical_text
 from stackdsl.timeline import Timeline
 from stackdsl.trace import Trace

@@ -13,8 +13,9 @@ import pytest
 
 from stability.motion.known_motion import FallingParts
 from stackdsl.checking import check as checking
-from stackdsl.checking.check import Terms, check, play_case
+from stackdsl.checking.check import Terms, check
 from stackdsl.checking.gathering import Case, Gathered, gather
+from stackdsl.checking.one_case import play_case
 from stackdsl.checking.processes import OnDone, OnWait, PoolResult, run_supervised
 from stackdsl.checking.worker import Start, Task
 from stackdsl.snapshots.golden import golden_name

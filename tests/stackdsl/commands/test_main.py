@@ -151,7 +151,7 @@ def test_refine_calls_a_numerical_collapse_one_and_fails(stackdsl: Stackdsl, tmp
 def test_refined_runs_write_no_snapshots(stackdsl: Stackdsl, tmp_path: Path) -> None:
     result = stackdsl("check", str(write(tmp_path, GOOD)), "--refine", "--update")
     assert result.code == 4
-    assert "--refine writes no snapshots" in result.err
+    assert "--refine writes no golden files" in result.err
 
 
 def test_what_is_proven_does_not_depend_on_the_step(stackdsl: Stackdsl, tmp_path: Path) -> None:

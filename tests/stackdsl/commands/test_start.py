@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 import pytest
+from click.testing import CliRunner
 
 from stackdsl.commands.main import COMMANDS, app
 from tests.command_line import GOOD, write
@@ -74,3 +75,8 @@ def test_the_help_says_of_each_command_what_its_own_help_begins_with(name: str) 
 
 def test_a_command_that_there_is_not_is_wrong_usage() -> None:
     assert app.get_command(click.Context(app), "chekc") is None
+
+
+def test_the_help_says_all_of_it() -> None:
+    said = " ".join(CliRunner().invoke(app, ["--help"]).output.split())
+    assert all(text in said for text in COMMANDS.values())

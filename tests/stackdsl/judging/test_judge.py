@@ -133,6 +133,10 @@ def test_a_claim_passes_by_its_margin(claim: str, trace: Trace, passed: bool, ma
     assert found.measured
 
 
+def test_what_fell_is_named_where_something_stands() -> None:
+    assert outcome("stands: all", FALLEN).measured == "1 of 3 bricks fell: L3.1"
+
+
 def test_bricks_that_were_never_placed_do_not_stand() -> None:
     unplaced = replace(STANDING, tracks={**STANDING.tracks, "L3.1": track("L3.1", 3, state=BrickState.UNPLACED)})
     assert not outcome("stands: all", unplaced).passed

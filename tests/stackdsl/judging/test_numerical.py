@@ -6,7 +6,7 @@ from math import inf
 import pytest
 
 from stability.engines.pybullet.pybullet_settings import PyBulletSettings
-from stackdsl.checking.check import judged
+from stackdsl.checking.results import judged
 from stackdsl.exits import ExitCode
 from stackdsl.judging.numerical import REMOVED, held_against_refined, with_numerical_collapse
 from stackdsl.judging.proofs import DISPROVED, stands_until

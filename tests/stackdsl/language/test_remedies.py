@@ -4,8 +4,8 @@ from pathlib import Path as FilePath
 
 import pytest
 
-from stackdsl.checking.check import REMEDIES, Terms, checked, judged
 from stackdsl.checking.gathering import gather
+from stackdsl.checking.results import REMEDIES, checked, judged
 from stackdsl.checking.worker import TaskResult, TaskStatus
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.outcome import RunStatus
@@ -47,6 +47,13 @@ def only(text: str) -> Diagnostic:
         (COLUMN.replace("3}", "3, step: 1 m}"), "nothing is under brick 'L2.1'", "give the layout measures"),
         (COLUMN + "  - column: {levels: 3}\n", "'L1.2' is 7.8 mm inside", "such as by `origin`"),
         ("a: &a {b: 1}\n<<: *a\n", "a merge key", "repeat the keys here"),
+        (COLUMN + "expect: stands\n", "expected a list, not 'stands'", "begin each item with `- `: what must"),
+        (COLUMN + "expect: [stands]\n", "expected a mapping, not 'stands'", "write `stands: ` and its value"),
+        (COLUMN + "expect: [{drift: 0.1 mm}]\n", "leaves no room", 'or write a limit, such as "<= 0.1 mm"'),
+        (COLUMN + "gravity: 9.81 m/s2\n", "unknown key 'gravity'", "it belongs in `world`"),
+        (COLUMN.replace("3}", "3, step: 12,5 mm}"), "a value is missing", "a decimal point in place of the comma"),
+        (COLUMN.replace(" {levels: 3}", "\n    levels: 3"), "a value is missing", "indent the lines below"),
+        (COLUMN + "   every: 1 s\n", "neither an item of the list", "or indent as above"),
     ],
 )  # fmt: skip
 def test_a_mistake_is_told_with_what_to_write(text: str, message: str, hint: str) -> None:
@@ -80,7 +87,7 @@ def test_a_file_that_cannot_be_read_is_told_with_a_remedy(tmp_path: FilePath, na
 )
 def test_a_run_without_an_end_is_told_with_a_remedy(status: TaskStatus, ended: RunStatus, remedy: str) -> None:
     case = compiled(COLUMN)[0][0]
-    result = checked(case, TaskResult(status, message="why"), Terms(FilePath("golden")))
+    result = checked(case, TaskResult(status, message="why"), FilePath("golden"), update=False)
     assert result.status is ended
     assert remedy in result.message
     assert set(REMEDIES) == set(TaskStatus)
@@ -101,7 +108,7 @@ def test_a_golden_file_that_cannot_be_written_is_told_with_a_remedy(
     (tmp_path / "golden").write_text("a file, and no directory", encoding="utf-8")
     case = compiled(COLUMN)[0][0]
     played = TaskResult(TaskStatus.DONE, play(case.timeline, SYSTEMS["exact"]))
-    golden = checked(case, played, Terms(tmp_path / "golden", update=True)).golden
+    golden = checked(case, played, tmp_path / "golden", update=True).golden
     assert golden is not None
     assert "cannot be written" in golden.note
     assert "--golden" in golden.note

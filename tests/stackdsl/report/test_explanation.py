@@ -34,6 +34,10 @@ def test_what_falls_is_named_with_the_reason() -> None:
     assert not any("survive" in line for line in lines)
 
 
+def test_what_lies_on_the_ground_alone_may_lie_anywhere() -> None:
+    assert any(line.endswith("every brick however far beside its place") for line in explained("- column: {levels: 1}"))
+
+
 def test_margins_follow_the_placements() -> None:
     #   a plank flat on the ground: slides at mu g, at any tilt beyond the angle of friction, and needs no friction
     lines = explained("- column: {levels: 1}", "friction: 0.1")

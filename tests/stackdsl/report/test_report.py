@@ -326,6 +326,10 @@ def test_a_margin_without_a_limit_is_left_out() -> None:
     assert outcome_text(replace(MISSED, margin=inf, unit="")).endswith("measured level 11")
 
 
+def test_a_margin_of_nothing_has_no_sign() -> None:
+    assert outcome_text(replace(HELD, margin=-0.0)).endswith("(margin 0 levels)")
+
+
 def test_the_json_report_holds_all_that_the_report_holds() -> None:
     whole = json.loads(report_json(FULL))
     assert (whole["format"], whole["exit_code"], whole["interrupted"], whole["wall_time_s"]) == (1, 130, True, 12.34)

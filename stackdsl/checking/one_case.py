@@ -1,0 +1,45 @@
+"""One case played: what a worker does, and what a command does that plays in its own process."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TypeVar
+
+from stackdsl.judging.numerical import Refinement, held_against_refined, with_numerical_collapse
+from stackdsl.playing.clearance import Blocked, BlockedPlacementError
+from stackdsl.playing.runner import play
+from stackdsl.systems.known_systems import system_named
+from stackdsl.timeline import Timeline
+from stackdsl.trace import Event, Trace
+
+Played = TypeVar("Played")
+
+
+def play_case(timeline: Timeline, system: str, on_event: Callable[[Event], None] = lambda event: None) -> Trace:
+    """What a worker does. The engine is imported there, where a scene needs it, and nowhere before."""
+    trace = with_numerical_collapse(play(timeline, system_named(system), on_event), timeline, system_named(system))
+    if not timeline.margins or trace.statics is None:
+        return trace
+    from stackdsl.judging.margins import margins_of  # noqa: PLC0415 -- programs bring numpy
+
+    return replace(trace, margins=margins_of(trace, timeline.margins))
+
+
+def played_or_blocked(playing: Callable[..., Played], *arguments: object) -> Played | Blocked:
+    """What a worker does: play, or tell what keeps the run from going on, which is no crash."""
+    try:
+        return playing(*arguments)
+    except BlockedPlacementError as error:
+        return error.blocked
+
+
+def play_refined(timeline: Timeline, name: str) -> Refinement:
+    """What a worker does to see what of a run is the solver's; where no step was taken, nothing is."""
+    trace = play_case(timeline, name)
+    if trace.cost.steps == 0:
+        return Refinement(trace)
+    system = system_named(name).refined()
+    try:
+        fine = play(timeline, system)
+    except BlockedPlacementError as error:
+        raise BlockedPlacementError(replace(error.blocked, refined=True)) from error
+    return held_against_refined(trace, with_numerical_collapse(fine, timeline, system), timeline)

@@ -1,0 +1,108 @@
+"""What came of one case: its run judged, held against its snapshot, or told why there was none."""
+
+from dataclasses import replace
+from pathlib import Path
+
+from stackdsl.checking.gathering import Case
+from stackdsl.checking.worker import TaskResult, TaskStatus
+from stackdsl.compiling.compiler import where_placed
+from stackdsl.diagnostics import Diagnostic
+from stackdsl.judging.judge import compare_with_truth, judge
+from stackdsl.judging.numerical import Refinement
+from stackdsl.outcome import RunStatus, VariantResult
+from stackdsl.playing.clearance import Blocked
+from stackdsl.snapshots.golden import check_golden
+from stackdsl.snapshots.record import Snapshot
+from stackdsl.snapshots.snapshot import take
+from stackdsl.snapshots.stamp import current_stamp
+from stackdsl.systems.known_systems import system_named
+from stackdsl.systems.systems import SYSTEMS
+from stackdsl.trace import Trace
+from stackdsl.wording import mm
+
+STATUSES = {
+    TaskStatus.DONE: RunStatus.DONE,
+    TaskStatus.CRASHED: RunStatus.CRASHED,
+    TaskStatus.TIMED_OUT: RunStatus.TIMED_OUT,
+    TaskStatus.NOT_RUN: RunStatus.NOT_RUN,
+}
+REMEDIES = {
+    TaskStatus.DONE: "",
+    TaskStatus.CRASHED: "to see where, play it alone: STACKDSL_DEBUG=1 stackdsl run {file} -k '{name}'",
+    TaskStatus.TIMED_OUT: "allow more by --time-limit, or let it build less or be watched for less",
+    TaskStatus.NOT_RUN: "",
+}  # for what ended so
+
+
+def checked(case: Case, result: TaskResult, golden: Path, update: bool) -> VariantResult:
+    """The result of a case: expectations, truths, and the comparison with its golden file."""
+    if isinstance(result.value, Refinement):
+        whole = _compared(case, result.value.trace, golden, update)
+        return replace(whole, refinement=result.value.changes)
+    if isinstance(result.value, Trace):
+        return _compared(case, result.value, golden, update)
+    if isinstance(result.value, Blocked):
+        return held_up(case, result.value)
+    remedy = REMEDIES[result.status].format(file=case.source.file, name=case.name)
+    return _unfinished(case, STATUSES[result.status], "; ".join(filter(None, [result.message, remedy])))
+
+
+def held_up(case: Case, blocked: Blocked) -> VariantResult:
+    """The result of a case that could not go on, with the place of the action that could not be done."""
+    mistake = _in_the_way(case, blocked)
+    return replace(_unfinished(case, RunStatus.BLOCKED, mistake.message), mistake=mistake)
+
+
+def skipped(case: Case, why: str) -> VariantResult:
+    """The result of a case whose engine is not there."""
+    return _unfinished(case, RunStatus.SKIPPED, why)
+
+
+def _unfinished(case: Case, status: RunStatus, message: str) -> VariantResult:
+    name = case.identity
+    return VariantResult(name.scenario, name.variant, case.system, case.source.file, status, message=message)
+
+
+def _in_the_way(case: Case, blocked: Blocked) -> Diagnostic:
+    finer = ", at half the step and twice the iterations," if blocked.refined else ""
+    message = (
+        f"brick '{blocked.brick}' cannot be placed at {blocked.time:g} s: by then{finer} brick '{blocked.by}' has "
+        f"moved into its place, and overlaps it by {mm(blocked.depth, 3)}"
+    )
+    elsewhere = "let it come from elsewhere" if blocked.thrown else "place it elsewhere"
+    hint = f"{elsewhere}, or earlier, or pull '{blocked.by}' out before"
+    return Diagnostic("SD208", where_placed(blocked.brick, case.scenario, case.source), message, hint)
+
+
+def _compared(case: Case, trace: Trace, golden: Path, update: bool) -> VariantResult:
+    if case.system not in SYSTEMS:  # what came with another package is nobody's snapshot
+        return judged(case, trace)
+    compared = check_golden(snapshot_of(case, trace), golden, update)
+    return replace(judged(case, trace), golden=compared)
+
+
+def judged(case: Case, trace: Trace) -> VariantResult:
+    """The result of a case that was played, without its golden file."""
+    return VariantResult(
+        scenario=case.identity.scenario,
+        variant=case.identity.variant,
+        system=case.system,
+        file=case.source.file,
+        status=RunStatus.DONE,
+        verdict=trace.reported_verdict,
+        numerical=trace.numerical,
+        wrong_edges=trace.wrong_edges,
+        collapse=trace.collapse,
+        drift=trace.drift,
+        engine=system_named(case.system).engine.package.name if trace.cost.steps else "",
+        cost=trace.cost,
+        outcomes=judge(trace, case.scenario, case.variant, case.source, case.system),
+        truths=compare_with_truth(trace, case.scenario, case.variant, case.source),
+    )
+
+
+def snapshot_of(case: Case, trace: Trace) -> Snapshot:
+    """What is locked of a run. Only what a model has proven or computed is locked to the millimetre."""
+    system = system_named(case.system)
+    stamp = current_stamp(system.engine.package.name, trace.cost.steps)
+    return take(trace, case.timeline.world, case.identity, stamp, modelled=system.extension)
