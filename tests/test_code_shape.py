@@ -1,0 +1,50 @@
+"""Functions, classes and modules stay small enough to be read: bounds on both packages as a whole."""
+
+import ast
+from collections.abc import Iterator, Sequence
+
+from tests.paths import ROOT
+
+PACKAGES = ("stability", "stackdsl")
+MODULES = {
+    path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8")
+    for package in PACKAGES
+    for path in sorted((ROOT / package).rglob("*.py"))
+}
+NODES = [(name, node) for name, text in MODULES.items() for node in ast.walk(ast.parse(text))]
+
+
+def body_lines(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+    """How many lines the body of a function has, its docstring left out."""
+    body: Sequence[ast.stmt] = function.body
+    if (
+        isinstance(body[0], ast.Expr)
+        and isinstance(body[0].value, ast.Constant)
+        and isinstance(body[0].value.value, str)
+    ):
+        body = body[1:]
+    return (body[-1].end_lineno or 0) - body[0].lineno + 1 if body else 0
+
+
+def lengths() -> Iterator[int]:
+    yield from (body_lines(node) for _, node in NODES if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef))
+
+
+def test_half_of_all_functions_have_five_lines_at_most_and_19_of_20_have_16() -> None:
+    ordered = sorted(lengths())
+    assert ordered[len(ordered) // 2] <= 5
+    assert ordered[int(0.95 * len(ordered))] <= 16
+    assert ordered[-1] <= 60
+
+
+def test_no_module_has_more_than_300_lines() -> None:
+    assert {name: lines for name, text in MODULES.items() if (lines := text.count("\n")) > 300} == {}
+
+
+def test_no_class_has_more_than_25_methods() -> None:
+    methods = {
+        f"{name}:{node.name}": sum(isinstance(part, ast.FunctionDef) for part in node.body)
+        for name, node in NODES
+        if isinstance(node, ast.ClassDef)
+    }
+    assert {name: count for name, count in methods.items() if count > 25} == {}
