@@ -56,9 +56,7 @@ def test_of_another_engine_what_statics_and_the_author_decide_must_agree(key: st
     assert result.status is GoldenStatus.DIFFERENT
 
 
-def test_an_update_leaves_the_file_of_another_engine_alone(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_update_leaves_the_file_of_another_engine_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("CI", raising=False)  # CI writes no golden
     check_golden(FALLS, tmp_path, update=True)
     (file,) = tmp_path.iterdir()
