@@ -16,6 +16,7 @@ from stackdsl.pytest_plugin import Golden, OtherEngineWarning
 from stackdsl.snapshots.golden import golden_name
 from stackdsl.systems.known_systems import unplayable
 from stackdsl.timeline import Placement, Timeline
+from tests.engines_at_hand import HAS_PYBULLET
 from tests.paths import ROOT
 
 MOST_GAIN = 0.01  # of the potential energy: energy never grows by itself
@@ -36,8 +37,9 @@ def test_a_scenario_meets_its_expectations_and_its_snapshot_a_nanometre_off(case
     """
     if why := unplayable(case.system):
         pytest.skip(why)
-    traces = [play_case(disturbed(case.timeline) if is_modelled(case) else case.timeline, case.system)]
-    if is_modelled(case) and not traces[0].cost.steps:
+    disturb = is_modelled(case) and HAS_PYBULLET  # what MuJoCo makes of a hard hit hangs on a nanometre (decision 0027)
+    traces = [play_case(disturbed(case.timeline) if disturb else case.timeline, case.system)]
+    if disturb and not traces[0].cost.steps:
         traces.append(play_case(case.timeline, case.system))
     for trace in traces:
         outcomes = judge(trace, case.scenario, case.variant, case.source, case.system)

@@ -2,7 +2,9 @@
 
 from benchmarks.figures.picture import PATH, drawn, scenario
 from stackdsl.checking.one_case import play_case
+from tests.engines_at_hand import needs_pybullet
 
 
+@needs_pybullet
 def test_the_picture_is_that_of_the_scenario() -> None:
     assert drawn(play_case(scenario().timeline, "exact")) == PATH.read_text(encoding="utf-8")
