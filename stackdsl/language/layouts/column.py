@@ -14,6 +14,10 @@ class ColumnParams(LayoutParams):
     levels: Levels = Field(description="how many planks")
     step: Length = default("0 mm", "how far each plank is shifted along its length from the one below")
 
+    @property
+    def bricks_at_most(self) -> int:
+        return self.levels
+
 
 @layout("column", ColumnParams)
 def column(params: ColumnParams, size: Vec3) -> Specs:

@@ -18,6 +18,10 @@ class HarmonicParams(LayoutParams):
 
     count: ClassVar[str] = "bricks"
 
+    @property
+    def bricks_at_most(self) -> int:
+        return self.bricks
+
 
 @layout("harmonic", HarmonicParams)
 def harmonic(params: HarmonicParams, size: Vec3) -> Specs:

@@ -4,6 +4,7 @@ A layout is laid out in its own frame: z up, bricks lying flat with their length
 on z = 0. `origin` and `heading` then carry it to its place in the scenario. Bricks are listed in order of building.
 """
 
+from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import cos, sin
@@ -14,7 +15,7 @@ from pydantic_core import CoreSchema
 
 from stability.model import Vec3
 from stackdsl.language.author_models import AuthorModel, default
-from stackdsl.language.author_types import MAX_BRICKS, MAX_LEVELS, Angle, JsonSchema, Length
+from stackdsl.language.author_types import MAX_BRICKS, Angle, JsonSchema, Length
 from stackdsl.language.kinds import Kinds
 from stackdsl.language.mistakes import MistakeError
 
@@ -44,9 +45,9 @@ class LayoutParams(AuthorModel):
     count: ClassVar[str] = "levels"  # the key that says how much is built, which a step until a collapse may leave out
 
     @property
+    @abstractmethod
     def bricks_at_most(self) -> int:
         """An upper limit of the number of bricks, known before they are made."""
-        return MAX_LEVELS
 
     @classmethod
     def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchema:

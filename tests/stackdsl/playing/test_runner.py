@@ -133,7 +133,7 @@ def test_the_same_timeline_gives_the_same_trace_to_the_bit(system: str) -> None:
     one, other = played(build, system=system), played(build, system=system)
     assert one.tracks == other.tracks
     assert one.events == other.events
-    assert one.edges == other.edges
+    assert repr(one.edges) == repr(other.edges)  # a share that statics leave open is nan, which equals nothing
 
 
 # Centres in mm and yaws in deg. At each joint, com above must lie in both faces; the eighth plank is 1 mm too far out.

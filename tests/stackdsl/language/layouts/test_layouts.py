@@ -52,6 +52,12 @@ def test_a_layout_has_the_bricks_it_says(name: str) -> None:
     assert len(specs) == count <= LAYOUTS[name].params.model_validate(parameters).bricks_at_most
 
 
+@pytest.mark.parametrize("name", ["column", "four_stack", "harmonic"])
+def test_small_ones_may_be_many_since_no_more_is_counted_than_is_built(name: str) -> None:
+    parameters, count = EXAMPLES[name]
+    assert LAYOUTS[name].params.model_validate(parameters).bricks_at_most == count
+
+
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_levels_are_built_upwards_and_the_first_rests_on_the_ground(name: str) -> None:
     specs = example_of(name)
