@@ -8,6 +8,7 @@ with sharp boxes take one of these faces instead where the edges are parallel (d
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from math import acos, cos, radians
+from typing import TypeAlias
 
 from stability.engines.protocol import World
 from stability.geometry.rotations import body_axes
@@ -25,6 +26,9 @@ LOADED = 0.01  # share of the weight of the lighter brick that a contact must ca
 ROUNDS = 60  # of going to and fro between two boxes: parallel edges need two, edges that cross at 20 deg fifty
 BEFORE = (0.0, 0.5, 1.0)  # shares of a time step since contacts may have been found
 NEAR = 0.01  # share of the rounding by which the nearest point may still move
+
+# The middle of a box without its rounding, and along each of its axes half of what it measures.
+_Core: TypeAlias = tuple[Vec3, tuple[tuple[Vec3, float], ...]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,22 +60,30 @@ def true_normal(a: Block, b: Block, touching_W: Vec3, radius: float) -> Vec3 | N
 
 def nearest_points(a: Block, b: Block, start_W: Vec3, radius: float) -> tuple[Vec3, Vec3]:
     """The points of two boxes without their rounding that are nearest to each other, from a start near to them [m]."""
-    on_a = start_W
+    core_a, core_b, on_a = _core(a, radius), _core(b, radius), start_W
     for _ in range(ROUNDS):
-        on_b = _nearest_inside(b, radius, on_a)
-        before, on_a = on_a, _nearest_inside(a, radius, on_b)
+        on_b = _nearest_inside(core_b, on_a)
+        before, on_a = on_a, _nearest_inside(core_a, on_b)
         if norm(subtract(on_a, before)) < NEAR * EDGE_RADIUS:
             break
     return on_a, on_b
 
 
-def _nearest_inside(box: Block, radius: float, point_W: Vec3) -> Vec3:
-    """The point of a box without its rounding that is nearest to another."""
-    found, offset = box.p_WC, subtract(point_W, box.p_WC)
-    for axis, half_edge in zip(box.axes_W, box.half_edges_W, strict=True):
-        most = max(dot(axis, half_edge) - radius, 0.0)
-        found = add_scaled(found, min(max(dot(offset, axis), -most), most), axis)
-    return found
+def _core(box: Block, radius: float) -> _Core:
+    """A box without its rounding."""
+    axes = zip(box.axes_W, box.half_edges_W, strict=True)
+    return box.p_WC, tuple((axis, max(dot(axis, half_edge) - radius, 0.0)) for axis, half_edge in axes)
+
+
+def _nearest_inside(core: _Core, point_W: Vec3) -> Vec3:
+    """The point of a box without its rounding that is nearest to another; the inner loop, so in plain numbers."""
+    (x, y, z), axes = core
+    from_x, from_y, from_z = point_W[0] - x, point_W[1] - y, point_W[2] - z
+    for (ux, uy, uz), most in axes:
+        along = from_x * ux + from_y * uy + from_z * uz
+        along = most if along > most else -most if along < -most else along
+        x, y, z = x + along * ux, y + along * uy, z + along * uz
+    return x, y, z
 
 
 def wrong_normals(engine: World, states: Mapping[BodyId, BodyState], gravity: float) -> Iterator[WrongNormal]:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from stability.engines.protocol import Engine, Joining
 from stability.exact.awake_bricks import AwakeBricks
 from stability.exact.candidates import clear_of_strangers, fixed_bodies
-from stability.exact.hits.disturbances import Disturbances, Disturbed, in_words
+from stability.exact.hits.disturbances import Disturbances, Disturbed, Either, in_words
 from stability.exact.hits.region import region, touching
 from stability.exact.hits.rigid_groups import RigidGroups
 from stability.exact.outside_changes import Site, changed
@@ -203,7 +203,7 @@ class ProvenStability:
         for first in self._rigid_groups.moved_too_far(states):
             self._rigid_groups.part(first)
         found = Update()
-        if hits := self._disturbances.hits(states, {*self.assembly.bricks, *self._rigid_groups.bricks}):
+        if hits := self._disturbances.hits(states, Either(self.assembly.bricks, self._rigid_groups)):
             found = self._wake_struck(Disturbed({hit.brick: hit.normal_W for hit in hits}, in_words(hits)))
         stepped = self._awake.names - self._awake.announced
         pressing = stepped - self._rigid_groups.bricks

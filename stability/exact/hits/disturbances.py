@@ -29,6 +29,17 @@ class Disturbed:
     reason: str
 
 
+@dataclass(frozen=True, slots=True)
+class Either:
+    """The bricks that one or the other knows; nothing is copied, as there may be thousands, asked for at every step."""
+
+    one: Container[BodyId]
+    other: Container[BodyId]
+
+    def __contains__(self, brick: object) -> bool:
+        return brick in self.one or brick in self.other
+
+
 @dataclass
 class Disturbances(BrickObserver):
     """Looks out for what disturbs the frozen bricks of one engine."""
