@@ -19,12 +19,14 @@ from stackdsl.timeline import Placement, Timeline
 from tests.engines_at_hand import HAS_PYBULLET
 from tests.paths import ROOT
 
+MODELLED = ("exact", "thesis")  # a model decides what stands
 MOST_GAIN = 0.01  # of the potential energy: energy never grows by itself
 GATHERED = gather([ROOT / "scenarios"])
 
 
 def parameter(case: Case) -> ParameterSet:
-    marks = [pytest.mark.slow] if "long" in case.scenario.tags else []
+    """A bare engine is played as `make check` plays it, and so only where there is time for it twice."""
+    marks = [pytest.mark.slow] if "long" in case.scenario.tags or case.system not in MODELLED else []
     return pytest.param(case, id=case.name, marks=marks)
 
 
@@ -55,7 +57,7 @@ def test_a_scenario_meets_its_expectations_and_its_snapshot_a_nanometre_off(case
 
 def is_modelled(case: Case) -> bool:
     """Whether a model decides what stands; a bare engine creeps, and of large scenes a play takes long enough."""
-    return case.system in ("exact", "thesis") and not {"long", "large"}.intersection(case.scenario.tags)
+    return case.system in MODELLED and not {"long", "large"}.intersection(case.scenario.tags)
 
 
 def disturbed(timeline: Timeline) -> Timeline:
