@@ -120,12 +120,15 @@ def by_system(points: Sequence[Mapping[str, Any]]) -> Rows:
     }
 
 
-def _pace(run: Mapping[str, Any]) -> float:
-    return float(run["wall_time_s"]) / float(run["simulated_time_s"])
+def _pace(run: Mapping[str, Any]) -> float | None:
+    """Seconds a second that was simulated; None where an assessor judged a single moment."""
+    simulated = float(run["simulated_time_s"])
+    return float(run["wall_time_s"]) / simulated if simulated else None
 
 
 def _run(run: Mapping[str, Any], exact: float | None, bench: Mapping[str, Any]) -> Row:
     done, answer = run["verdict"] is not None, bench["answers"].get(run["case"])
+    pace = _pace(run) if done else None
     return {
         "case": run["case"],
         "system": run["system"],
@@ -142,7 +145,7 @@ def _run(run: Mapping[str, Any], exact: float | None, bench: Mapping[str, Any]) 
         "steps": run["steps"] if done else None,
         "solves": run["solves"] if done else None,
         "memory_mib": run["peak_memory_bytes"] / MEBIBYTE if done else None,
-        "times_exact": _pace(run) / exact if done and exact else None,
+        "times_exact": pace / exact if pace and exact else None,
     }
 
 

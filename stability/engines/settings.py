@@ -66,6 +66,11 @@ class EngineSettings(ABC):
             most_travel=None if travel is None else travel * power_of_two(scene.smallest_side),
         )
 
+    def suffice_for(self, wanted: Self) -> bool:
+        """Whether a world with these settings may go on where these others would be chosen."""
+        finer = self.time_step <= wanted.time_step
+        return finer and (self.most_travel or 0.0) <= (wanted.most_travel or 0.0)
+
     def parts_for_travel(self, fastest: float) -> int:
         """Into how many parts a step is split while a body is so fast [m/s], so that none passes through another."""
         if self.most_travel is None:

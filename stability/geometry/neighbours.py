@@ -35,6 +35,10 @@ class Neighbours(Generic[Key]):
         """Whether a body is among them."""
         return name in self._bounds
 
+    def __len__(self) -> int:
+        """How many there are."""
+        return len(self._bounds)
+
     def add(self, name: Key, low_W: Vec3, high_W: Vec3) -> None:
         """Take in a body; its name must be new."""
         bounds = self._bounds[name] = (low_W, high_W)

@@ -160,14 +160,14 @@ class _Run:
 
     def _advance(self, until: float) -> None:
         """Let time pass up to a time, or to the first collapse."""
-        every, closely = (max(1, round(s / self.world.settings.time_step)) for s in (SAMPLING, CLOSE_SAMPLING))
         had_collapsed = self.collapse is not None
-        while (left := until - self.world.time()) > 0.5 * self.world.settings.time_step:
+        while (left := until - self.world.time()) > 0.5 * (step := self.world.settings.time_step):
             if self._nothing_can_move():
                 self.world.skip(left)
                 return
+            every, closely = (max(1, round(s / step)) for s in (SAMPLING, CLOSE_SAMPLING))
             look = closely if self.measures.close else every
-            self._pass(min(look - self.ticks % look, round(left / self.world.settings.time_step)))
+            self._pass(min(look - self.ticks % look, round(left / step)))
             if self.ticks % every == 0:
                 if self._look() and not had_collapsed:
                     return

@@ -1,10 +1,14 @@
 """What a system needs to play a timeline: a world of its own, and the extension that watches it."""
 
+from collections.abc import Collection
+
 from stability.engines.lazy_world import RestingWorld
+from stability.engines.near_engine import Opening
 from stability.engines.opening import load_engine, stepped_world
 from stability.engines.protocol import World
 from stability.engines.scene_scale import SceneScale
 from stability.engines.settings import EngineSettings
+from stability.model import Brick
 from stability.watching.extension import Extension
 from stability.watching.rest import RestLimits
 from stackdsl.systems.systems import Method, System
@@ -37,13 +41,19 @@ def load(system: System) -> None:
 
 def opened_world(timeline: Timeline, system: System) -> World:
     """An empty world with the planes of the timeline; close it after use."""
-    scene, heaviest = timeline.world, max(placement.brick.mass for placement in timeline.placements)
-    settings = settings_for(timeline, system)
+    scene, settings = timeline.world, settings_for(timeline, system)
 
-    def engine() -> World:
+    def engine(settings: EngineSettings, heaviest: float) -> World:
         return stepped_world(settings, scene.gravity, scene.friction, heaviest)
 
-    world = RestingWorld(settings, engine) if system.method is Method.PROVEN else engine()
+    def settings_of(bricks: Collection[Brick]) -> EngineSettings:
+        return system.engine.scaled(SceneScale.of(bricks, scene.gravity))
+
+    world = (
+        RestingWorld(Opening(settings, settings_of, engine))
+        if system.method is Method.PROVEN
+        else engine(settings, max(placement.brick.mass for placement in timeline.placements))
+    )
     for plane in scene.planes:
         world.add_plane(plane)
     return world

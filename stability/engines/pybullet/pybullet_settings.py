@@ -70,6 +70,9 @@ class PyBulletSettings(EngineSettings):
     def refined(self) -> Self:
         return replace(super().refined(), iterations=2 * self.iterations)
 
+    def suffice_for(self, wanted: Self) -> bool:
+        return super().suffice_for(wanted) and self.scale >= wanted.scale
+
     def scaled(self, scene: SceneScale) -> Self:
         """As of every engine, where the settings were chosen for the usual scene; not as it comes, or as published.
 

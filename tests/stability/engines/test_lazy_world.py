@@ -7,9 +7,11 @@ from dataclasses import dataclass, field
 import pytest
 
 from stability.engines.lazy_world import RestingWorld
+from stability.engines.near_engine import Opening
 from stability.engines.protocol import World
 from stability.engines.pybullet import PyBulletWorld
 from stability.engines.pybullet.pybullet_settings import PyBulletSettings
+from stability.engines.settings import EngineSettings
 from stability.model import GROUND, BodyState, Brick, HalfSpace, Plane, Pose
 from stability.shapes.box import Box
 from tests.paths import ROOT
@@ -25,12 +27,13 @@ class Opened:
     engines: list[World] = field(default_factory=list)
 
     def world(self) -> RestingWorld:
-        world = RestingWorld(SETTINGS, self._open)
+        world = RestingWorld(Opening(SETTINGS, lambda _: SETTINGS, self._open))
         world.add_plane(Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5))
         return world
 
-    def _open(self) -> World:
-        self.engines.append(PyBulletWorld.opened(SETTINGS, gravity=9.81, friction=0.5, heaviest=0.012))
+    def _open(self, settings: EngineSettings, heaviest: float) -> World:
+        assert isinstance(settings, PyBulletSettings)
+        self.engines.append(PyBulletWorld.opened(settings, gravity=9.81, friction=0.5, heaviest=heaviest))
         return self.engines[-1]
 
 
@@ -96,7 +99,9 @@ def test_a_brick_that_was_taken_out_does_not_come_into_the_engine_that_is_opened
     before = world.masses()
     world.remove_brick("c")
     assert world.masses() is not before
+    world.wake("a")
     world.step()
+    assert set(opened.engines[0].masses()) == {"a", "b"}
     world.remove_brick("b")
     assert set(world.masses()) == set(opened.engines[0].masses()) == {"a"}
     world.close()

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from stability.engines.lazy_world import RestingWorld
+from stability.engines.near_engine import Opening
 from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stability.geometry.rotations import body_axes, multiply, rotate
 from stability.geometry.vectors import add, cross, dot, scale, subtract
@@ -194,7 +195,7 @@ def test_a_plank_that_is_told_by_its_corners_in_any_axes_slips_down_a_wall_as_a_
 
 
 def test_a_world_that_needs_no_engine_keeps_any_shape() -> None:
-    world = RestingWorld(SETTINGS, lambda: pytest.fail("nothing moves"))
+    world = RestingWorld(Opening(SETTINGS, lambda _: SETTINGS, lambda *_: pytest.fail("nothing moves")))
     world.add_plane(FLOOR)
     world.add_brick(Brick("wedge", LOWER_HALF, MASS), Pose((0.0, 0.0, THICKNESS / 3.0)))
     assert world.shape("wedge") is LOWER_HALF
