@@ -4,11 +4,13 @@ Nothing here raises or prints. Every stage of the pipeline returns its diagnosti
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
+from itertools import islice
 from typing import Final
 
+MOST_TOLD: Final = 100  # mistakes of a variant; nobody reads more
 EXCERPT_WIDTH: Final = 200  # [characters] of a long line that are kept around the column
 
 CODES = {
@@ -32,6 +34,7 @@ CODES = {
     "SD108": "exactly one of several keys is needed",
     "SD109": "malformed or failing expression",
     "SD110": "malformed anchor (a time tied to an event)",
+    "SD111": "more mistakes than are told",
     "SD201": "a brick is placed inside another body",
     "SD202": "a brick is placed in the air",
     "SD203": "two bricks or two scenarios share a name",
@@ -66,6 +69,15 @@ class Diagnostic:
     span: Span
     message: str
     hint: str = ""
+
+
+def first_of(mistakes: Iterable[Diagnostic]) -> list[Diagnostic]:
+    """As many mistakes as anybody reads; if there are more, the last says so, and no more are looked for."""
+    found = list(islice(mistakes, MOST_TOLD + 1))
+    if len(found) <= MOST_TOLD:
+        return found
+    message = f"there are more mistakes than the {MOST_TOLD} that are told; this is one of them"
+    return [*found[:-1], Diagnostic("SD111", found[-1].span, message, "mend these, and the others are told")]
 
 
 def reading_order(diagnostic: Diagnostic) -> tuple[int, int, str, str]:

@@ -1,4 +1,4 @@
-"""What a world of one's own knows of its bodies while no engine steps them: where each is, how it moves, what is held."""
+"""What a world of one's own knows of its bodies while no engine steps them: where they are and how they move."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field

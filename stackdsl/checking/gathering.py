@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from stackdsl.compiling.compiler import compile_timeline
+from stackdsl.compiling.compiler import bricks_at_most, compile_timeline
 from stackdsl.diagnostics import Diagnostic, Span
 from stackdsl.language.schema import Scenario
 from stackdsl.language.validation import validate
@@ -17,6 +17,7 @@ from stackdsl.snapshots.record import Identity
 from stackdsl.timeline import Timeline
 
 SUFFIXES = (".yaml", ".yml")
+MAX_BRICKS = 100_000  # in all variants of a scenario; some seconds of compiling, and some hundred megabytes
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,21 +132,20 @@ def _source_cases(source: Source) -> tuple[Sequence[Case], Sequence[Diagnostic]]
     variants, malformed = expand(source)
     cases: list[Case] = []
     mistakes = dict.fromkeys(malformed)
-    for variant in variants:
-        found, wrong = _variant_cases(source, variant)
-        cases += found
+    validated = [(variant, *validate(source, variant)) for variant in variants]
+    bricks = sum(bricks_at_most(scenario) for _, scenario, _ in validated if scenario is not None)
+    if bricks > MAX_BRICKS and len(validated) > 1:
+        message = f"the variants have up to {bricks} bricks in all, and {MAX_BRICKS} is the most"
+        hint = "make several scenarios of it"
+        return [], (*mistakes, Diagnostic("SD206", source.key_span_of(("matrix",)), message, hint))
+    for variant, scenario, wrong in validated:
         mistakes |= dict.fromkeys(wrong)
+        if scenario is not None:
+            timeline, misfits = compile_timeline(scenario, source)
+            mistakes |= dict.fromkeys(misfits)
+            if timeline is not None:
+                cases += [Case(source, scenario, variant, timeline, system) for system in scenario.systems]
     return cases, tuple(mistakes)
-
-
-def _variant_cases(source: Source, variant: Variant) -> tuple[Sequence[Case], Sequence[Diagnostic]]:
-    scenario, mistakes = validate(source, variant)
-    if scenario is None:
-        return (), mistakes
-    timeline, misfits = compile_timeline(scenario, source)
-    if timeline is None:
-        return (), misfits
-    return [Case(source, scenario, variant, timeline, system) for system in scenario.systems], ()
 
 
 def _first_of_shared_names(sources: Iterable[Source]) -> Mapping[str, Source]:

@@ -4,6 +4,7 @@ The scene is laid out in its own frame, level ground at z = 0; a tilt then turns
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import chain
 from typing import Final, TypeAlias
 
 from stability.model import BodyId, Brick, Quaternion
@@ -24,7 +25,7 @@ from stackdsl.compiling.name_checks import (
     unknown_bricks,
 )
 from stackdsl.compiling.site import planes_of, tilt_of, turned_plane, turned_pose
-from stackdsl.diagnostics import Diagnostic, Span
+from stackdsl.diagnostics import Diagnostic, Span, first_of
 from stackdsl.language.schema import Scenario
 from stackdsl.reading.source import Source
 from stackdsl.timeline import Action, Arrival, Placement, Timeline, World
@@ -54,10 +55,16 @@ def compile_timeline(scenario: Scenario, source: Source) -> tuple[Timeline | Non
         return None, too_many
     built = built_of(scenario, source)
     checks = CHECKS if built.mistimed else (*CHECKS, *CHECKS_IN_TIME)
-    mistakes = [mistake for check in checks for mistake in check(built, scenario, source)]
     impacts = Done() if built.mistimed else done(built, scenario, source)
-    mistakes += impacts.mistakes
+    found = (mistake for check in checks for mistake in check(built, scenario, source))
+    mistakes = first_of(chain(found, impacts.mistakes))
     return (None if mistakes else _timeline(built, impacts.actions, scenario)), tuple(mistakes)
+
+
+def bricks_at_most(scenario: Scenario) -> int:
+    """How many bricks there are in a scenario at most; nothing has to be built to know."""
+    built = sum(step.layout[1].bricks_at_most if step.layout else len(step.bricks or ()) for step in scenario.build)
+    return built + len(scenario.impacts)
 
 
 def where_placed(brick: BodyId, scenario: Scenario, source: Source) -> Span:
@@ -70,8 +77,7 @@ def where_placed(brick: BodyId, scenario: Scenario, source: Source) -> Span:
 
 
 def _too_many(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
-    bricks = sum(step.layout[1].bricks_at_most if step.layout else len(step.bricks or ()) for step in scenario.build)
-    bricks += len(scenario.impacts)
+    bricks = bricks_at_most(scenario)
     if bricks > MAX_BRICKS:
         message = f"the scenario has {bricks} bricks, and {MAX_BRICKS} is the most"
         yield Diagnostic("SD206", source.key_span_of(("build",)), message, "make it smaller")

@@ -1,6 +1,6 @@
 """Does every brick fit where it is placed: not inside another body, and not in the air?"""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from math import hypot, inf
 
@@ -104,10 +104,11 @@ def _fit(index: int, site: "_Site", planes: Sequence[Plane]) -> Fit:
     for near in on_planes:
         if near.overlaps:
             return Fit(overlaps_plane=near.number, depth=-near.apart.gap)
-    on_boxes = site.near(index, reach)
-    for near in on_boxes:
+    on_boxes = []
+    for near in site.near(index, reach):  # one by one: where many lie in one place, the first says it all
         if near.overlaps and near.number < index:
             return Fit(overlaps_box=near.number, depth=-near.apart.gap)
+        on_boxes.append(near)
     below = [near for near in (*on_planes, *on_boxes) if near.is_below]
     if not any(near.touches for near in below):  # in the air; how far above what is of interest only here
         below += [near for near in site.near(index, 2.0 * hypot(*own.reach)) if near.is_below]
@@ -129,11 +130,10 @@ class _Site:
     blocks: Sequence[Block]
     there: Neighbours[int] = field(default_factory=Neighbours)
 
-    def near(self, index: int, margin: float) -> list[_Near]:
+    def near(self, index: int, margin: float) -> Iterator[_Near]:
         """Those whose bounds come as close to a box as a margin [m], in order."""
         own, blocks = self.blocks[index], self.blocks
-        return [
-            _Near(other, blocks_apart(own, blocks[other]), reach_between(own.thickness, blocks[other].thickness))
-            for other in self.there.around(own.low_W, own.high_W, margin)
-            if other != index
-        ]
+        for other in self.there.around(own.low_W, own.high_W, margin):
+            if other != index:
+                between = reach_between(own.thickness, blocks[other].thickness)
+                yield _Near(other, blocks_apart(own, blocks[other]), between)

@@ -29,6 +29,7 @@ from stackdsl.language.quantities import (
     MASS,
     PARTS_OF_G,
     SHARE,
+    SIDE,
     SIGNED,
     SLOPE,
     SPEED,
@@ -91,6 +92,7 @@ def _or_number(schema: JsonSchema, dimension: Dimension) -> JsonSchema:
 Length = Annotated[float, _quantity(LENGTH)]  # [m], either sign
 NonNegativeLength = Annotated[float, _quantity(EXTENT)]  # [m]
 PositiveLength = Annotated[float, _quantity(replace(EXTENT, positive=True))]  # [m]
+Side = Annotated[float, _quantity(SIDE)]  # [m] of a brick
 Duration = Annotated[float, _quantity(DURATION)]  # [s]
 PositiveDuration = Annotated[float, _quantity(replace(DURATION, positive=True))]  # [s]
 Angle = Annotated[float, _quantity(ANGLE)]  # [rad]

@@ -16,7 +16,7 @@ from stackdsl.language.mistakes import MistakeError, shown
 class BrickKind(Shorthand, Choice):
     """A brick from the catalogue, or one of its own."""
 
-    size: tuple[t.PositiveLength, t.PositiveLength, t.PositiveLength] = Field(description="length, width, thickness")
+    size: tuple[t.Side, t.Side, t.Side] = Field(description="length, width, thickness")
     density: t.Density | None = Field(None, description="density; or else give the mass")
     mass: t.Mass | None = Field(None, description="mass of a whole brick; or else give the density")
 

@@ -82,6 +82,7 @@ def _degrees(angle: int) -> float:
 # Beyond 10 km, a day or a hundred turns there is a typo, which should not cost a day to find.
 LENGTH: Final = Dimension("a length", ("mm", "cm", "m", "km"), "13.5 mm", -1e4, 1e4)
 EXTENT: Final = replace(LENGTH, least=0.0)
+SIDE: Final = replace(LENGTH, least=1e-9, positive=True)  # the least that statics tells from nothing
 DURATION: Final = Dimension("a duration", ("ms", "s", "min"), "1.5 s", 0.0, 86_400.0)
 ANGLE: Final = Dimension("an angle", ("deg", "rad"), "30 deg", -_degrees(36_000), _degrees(36_000))
 SLOPE: Final = replace(ANGLE, least=0.0, most=_degrees(90))
@@ -155,7 +156,7 @@ def range_advice(dimension: Dimension) -> str:
         return f"write whole numbers from {dimension.least} up"
     unit = _everyday_unit(si_unit(dimension), dimension.most)
     least, most = (f"{bound / float(in_si(unit)):.10g}" for bound in (dimension.least, dimension.most))
-    low = "more than zero, at most" if dimension.positive else f"between {least} and"
+    low = "more than zero, at most" if dimension.positive and not dimension.least else f"between {least} and"
     return f"write {low} {most} {unit}".rstrip()
 
 

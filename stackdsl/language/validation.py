@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from stackdsl.diagnostics import Diagnostic, did_you_mean, reading_order
+from stackdsl.diagnostics import Diagnostic, did_you_mean, first_of, reading_order
 from stackdsl.entry_points import offered
 from stackdsl.language.disagreements import disagreements
 from stackdsl.language.mistakes import MistakeError, shown
@@ -61,9 +61,9 @@ def validate(source: Source, variant: Variant) -> tuple[Scenario | None, tuple[D
     try:
         scenario = models().Scenario.model_validate(variant.values)
     except ValidationError as error:
-        details = error.errors(include_url=False)
-        return None, _in_order(_diagnostic(source, detail) for detail in details if not _is_echo(detail))
-    mistakes = _in_order(disagreements(scenario, source))
+        details = (detail for detail in error.errors(include_url=False) if not _is_echo(detail))
+        return None, _in_order(first_of(_diagnostic(source, detail) for detail in details))
+    mistakes = _in_order(first_of(disagreements(scenario, source)))
     return (None if mistakes else scenario), mistakes
 
 

@@ -4,6 +4,7 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import product
+from math import prod
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 from stackdsl.diagnostics import Diagnostic, reading_order
@@ -20,6 +21,7 @@ Mistakes: TypeAlias = dict[tuple[Path, str], MistakeError]
 
 FIXED: Final = ("scenario", "let", "matrix")  # what is not filled in like the rest
 MAX_VARIANTS: Final = 256
+MAX_EXPRESSIONS: Final = 20_000  # of all variants together; some seconds of arithmetic
 _DECIMAL = re.compile(r"(?<!\w)(?<!\d\.)\d+\.\d+(?:[eE][+-]?\d+)?")  # but not the 3.2 of a brick L3.2
 
 
@@ -41,6 +43,10 @@ def expand(source: Source) -> tuple[tuple[Variant, ...], tuple[Diagnostic, ...]]
     A value whose expression is mistaken stays as written, so that the rest of its variant can still be validated.
     """
     axes, mistakes = _axes(source.values.get("matrix", {}))
+    work = prod(len(row) for row in axes.values()) * sum(map(_expressions, source.values.values()))
+    if work > MAX_EXPRESSIONS:
+        message = f"the variants have {work} expressions in all, and {MAX_EXPRESSIONS} is the most"
+        return (), (Diagnostic("SD206", source.key_span_of(("matrix",)), message, "make several scenarios of it"),)
     variants = []
     for choice in product(*axes.values()):
         variant, more = _variant(source.values, dict(zip(axes, choice, strict=True)))
@@ -48,6 +54,13 @@ def expand(source: Source) -> tuple[tuple[Variant, ...], tuple[Diagnostic, ...]]
         mistakes |= more
     found = {_diagnostic(source, path, mistake) for (path, _), mistake in mistakes.items()}
     return tuple(variants), tuple(sorted(found, key=reading_order))
+
+
+def _expressions(value: Plain) -> int:
+    """How many texts with expressions there are in a value."""
+    if isinstance(value, dict | list):
+        return sum(map(_expressions, value.values() if isinstance(value, dict) else value))
+    return isinstance(value, str) and "${" in value
 
 
 def compact(text: str) -> str:

@@ -1,0 +1,87 @@
+"""What is too much to be read, built or told is refused in one place, before it costs anything.
+
+No time is measured here: what would take minutes if it were not refused makes the suite late by itself.
+"""
+
+import pytest
+
+from stability.geometry.separation import Block, Separation, blocks_apart
+from stackdsl.diagnostics import MOST_TOLD
+from tests.scenes import compiled, mistakes_of
+
+MANY = 20_000
+
+
+def test_of_thousands_of_unknown_keys_the_first_are_told_and_that_there_are_more() -> None:
+    keys = "\n".join(f"k{number}: 1" for number in range(MANY))
+    _, mistakes = compiled(f"scenario: keys\nbuild:\n  - column: {{levels: 2}}\n{keys}\n")
+    assert [mistake.code for mistake in mistakes] == ["SD101"] * MOST_TOLD + ["SD111"]
+    assert f"the {MOST_TOLD} that are told" in mistakes[-1].message
+    assert mistakes[-1].hint
+
+
+def test_as_many_mistakes_as_are_told_are_all() -> None:
+    keys = "\n".join(f"k{number}: 1" for number in range(MOST_TOLD))
+    _, mistakes = compiled(f"scenario: keys\nbuild:\n  - column: {{levels: 2}}\n{keys}\n")
+    assert [mistake.code for mistake in mistakes] == ["SD101"] * MOST_TOLD
+
+
+def test_of_many_unknown_bricks_the_first_are_told() -> None:
+    claims = "\n".join(f"  - rests_on: {{brick: x{n}, support: ground, share: 1 ± 0.1}}" for n in range(900))
+    mistakes = mistakes_of("- column: {levels: 2}", f"expect:\n{claims}\n")
+    assert [mistake.code for mistake in mistakes] == ["SD204"] * MOST_TOLD + ["SD111"]
+
+
+def test_of_bricks_in_one_place_each_is_held_against_one_other_only(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = 0
+
+    def counted(a: Block, b: Block) -> Separation:
+        nonlocal asked
+        asked += 1
+        return blocks_apart(a, b)
+
+    monkeypatch.setattr("stackdsl.compiling.fitting.blocks_apart", counted)
+    count = 60
+    bricks = "\n".join(f"    - {{name: b{number}, at: [0 mm, 0 mm, 3.9 mm]}}" for number in range(count))
+    mistakes = mistakes_of(f"- bricks:\n{bricks}")
+    assert [mistake.message for mistake in mistakes] == [
+        f"brick 'b{n}' is 7.8 mm inside brick 'b0'" for n in range(1, count)
+    ]
+    assert asked <= 2 * 2 * count  # whoever was there first is held against all; and all is looked at twice
+
+
+@pytest.mark.parametrize(
+    ("matrix", "levels", "words"),
+    [
+        ("f: [0.1, 0.2, 0.3, 0.4, 0.5, 0.6]", 10_000, "up to 120000 bricks"),
+        (f"f: [{', '.join(str(0.001 * n) for n in range(1, 257))}]", 500, "up to 256000 bricks"),
+    ],
+)
+def test_all_variants_together_have_no_more_bricks_than_can_be_built_in_time(
+    matrix: str, levels: int, words: str
+) -> None:
+    cases, (mistake,) = compiled(
+        f"scenario: many\nmatrix:\n  {matrix}\nfriction: ${{f}}\nbuild:\n  - four_stack: {{levels: {levels}}}\n"
+    )
+    assert (cases, mistake.code, mistake.span.line) == ([], "SD206", 2)
+    assert words in mistake.message
+    assert mistake.hint
+
+
+def test_all_variants_together_have_no_more_expressions_than_can_be_worked_out_in_time() -> None:
+    row = ", ".join(str(number) for number in range(250))
+    lets = "\n".join(f"  v{number}: ${{a + {number}}}" for number in range(90))
+    cases, (mistake,) = compiled(
+        f"scenario: many\nmatrix:\n  a: [{row}]\nlet:\n{lets}\nbuild:\n  - column: {{levels: 2}}\n"
+    )
+    assert (cases, mistake.code, mistake.span.line) == ([], "SD206", 2)
+    assert "22500 expressions" in mistake.message
+
+
+@pytest.mark.parametrize("side", ["0.0000001 mm", "0.0000009 mm"])
+def test_a_side_below_a_nanometre_is_told_in_its_place(side: str) -> None:
+    brick = f"- bricks: [{{name: a, brick: {{size: [1 m, 1 m, {side}], density: 700 kg/m3}}, at: [0 m, 0 m, 0 m]}}]"
+    mistake = mistakes_of(brick)[0]
+    assert (mistake.code, mistake.span.line) == ("SD104", 3)
+    assert mistake.span.column == 3 + brick.index(side)
+    assert "1e-09" in mistake.hint
