@@ -62,7 +62,7 @@ class BrickState(StrEnum):
     DISPLACED = "displaced"  # stands, upright and at its height, where a hit has shifted it to
     FALLEN = "fallen"  # left its place
     THROWN = "thrown"  # came flying; no part of the structure, wherever it ended
-    UNSETTLED = "unsettled"  # dropped, and still not at rest
+    UNSETTLED = "unsettled"  # dropped, or proven to fall, and still on its way
     REMOVED = "removed"  # pulled out
     UNPLACED = "unplaced"  # the structure fell before its turn
     UNWATCHED = "unwatched"  # not proven to stand, and nothing was asked that an engine would have to show
@@ -185,7 +185,7 @@ class Verdict(StrEnum):
 
     STANDS = "stands"
     COLLAPSES = "collapses"
-    UNSETTLED = "unsettled"  # nothing left its place, but something dropped has not come to rest yet
+    UNSETTLED = "unsettled"  # nothing left its place yet, but something was dropped or gives way, and is on its way
     UNWATCHED = "unwatched"  # judged, and not played: nothing was asked that an engine would have to show
 
 

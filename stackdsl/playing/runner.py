@@ -4,7 +4,7 @@ Time in which nothing can move is skipped: before the first brick, and whenever 
 A collapse ends the build, and is followed for a while to see what falls. Hits go on, and so does pulling bricks out.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from math import hypot
 from time import perf_counter
@@ -241,7 +241,7 @@ class _Run:
 
     def trace(self, wall_time: float) -> Trace:
         unproven = not self.timeline.watched and self._only_an_engine_knows_more()
-        tracks = tracks_of(self.timeline, self.watch, self._is_frozen, unproven)
+        tracks = tracks_of(self.timeline, self.watch, self._is_frozen, unproven, self._giving_way())
         standing = [name for name, track in tracks.items() if track.state in STAND]
         shares = self.extension.shares() if self.extension is not None else self.forces.shares(standing)
         return Trace(
@@ -260,6 +260,13 @@ class _Run:
             shift_before=self.shift_before,
             landing=self.measures.landing([n for n, track in tracks.items() if track.state is BrickState.FALLEN]),
         )
+
+    def _giving_way(self) -> Set[BodyId]:
+        """What is proven to fall where nothing was seen to: in weak gravity the run may end before."""
+        verdict = self.extension.verdict() if self.extension is not None else None
+        if self.extension is None or verdict is None or verdict.motion is None or self.collapse is not None:
+            return set()
+        return verdict.motion.velocity.keys() & set(self.extension.awake())
 
     def _is_frozen(self, brick: BodyId) -> bool:
         return self.extension is not None and self.extension.is_frozen(brick)

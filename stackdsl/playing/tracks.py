@@ -1,6 +1,6 @@
 """What became of every brick of a timeline, whether it was placed or not."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from dataclasses import replace
 
 from stability.model import BodyId
@@ -10,11 +10,12 @@ from stackdsl.trace import BrickState, BrickTrack
 
 
 def tracks_of(
-    timeline: Timeline, watch: Watch, is_frozen: Callable[[BodyId], bool], unproven: bool
+    timeline: Timeline, watch: Watch, is_frozen: Callable[[BodyId], bool], unproven: bool, giving_way: Container[BodyId]
 ) -> dict[BodyId, BrickTrack]:
     """The track of each, in the order of the timeline.
 
     `unproven`: what is not frozen was not played, as only a proof was asked for, and there was none that it stands.
+    `giving_way`: what is proven to fall, and was still on its way when the run ended.
     """
     found = {}
     for placement in timeline.placements:
@@ -24,7 +25,11 @@ def tracks_of(
             continue
         frozen = is_frozen(name)
         track = watch.bricks[name].track(frozen)
-        found[name] = replace(track, state=BrickState.UNWATCHED) if unproven and not frozen else track
+        if unproven and not frozen:
+            track = replace(track, state=BrickState.UNWATCHED)
+        elif track.state is BrickState.STANDING and name in giving_way:
+            track = replace(track, state=BrickState.UNSETTLED)
+        found[name] = track
     return found
 
 

@@ -16,12 +16,13 @@ from stability.motion.known_motion import FallingParts
 from stability.shapes.apart import apart
 from stability.shapes.box import Box
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Motion, Placed
+from stability.statics.facts import Motion, Placed, Stability
+from stackdsl.judging.judge import judge
 from stackdsl.playing.runner import play
 from stackdsl.systems.systems import MOVING, SYSTEMS
 from stackdsl.timeline import Removal
-from stackdsl.trace import BrickState, EventKind, Trace
-from tests.scenes import timeline_of
+from stackdsl.trace import BrickState, EventKind, Trace, Verdict
+from tests.scenes import compiled, scene, timeline_of
 
 LENGTH, WIDTH, THICKNESS = 0.1176, 0.0234, 0.0078  # of a KAPLA plank [m]
 MASS = 0.012
@@ -234,3 +235,18 @@ def sunk(settings: PyBulletSettings) -> float:
 def test_small_first_steps_make_the_kick_smaller_with_which_contacts_begin() -> None:
     # Before the first contact forces all fall freely for a step, and what that leaves grows with it.
     assert sunk(MOVING) < 0.5 * sunk(replace(MOVING, first_steps=0))
+
+
+def test_what_is_proven_to_fall_does_not_stand_because_the_run_ended_before_it_was_seen() -> None:
+    #   18 mm a plank: the seventh is 108 mm out, and the six above the first balance 63 mm out, beyond its 58.8 mm. At
+    #   0.001 m/s2 a plank falls by half a millimetre in a second.
+    build = "- column: {levels: 8, step: 18 mm}\n  every: 1 s"
+    rest = "world: {gravity: 0.001 m/s2}\nexpect: [{stands: all}]\nsystems: [exact]"
+    cases, _ = compiled(scene(build, rest))
+    trace = play(cases[0].timeline, SYSTEMS["exact"])
+    (outcome,) = judge(trace, cases[0].scenario, cases[0].variant, cases[0].source, "exact")
+    assert trace.statics is not None
+    assert trace.statics.stability is Stability.UNSTABLE
+    assert trace.verdict is Verdict.UNSETTLED
+    assert not outcome.passed
+    assert "has not come to rest" in outcome.measured
