@@ -6,6 +6,7 @@ import signal
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from errno import EDQUOT, EMFILE, ENFILE, ENOMEM, ENOSPC
 from importlib import import_module
 from io import TextIOWrapper
 from types import FrameType
@@ -85,7 +86,23 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
     raise KeyboardInterrupt
 
 
+def refused_by_the_system(error: Exception) -> str:
+    """What the machine has too little of, where that is why a command ended; empty otherwise."""
+    if isinstance(error, MemoryError) or (isinstance(error, OSError) and error.errno == ENOMEM):
+        return "there is too little memory: free some, raise the limit (ulimit -v), or play fewer at a time (--jobs 1)"
+    if isinstance(error, OSError) and error.errno in (EMFILE, ENFILE):
+        return "too many files are open: raise the limit (ulimit -n), or play fewer at a time (--jobs 1)"
+    if isinstance(error, OSError) and error.errno in (ENOSPC, EDQUOT):
+        return f"the disk is full: {error.filename or 'free some of it'}"
+    return ""
+
+
 def _code_of_run() -> int:
+    try:
+        os.getcwd()
+    except FileNotFoundError:
+        tell("the directory that this was called from is gone: change to another")
+        return ExitCode.USAGE
     try:
         return app.main(prog_name="stackdsl", standalone_mode=False) or ExitCode.OK
     except click.exceptions.Exit as end:
@@ -97,6 +114,9 @@ def _code_of_run() -> int:
         tell("interrupted")
         return ExitCode.INTERRUPTED
     except Exception as error:
+        if why := refused_by_the_system(error):
+            tell(why)
+            return ExitCode.CRASHED
         if isinstance(error.__context__, KeyboardInterrupt):  # click failed to end the line that shows ^C
             silence(sys.stderr)
             return ExitCode.INTERRUPTED
