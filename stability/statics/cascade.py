@@ -70,6 +70,13 @@ def judge(structure: Structure, brick: BodyId, partners: "Partners", names_small
     return answer if isinstance(answer, Answer) else _falls(structure, answer, names_smallest)
 
 
+def prove_together(structure: Structure, bricks: Collection[BodyId], partners: "Partners") -> Group | None:
+    """Prove in one program that several bricks stand which would be asked one by one, each with most of the others."""
+    group = sorted(partners.of(set(bricks) | structure.below(bricks)))
+    answer = _upright(structure, group)
+    return answer.group if answer is not None else _proven_in_cones(structure, group).group
+
+
 def _grown(structure: Structure, group: set[BodyId], downwards: Collection[BodyId], levels: int) -> set[BodyId]:
     """A group with some bricks below it, and so many levels of bricks below these."""
     larger = group.union(downwards)
@@ -225,29 +232,44 @@ def _vertical_forces(forces: Sequence[ConeForces], landings: Sequence[tuple[Cont
 def _cones(structure: Structure, group: Sequence[BodyId], last: bool) -> Answer | _Falling | None:
     """The exact problem of a group: proven to stand on cores, or to fall though all the rest is held fixed."""
     from stability.statics.solvers.equilibrium import balance  # noqa: PLC0415 -- it brings numpy
-    from stability.statics.solvers.self_stress import honest_forces  # noqa: PLC0415 -- it brings numpy
 
-    members = frozenset(group)
     contacts = structure.contacts_of(group)
     fixed = structure.problem(group, contacts)  # all the rest held fixed: more than there is to stand on
     optimistic = balance(fixed, structure.tolerances)
     if optimistic.motion is not None:
         return _Falling(fixed, optimistic.motion)
+    careful = _proven_in_cones(structure, group, optimistic)
+    if careful.group is not None:
+        return Answer(careful.group)
+    return _in_doubt(group, careful.balance) if last else None
+
+
+@dataclass(frozen=True, slots=True)
+class _Careful:
+    """What became of a group that may lean on the others only where they carry whatever comes."""
+
+    balance: "Balance"
+    group: Group | None = None  # None unless it is proven to stand
+
+
+def _proven_in_cones(structure: Structure, group: Sequence[BodyId], if_fixed: "Balance | None" = None) -> _Careful:
+    """Prove that a group stands on load cores; `if_fixed` is how it balances with all the rest held fixed, if known."""
+    from stability.statics.solvers.equilibrium import balance  # noqa: PLC0415 -- it brings numpy
+    from stability.statics.solvers.self_stress import honest_forces  # noqa: PLC0415 -- it brings numpy
+
+    members, contacts = frozenset(group), structure.contacts_of(group)
     inner = [c for c in contacts if _is_within(c, members, structure)]
     outer = [c for c in contacts if not _is_within(c, members, structure) and carries_upright(c)]
     landings = list(_landings(structure, members, outer))
-    if landings or len(inner) < len(contacts):
-        careful = structure.problem(group, [*inner, *(landing for landing, _ in landings)])
-        answer = balance(careful, structure.tolerances)
-    else:
-        careful, answer = fixed, optimistic
-    honest = honest_forces(careful, answer.forces, structure.tolerances) if answer.forces is not None else None
-    if honest is not None:
-        of_inner, of_outer = honest.of_contacts[: len(inner)], honest.of_contacts[len(inner) :]
-        forces = tuple(zip(inner, of_inner, strict=True))
-        vertical = _vertical_forces(of_outer, landings)
-        return Answer(Group(tuple(group), Stage.CONES, vertical=vertical, forces=forces))
-    return _in_doubt(group, answer) if last else None
+    alone = not landings and len(inner) == len(contacts)  # then it is the same problem as with the rest held fixed
+    problem = structure.problem(group, contacts if alone else [*inner, *(landing for landing, _ in landings)])
+    answer = if_fixed if alone and if_fixed is not None else balance(problem, structure.tolerances)
+    honest = honest_forces(problem, answer.forces, structure.tolerances) if answer.forces is not None else None
+    if honest is None:
+        return _Careful(answer)
+    of_inner, of_outer = honest.of_contacts[: len(inner)], honest.of_contacts[len(inner) :]
+    forces, vertical = tuple(zip(inner, of_inner, strict=True)), _vertical_forces(of_outer, landings)
+    return _Careful(answer, Group(tuple(group), Stage.CONES, vertical=vertical, forces=forces))
 
 
 def _is_within(contact: Contact, members: Collection[BodyId], structure: Structure) -> bool:

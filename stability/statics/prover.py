@@ -7,12 +7,13 @@ proven so is put to the cascade, and what the cascade finds of it is remembered 
 from collections.abc import Iterable, Sequence
 
 from stability.model import BodyId
-from stability.statics.cascade import Partners, judge
+from stability.statics.cascade import Partners, judge, prove_together
 from stability.statics.facts import Placed, Stability, Stage, Verdict
-from stability.statics.ledger import Ledger
+from stability.statics.ledger import Group, Ledger
 from stability.statics.structure import Structure
 
 DEAREST_FIRST = tuple(reversed(Stage))
+LARGE = 60  # bricks: the next program would hold nearly the same again
 
 
 class Prover:
@@ -61,7 +62,9 @@ class Prover:
     def prove(self, names_smallest: bool) -> Verdict | None:
         """Judge the bricks without a proof, from the lowest on; None if all are proven now."""
         found: Verdict | None = None
+        together = True
         for name in self.structure.upwards(self._unproven):
+            together = together and self._asked_together(name)
             if name not in self._unproven:
                 continue
             verdict = self._in_doubt.get(name) or self._asked(name, names_smallest)
@@ -89,12 +92,26 @@ class Prover:
         """The verdict of the cascade on a brick that it cannot prove; it is remembered until something near changes."""
         answer = judge(self.structure, name, self._partners, names_smallest)
         if answer.group is not None:
-            self.ledger.enter(answer.group)
-            self._unproven.difference_update(answer.group.members)
+            self._enter(answer.group)
             return None
         if answer.verdict is not None:
             self._in_doubt |= dict.fromkeys(self._unproven.intersection({*answer.verdict.moving, name}), answer.verdict)
         return answer.verdict
+
+    def _asked_together(self, name: BodyId) -> bool:
+        """Ask at once for all that is unproven about a brick whose own program is large; whether that is worth it."""
+        if name not in self._unproven or name in self._in_doubt:
+            return True
+        if len(self._partners.of({name} | self.structure.below([name]))) < LARGE:
+            return True
+        group = prove_together(self.structure, self._unproven & self.structure.component(name), self._partners)
+        if group is not None:
+            self._enter(group)
+        return group is not None
+
+    def _enter(self, group: Group) -> None:
+        self.ledger.enter(group)
+        self._unproven.difference_update(group.members)
 
     def _doubt_anew(self, names: Iterable[BodyId]) -> None:
         """Forget what was found of all bricks that are connected with these."""
