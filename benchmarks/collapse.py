@@ -57,7 +57,7 @@ class Fall:
     landed: float  # [s]
     direction: float  # largest error [rad]
     proportion: float  # largest error, of the brick that goes furthest
-    gain: float  # of energy, of the potential energy above the ground
+    gain: float  # of energy, as a share of what there was
     cost: float  # [s of wall time]
 
 

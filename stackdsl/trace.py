@@ -129,13 +129,13 @@ class Energy:
 
     start: float  # just after it, with what it brought in [J]
     most: float  # that it ever was since [J]
-    potential: float  # the part above the ground just after it [J]
+    above_ground: float  # that there was just after it, each brick's height counted from the ground below it [J]
 
     @property
     def gain(self) -> float:
-        """How much it rose, as a share of the potential energy above the ground."""
+        """How much it rose, as a share of what there was: all motion, and all height above the ground."""
         risen = self.most - self.start
-        return risen / self.potential if self.potential > 0.0 else (inf if risen > 0.0 else 0.0)
+        return risen / self.above_ground if self.above_ground > 0.0 else (inf if risen > 0.0 else 0.0)
 
 
 @dataclass(frozen=True, slots=True)

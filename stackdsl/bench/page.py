@@ -27,7 +27,7 @@ are.
   right verdict, from truths and from that reference, which has no distance from itself. `mm`: lengths, such as how
   far away a fall lands, or how high what was hit stands. `deg`: angles, such as which way it falls. `s`: when it
   falls, by more than the 10 ms between two looks at a run.
-- `energy`: the largest gain after the last action, of the potential energy above the ground then.
+- `energy`: the largest gain after the last action, as a share of what there was then, heights counted from the ground.
 - `wall s`: the time to the answer. A collapse is followed, by every system, only where something hits the structure
   or a truth asks what becomes of it. `wall s / sim. s`, the pace, is the geometric mean over the scenarios that all
   rows have finished, but for rows that do not take them; a row that does not take all of these has none. `x exact`:

@@ -26,7 +26,7 @@ class EnergyMeter:
     gravity: float  # [m/s2], along -z
     ground: Plane
     now: float = 0.0  # kinetic + potential energy of all bricks [J]
-    above_ground: float = 0.0  # potential energy of all bricks above the ground below each [J]
+    above_ground: float = 0.0  # the same, where each brick counts from the ground below itself [J]
     _of: dict[BodyId, tuple[float, float]] = field(default_factory=dict)  # each brick's part of both
     _since: Energy | None = None
 
@@ -36,13 +36,8 @@ class EnergyMeter:
             brick = bricks[name]
             weight = brick.mass * self.gravity
             height = state.pose.position_W[2] - self.ground.point_W[2]
-            was, own = (
-                self._of.get(name, (0.0, 0.0)),
-                (
-                    kinetic_energy(brick, state) + weight * height,
-                    weight * self._height_above_ground(state.pose.position_W),
-                ),
-            )
+            kinetic, was = kinetic_energy(brick, state), self._of.get(name, (0.0, 0.0))
+            own = kinetic + weight * height, kinetic + weight * self._height_above_ground(state.pose.position_W)
             self._of[name] = own
             self.now += own[0] - was[0]
             self.above_ground += own[1] - was[1]
@@ -65,7 +60,7 @@ class EnergyMeter:
     def look(self) -> None:
         """All that moves has been seen."""
         if self._since is not None and self.now > self._since.most:
-            self._since = Energy(self._since.start, self.now, self._since.potential)
+            self._since = Energy(self._since.start, self.now, self._since.above_ground)
 
     def energy(self) -> Energy | None:
         """What it was after the last action, and has been at most since; None if nothing was ever done."""

@@ -15,10 +15,12 @@ from stackdsl.trace import Trace
 class EnergyChange(AuthorModel, ClaimKind):
     """Kinetic and potential energy of all bricks together, from the last action on."""
 
-    gain: t.ShareTolerance = Field(description="how much it rises, of the potential energy above the ground")
+    gain: t.ShareTolerance = Field(
+        description="how much it rises, as a share of what there was, heights above the ground"
+    )
 
     def judge(self, trace: Trace) -> Finding:
-        """How much kinetic + potential energy rose after the last action, of the potential energy above the ground."""
+        """How much kinetic + potential energy rose after the last action, as a share of both just after it."""
         if trace.energy is None:
             return Finding("nothing was placed", -inf, "%", passed=False)
         return within(self.gain, trace.energy.gain, "%", f"gain {PERCENT * trace.energy.gain:.3g} %")

@@ -55,7 +55,7 @@ HIT = replace(
         ),
         "shot": track("shot", 0, shift=0.2, state=BrickState.THROWN),
     },
-    energy=Energy(start=1.0, most=1.001, potential=0.5),
+    energy=Energy(start=1.0, most=1.001, above_ground=0.5),
 )
 PULLED_OUT = replace(
     STANDING,
