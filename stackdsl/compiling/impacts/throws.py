@@ -3,10 +3,10 @@
 So it hits what it is aimed at from however far away it comes. It does not turn on its way.
 """
 
-from math import cos, sin
+from math import cos, hypot, sin
 
 from stability.geometry.rotations import rotate
-from stability.geometry.separation import meeting
+from stability.geometry.separation import Block, meeting
 from stability.geometry.vectors import add_scaled, scale, subtract
 from stability.model import Brick, Pose, Vec3
 from stability.shapes.apart import solid_block
@@ -33,6 +33,15 @@ def thrown(throw: Throw, scene: Scene) -> tuple[Placement, ...]:
     return (Placement(scene.moment.time, brick, 0, pose, Arrival.THROWN, velocity_W, duration),)
 
 
+def _may_meet(flying: Block, other: Block, towards: Vec3) -> bool:
+    """Whether a level flight comes by at all: of a tower, most bricks lie higher, lower or beside the way."""
+    if flying.low_W[2] >= other.high_W[2] or other.low_W[2] >= flying.high_W[2]:
+        return False
+    (x, y, _), (ahead_x, ahead_y, _) = subtract(other.p_WC, flying.p_WC), towards
+    reach = hypot(*flying.reach[:2]) + hypot(*other.reach[:2])
+    return abs(ahead_x * y - ahead_y * x) <= reach
+
+
 def _direction_from(bearing: float) -> Vec3:
     """Of the flight along the ground, rounded to where processors agree on it."""
     return (0.0 - round(cos(bearing), 15), 0.0 - round(sin(bearing), 15), 0.0)
@@ -43,7 +52,8 @@ def _start(brick: Brick, throw: Throw, towards: Vec3, scene: Scene) -> Pose:
     aim = middle_of(aimed_at(throw.at, scene, "at"))
     orientation = about_z(throw.from_.bearing + throw.turn)
     flying = solid_block(brick.shape, Pose(aim, orientation))
-    ways = [meeting(flying, other.shape, towards, OVERLAP) for other in scene.resting]
+    near = (other.shape for other in scene.resting if _may_meet(flying, other.shape, towards))
+    ways = [meeting(flying, other, towards, OVERLAP) for other in near]
     nearest = min((way[0] for way in ways if way is not None), default=None)
     if nearest is None:
         hint = "aim at a brick, take another bearing, or `turn: 90 deg` to let it come broadside"
