@@ -88,7 +88,7 @@ class RestingWorld:
         return self._put.own.shape(body)
 
     def near(self, brick: BodyId, within: float) -> Sequence[BodyId]:
-        return self._engine.near(brick, within).near(brick, within)
+        return self._engine.near(brick, within)
 
     def states(self, bodies: Collection[BodyId]) -> Mapping[BodyId, BodyState]:
         asked = [body for body in bodies if self._engine.has(body) is not None]
@@ -133,5 +133,6 @@ class RestingWorld:
         world.join(bricks)
 
     def part(self, brick: BodyId) -> tuple[BodyId, ...]:
+        world = self._engine.ready()  # which may be another one by now, with this brick in its group
         self._engine.parted(brick)
-        return self._engine.ready().part(brick)
+        return world.part(brick)

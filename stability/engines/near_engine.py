@@ -4,7 +4,7 @@ What stands elsewhere changes nothing of a motion until something comes near to 
 engine has no more to do than what moves asks for, and its settings are those of what is there (docs/decisions/0028).
 """
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 from math import dist, hypot
 
@@ -120,21 +120,29 @@ class NearEngine:
         """The world that is stepped, with all that may move, these bricks too, and with what is near to that."""
         if self.world is not None and not self._waiting and not also:
             return self.world
-        if self._outside is None:
-            self._outside = Neighbours()
-            for brick in self.put.in_order(self.put.frozen):
-                self._stand_outside(brick)
         moving, self._waiting = [*self._waiting, *also], {}
         coming = dict.fromkeys(brick for brick in moving if brick not in self._inside)
         for brick in tuple(coming):
-            coming |= dict.fromkeys(self._about(brick, self._reach(brick), self.put.state(brick).pose.position_W))
+            coming |= dict.fromkeys(self._coming(brick, self._reach(brick), self.put.state(brick).pose.position_W))
         world = self._let_in(coming)
         return self._look_around(moving) or world
 
-    def near(self, brick: BodyId, within: float) -> World:
-        """The world, with all that is as close to a brick as this [m]."""
-        world = self.ready()
-        return self._look_around([brick], within) or world
+    def near(self, brick: BodyId, within: float) -> Sequence[BodyId]:
+        """The bodies that may be as close to a brick as this [m], in order.
+
+        What was set down and not stepped yet is not let in only to be asked about: it may be held before it moves.
+        """
+        world = self.has(brick)
+        if world is not None:
+            return (self._look_around([brick], within) or world).near(brick, within)
+        centre_W = self.put.state(brick).pose.position_W
+        found = {*self._about(brick, within, centre_W), *self._waiting, *self.put.own.planes}
+        if self.world is not None:
+            radius = self._shape(brick).bounding_radius + within
+            for other, state in self.world.states(self._inside).items():
+                if dist(centre_W, state.pose.position_W) <= radius + self._shape(other).bounding_radius:
+                    found.add(other)
+        return sorted(found - {brick})
 
     def _look_around(self, bricks: Collection[BodyId], within: float = 0.0) -> World | None:
         """Let in what may be near soon to bricks that are inside; returns the world if that took something."""
@@ -146,7 +154,7 @@ class NearEngine:
             centre_W, reach = states[brick].pose.position_W, max(within, self._reach(brick))
             seen_from, seen = self._seen.get(brick, (centre_W, -1.0))
             if dist(seen_from, centre_W) + reach > seen:
-                near.update(self._about(brick, reach, centre_W))
+                near.update(self._coming(brick, reach, centre_W))
         return self._let_in(near) if near else None
 
     def _reach(self, brick: BodyId) -> float:
@@ -154,13 +162,20 @@ class NearEngine:
         speed = max(self._fastest, hypot(*self.put.state(brick).velocity_W))
         return self._shape(brick).least_thickness + AHEAD * speed
 
+    def _coming(self, brick: BodyId, reach: float, centre_W: Vec3) -> list[BodyId]:
+        """Who stands outside, as near to a brick as this, and a little further, which holds for a while."""
+        further = reach + self._shape(brick).least_thickness
+        found = self._about(brick, further, centre_W)
+        self._seen[brick] = (centre_W, further)
+        return found
+
     def _about(self, brick: BodyId, reach: float, centre_W: Vec3) -> list[BodyId]:
-        """Who stands outside, as near to a brick as this, and a little further: that holds for a while."""
-        shape, (x, y, z) = self._shape(brick), centre_W
-        radius, reach = shape.bounding_radius, reach + shape.least_thickness
-        self._seen[brick] = (centre_W, reach)
+        """Who stands outside, as near to a brick as this."""
         if self._outside is None:
-            return []
+            self._outside = Neighbours()
+            for name in self.put.in_order(self.put.frozen):
+                self._stand_outside(name)
+        radius, (x, y, z) = self._shape(brick).bounding_radius, centre_W
         return self._outside.around((x - radius, y - radius, z - radius), (x + radius, y + radius, z + radius), reach)
 
     def _let_in(self, coming: Collection[BodyId]) -> World:

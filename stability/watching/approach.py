@@ -25,6 +25,7 @@ IN_TOUCH = 1.5 * TOUCHING
 CLOSE = 0.125
 AHEAD = 1.0  # how far around a brick others are looked for
 GLANCE = 0.05  # of the time ahead, over which the speed of closing is taken
+PART_WAY = 0.5  # of the smallest side: further on, a brick has passed through the other, and goes away from it
 LONGEST_STEP = 1.0 / 240.0  # [s]; assumed until two looks have shown how long a step of the engine is
 STEPS = 2.0  # how many steps ahead hits are told, since speeds may grow
 MOST_GAPS = 8  # gaps through which a flight is followed; two boxes seldom have more than three
@@ -124,8 +125,9 @@ def _close(thickness: float, speed: float, ahead: float) -> float:
 def _hit(flying: _Solid, other: _Near, within: float) -> Hit | None:
     """Follow a flight from gap to gap: while one direction closes, another may keep the bricks apart, and for good."""
     between, ahead = other.apart, 0.0  # [s]
+    glance = min(GLANCE * within, PART_WAY * flying.shape.least_thickness / _fastest(flying.state, flying.shape))
     for _ in range(MOST_GAPS):
-        speed = (between.gap - _apart(flying, other.solid, ahead + GLANCE * within).gap) / (GLANCE * within)
+        speed = (between.gap - _apart(flying, other.solid, ahead + glance).gap) / glance
         close = CLOSE * flying.shape.least_thickness
         if speed <= 0.0 or between.gap >= close + (within - ahead) * speed:
             return None

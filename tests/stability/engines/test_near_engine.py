@@ -130,3 +130,31 @@ def test_what_comes_to_stand_while_something_moves_is_met_as_well() -> None:
     go(world, 0.5, fastest=2.0)
     assert world.states(["flying"])["flying"].pose.position_W[0] <= 0.5 - CUBE + 1e-4
     world.close()
+
+
+def test_a_group_is_parted_in_the_engine_that_is_opened_anew_for_what_comes_at_the_same_moment() -> None:
+    world = Opened().world()
+    for name, y in (("a", 0.0), ("b", 0.06)):
+        world.add_brick(cube(name), Pose((0.0, y, 0.0)), (1.0, 0.0, 0.0))
+    world.join(["a", "b"])
+    go(world, 0.01, fastest=1.0)
+    world.add_brick(Brick("chip", Box((0.0005, 0.004, 0.004)), 1e-5), Pose((5.0, 0.0, 0.0)), (0.1, 0.0, 0.0))
+    assert set(world.part("a")) == {"a", "b"}
+    go(world, 0.01, fastest=1.0)
+    for name in ("a", "b"):
+        assert world.states([name])[name].pose.position_W[0] == pytest.approx(world.time(), rel=1e-6)
+    world.close()
+
+
+def test_what_is_set_down_elsewhere_and_frozen_before_a_step_never_comes_in() -> None:
+    opened = Opened()
+    world = opened.world()
+    world.add_brick(cube("moving"), Pose((0.0, 0.0, 0.0)), (1.0, 0.0, 0.0))
+    go(world, 0.01, fastest=1.0)
+    world.add_brick(Brick("sheet", Box((0.0005, CUBE, CUBE)), 1e-3), Pose((5.0, 0.0, 0.0)))
+    assert world.near("moving", 0.1) == []
+    world.freeze("sheet")
+    go(world, 0.01, fastest=1.0)
+    assert set(opened.engines[0].masses()) == {"moving"}
+    assert len(opened.engines) == 1
+    world.close()

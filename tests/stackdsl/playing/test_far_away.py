@@ -34,3 +34,34 @@ def test_a_plank_that_tips_over_a_fin_falls_alike_whatever_stands_elsewhere(far:
     assert alone.collapse is not None
     assert beside.collapse is not None
     assert beside.collapse.time == alone.collapse.time
+
+
+POST = """
+- bricks:
+    - {name: post, at: [0 mm, 0 mm, 50 mm], brick: {size: [20 mm, 20 mm, 100 mm], density: 500 kg/m3}}
+    - {name: plank, at: [0 mm, 0 mm, 103.9 mm]}
+"""
+BLOCK = "- bricks: [{name: block, at: [5 m, 0 mm, 500 mm], brick: {size: [1 m, 1 m, 1 m], density: 500 kg/m3}}]"
+SHOT = "{size: [8 mm, 20 mm, 7 mm], density: 8000 kg/m3}"
+
+
+@pytest.mark.parametrize("build", [POST, POST + BLOCK], ids=["alone", "with a block five metres away"])
+def test_a_fast_hit_moves_what_it_hits_whatever_stands_elsewhere(build: str) -> None:
+    #   9 g at 15 m/s give a plank of 12 g at least 6.4 m/s.
+    throw = f"{{at: plank, from: {{bearing: 90 deg, distance: 100 mm}}, speed: 15 m/s, name: shot, brick: {SHOT}}}"
+    trace = play(timeline_of(build, f"impacts: [{{at: 1 s, throw: {throw}}}]"), SYSTEMS["exact"])
+    assert trace.tracks["plank"].shift > 0.5
+    assert trace.collapse is not None
+
+
+def test_how_thin_a_brick_is_that_is_set_down_elsewhere_changes_no_digit_of_what_moves_meanwhile() -> None:
+    build = "- column: {levels: 8, step: 5 mm}\n- column: {levels: 5, origin: [0 m, 1 m, 0 mm]}\n  name: far"
+    push = "{at: 1 s, push: {brick: L3.1, impulse: [60 mN*s, 0 N*s, 0 N*s], point: [0 mm, 8 mm, 0 mm]}}"
+    insert = "{{name: late, at: [0 m, 1 m, {at} mm], brick: {{size: [50 mm, 20 mm, {side} mm], density: 500 kg/m3}}}}"
+    sheet, plate = (
+        play(timeline_of(build, f"impacts: [{push}, {{at: 1.05 s, insert: {late}}}]"), SYSTEMS["exact"])
+        for late in (insert.format(at=39.1, side=0.2), insert.format(at=41.5, side=5))
+    )
+    assert sheet.cost.steps > 0
+    for name in sheet.tracks.keys() - {"late"}:
+        assert repr(sheet.tracks[name].final) == repr(plate.tracks[name].final)
