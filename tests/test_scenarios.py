@@ -20,14 +20,15 @@ from tests.engines_at_hand import HAS_PYBULLET
 from tests.paths import ROOT
 
 MODELLED = ("exact", "thesis")  # a model decides what stands
+LENGTHY = ("statics-harmonic-seen-falling[share=1.03,count=100,exact]",)  # an engine steps a hundred loose planks
 MOST_GAIN = 0.01  # of the potential energy: energy never grows by itself
 GATHERED = gather([ROOT / "scenarios"])
 
 
 def parameter(case: Case) -> ParameterSet:
-    """A bare engine is played as `make check` plays it, and so only where there is time for it twice."""
-    marks = [pytest.mark.slow] if "long" in case.scenario.tags or case.system not in MODELLED else []
-    return pytest.param(case, id=case.name, marks=marks)
+    """What takes long, and all of a bare engine, is played by `make check`, and here only where there is time twice."""
+    lengthy = case.name in LENGTHY or not {"long", "large"}.isdisjoint(case.scenario.tags)
+    return pytest.param(case, id=case.name, marks=[pytest.mark.slow] if lengthy or case.system not in MODELLED else [])
 
 
 @pytest.mark.parametrize("case", [parameter(case) for case in GATHERED.cases])

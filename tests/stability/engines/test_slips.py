@@ -74,7 +74,7 @@ def test_with_half_the_friction_they_need_it_lets_them_slip_in_time_in_every_dir
 
 @pytest.mark.parametrize("share", [0.50, 0.90, 0.99, 1.01])
 @pytest.mark.parametrize("yaw", YAWS)
-@pytest.mark.parametrize("angle", [50.0, 60.0, 70.0, 75.0, 78.0, 80.0, 82.0])
+@pytest.mark.parametrize("angle", [50.0, 70.0, 80.0])
 def test_the_bare_engine_knows_the_friction_of_a_v_within_1_percent_in_every_direction(
     angle: float, yaw: float, share: float
 ) -> None:
@@ -84,8 +84,8 @@ def test_the_bare_engine_knows_the_friction_of_a_v_within_1_percent_in_every_dir
 
 @pytest.mark.parametrize("share", [0.98, 1.02])
 @pytest.mark.parametrize("yaw", [0.0, 30.0])
-@pytest.mark.parametrize("angle", [60.0, 70.0, 80.0])
-@pytest.mark.parametrize("length", [0.01, 0.03, 0.2, 1.2])
+@pytest.mark.parametrize("angle", [60.0, 80.0])
+@pytest.mark.parametrize("length", [0.01, 0.03, 1.2])
 def test_within_2_percent_of_bricks_of_1_cm_and_of_beams(length: float, angle: float, yaw: float, share: float) -> None:
     assert falls(Case("V", angle, share, yaw, scaled(length)), BARE) is (share < 1.0)
 
