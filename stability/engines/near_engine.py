@@ -136,12 +136,14 @@ class NearEngine:
         if world is not None:
             return (self._look_around([brick], within) or world).near(brick, within)
         centre_W = self.put.state(brick).pose.position_W
-        found = {*self._about(brick, within, centre_W), *self._waiting, *self.put.own.planes}
+        found = {*self._about(brick, within, centre_W), *self.put.own.planes}
+        loose = {other: self.put.state(other) for other in self._waiting}
         if self.world is not None:
-            radius = self._shape(brick).bounding_radius + within
-            for other, state in self.world.states(self._inside).items():
-                if dist(centre_W, state.pose.position_W) <= radius + self._shape(other).bounding_radius:
-                    found.add(other)
+            loose |= self.world.states(self._inside)
+        radius = self._shape(brick).bounding_radius + within
+        for other, state in loose.items():
+            if dist(centre_W, state.pose.position_W) <= radius + self._shape(other).bounding_radius:
+                found.add(other)
         return sorted(found - {brick})
 
     def _look_around(self, bricks: Collection[BodyId], within: float = 0.0) -> World | None:

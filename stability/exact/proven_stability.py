@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 from stability.engines.protocol import Engine, Joining
 from stability.exact.awake_bricks import AwakeBricks
-from stability.exact.candidates import clear_of_strangers, fixed_bodies
+from stability.exact.candidates import clear_of_strangers, fixed_bodies, solids
 from stability.exact.hits.disturbances import Disturbances, Disturbed, Either, in_words
 from stability.exact.hits.region import region, touching
 from stability.exact.hits.rigid_groups import RigidGroups
@@ -77,6 +77,13 @@ class ProvenStability:
     def set_down(self, bricks: Iterable[BodyId]) -> None:
         """Say that these bricks were set down at rest: they may be judged at once, before any step."""
         self._observers.set_down(list(bricks))
+
+    def landed(self, bricks: Iterable[BodyId]) -> Update:
+        """Say that these bricks have come to rest: they are judged at once, though nothing was set down."""
+        coming = self._clear(dict(solids(self.engine, self.engine.states(sorted(bricks)))))
+        if not coming:
+            return Update()
+        return self._carry_out(self._judged(coming, names_smallest=False), [each.brick.id for each in coming], set())
 
     def taken_out(self, bricks: Iterable[BodyId]) -> Update:
         """Say that these bricks were taken out of the engine: what cannot stand without them is woken at once."""

@@ -3,8 +3,9 @@
 A solver begins a fall wrongly: contact forces start from nothing, so that everything sinks at first, most at the bottom
 of a tall structure, and a tower that hangs over by a millimetre topples in half the time. A part that is proven to turn
 as one body needs no solver: it is a pendulum (toppling.py), and an engine gets its bricks when the proof ends, where
-and as fast as they are then. Planks that slip down a wall, or down each other, need none either (slipping.py). All
-other bricks that begin to fall are eased in by the engine.
+and as fast as they are then. Planks that slip down a wall, or down each other, need none either (slipping.py), nor does
+what drops with nothing under it, and rests where it lands (dropping.py). All other bricks that begin to fall are eased
+in by the engine.
 """
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -31,6 +32,9 @@ class KnownMotion(Protocol):
     def states(self) -> Mapping[BodyId, BodyState]:
         """Where its bricks are, and how they move."""
 
+    def take_landed(self) -> Sequence[BodyId]:
+        """The bricks that have come to rest for good since this was asked last."""
+
 
 @dataclass
 class FallingParts:
@@ -40,21 +44,27 @@ class FallingParts:
     planes: Sequence[Plane]
     friction: float  # Coulomb coefficient of brick on brick
     gravity: float  # [m/s2]
-    _coming: Motion | None = field(default=None, init=False)
+    landed: Sequence[BodyId] = field(default=(), init=False)  # in the last steps: they are to be judged as set down
+    _awake: Collection[BodyId] = field(default=(), init=False)  # what moves from now on, if that may be known
+    _coming: Motion | None = field(default=None, init=False)  # with which all of that begins
     _gently: bool = field(default=False, init=False)
     _known: KnownMotion | None = field(default=None, init=False)
 
     def woken(self, awake: Collection[BodyId], motion: Motion | None) -> None:
         """Say that bricks were given back to the engine, which are awake by now, and with which motion they begin."""
         self.end()
-        self._gently = True
+        self._awake, self._gently = awake, True
         self._coming = motion if motion is not None and motion.velocity.keys() == set(awake) else None
+
+    def let_go(self, awake: Collection[BodyId]) -> None:
+        """Say that something was done, and which bricks are awake by now: some may have been let go in the air."""
+        self._awake = self._awake or awake
 
     def advance(self, steps: int) -> int:
         """Let up to so many time steps of the world pass; returns how many did before an engine has to take one."""
-        coming, self._coming = self._coming, None
-        if coming is not None and 0 < len(coming.velocity) <= MOST:
-            self._known = self._begun(coming)
+        if self._awake:
+            self._known = self._begun()
+        self._awake, self._coming, self.landed = (), None, ()
         passed = self._followed(self._known, steps) if self._known is not None else 0
         if not passed and self._gently:
             self.world.ease_in()
@@ -63,12 +73,13 @@ class FallingParts:
 
     def _followed(self, known: KnownMotion, steps: int) -> int:
         step, passed = self.world.settings.time_step, 0
-        while passed < steps and known.goes_on(step):
+        while passed < steps and not self.landed and known.goes_on(step):
             passed += 1
+            self.landed = known.take_landed()
         self.world.skip(passed * step)
         for name, state in known.states().items():
             self.world.set_state(name, state)
-        if passed < steps:
+        if passed < steps and not self.landed:
             self.end()
         return passed
 
@@ -76,11 +87,30 @@ class FallingParts:
         """Let every brick move by itself, for something else is about to happen."""
         if self._known is not None:
             self._known, self._gently = None, True
-        self._coming = None  # a motion that has not begun is not valid any more
+        self._awake, self._coming = (), None  # a motion that has not begun is not valid any more
 
-    def _begun(self, motion: Motion) -> KnownMotion | None:
+    def _begun(self) -> KnownMotion | None:
+        return self._drop() or (self._fall(self._coming) if self._coming is not None else None)
+
+    def _drop(self) -> KnownMotion | None:
+        """How all that moves drops, if it does."""
+        states = self.world.states(sorted(self._awake))
+        if not all(hypot(*s.velocity_W[:2], *s.angular_velocity_W) <= AT_REST for s in states.values()):
+            return None
+        from stability.motion.dropping import dropping_of  # noqa: PLC0415 -- most that is built stands
+
+        moving = {placed.brick.id: (placed, states[placed.brick.id]) for placed in self._placed(states)}
+        if len(moving) < len(states):
+            return None
+        others = list(self._placed(self.world.masses().keys() - states.keys()))
+        return dropping_of(moving, others, self.planes, self.friction, self.gravity)
+
+    def _fall(self, motion: Motion) -> KnownMotion | None:
+        """How what begins to fall goes on, if that is known."""
         states = self.world.states(sorted(motion.velocity))
         if any(hypot(*s.velocity_W, *s.angular_velocity_W) > AT_REST for s in states.values()):
+            return None
+        if len(states) > MOST:
             return None
         from stability.motion.slipping import slip_of  # noqa: PLC0415 -- most that is built stands
         from stability.motion.toppling import toppling_of  # noqa: PLC0415 -- likewise

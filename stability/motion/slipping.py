@@ -116,6 +116,10 @@ class Slip:
             for name, placed in self.starts.items()
         }
 
+    def take_landed(self) -> Sequence[BodyId]:
+        """None: an engine takes over before anything rests again."""
+        return ()
+
     def _state(self, placed: Placed, towards_W: Vec3, gone: Flat, goes: Flat) -> BodyState:
         axis_W = cross(UP, towards_W)
         position_W = add_scaled(add_scaled(placed.pose.position_W, gone.x, towards_W), gone.z, UP)

@@ -1,6 +1,6 @@
 """Toppling: a part turns about an axis as one body, for as long as it is proven to hold together and to hit nothing."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from math import radians
 
@@ -41,6 +41,10 @@ class Toppling:
     def states(self) -> dict[BodyId, BodyState]:
         """Where its bricks are, and how they move."""
         return part_in_motion(self.part, self.angle, self.speed)
+
+    def take_landed(self) -> Sequence[BodyId]:
+        """None: an engine takes over before anything rests again."""
+        return ()
 
     def _looked_further(self) -> bool:
         if self._clear >= self._stage:

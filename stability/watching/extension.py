@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from stability.model import BodyId, Vec3
 from stability.statics.facts import Verdict
@@ -69,3 +69,11 @@ class Extension(Protocol):
 
     def verdict(self) -> Verdict | None:
         """What was proven of the structure when bricks were last set down or taken out; None where nothing proves."""
+
+
+@runtime_checkable
+class JudgesLandings(Protocol):
+    """An extension to which motions that are known without an engine may be told."""
+
+    def landed(self, bricks: Iterable[BodyId]) -> Update:
+        """Say that these bricks have come to rest: they are judged at once, though nothing was set down."""

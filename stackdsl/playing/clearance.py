@@ -1,6 +1,7 @@
 """A brick that is placed needs room: where others have moved to is not known when a scenario is written."""
 
 from dataclasses import dataclass
+from math import dist, inf
 
 from stability.model import BodyId
 from stability.shapes.apart import apart
@@ -46,5 +47,7 @@ def keep_clear(placement: Placement, watch: Watch) -> None:
 
 def _depth(placement: Placement, other: Watched) -> float:
     """How far the brick would be inside another one [m]."""
-    brick = other.placement.brick
+    brick, own = other.placement.brick, placement.brick.shape
+    if dist(placement.pose.position_W, other.last.position_W) > own.bounding_radius + brick.shape.bounding_radius:
+        return -inf
     return -apart(placement.brick.shape, placement.pose, brick.shape, other.last).gap

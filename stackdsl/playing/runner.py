@@ -4,7 +4,7 @@ Time in which nothing can move is skipped: before the first brick, and whenever 
 A collapse ends the build, and is followed for a while to see what falls. Hits go on, and so does pulling bricks out.
 """
 
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Collection, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from math import hypot
 from time import perf_counter
@@ -15,7 +15,7 @@ from stability.geometry.vectors import add
 from stability.model import BodyId, BodyState
 from stability.motion.known_motion import FallingParts
 from stability.statics.facts import Stability
-from stability.watching.extension import Extension, Update
+from stability.watching.extension import Extension, JudgesLandings, Update
 from stackdsl.playing.after_collapse import after_collapse, last_arrival, time_of
 from stackdsl.playing.carrying import ForceMeter
 from stackdsl.playing.clearance import keep_clear
@@ -68,6 +68,7 @@ class _Run:
         self.watch = self.measures.watch
         scene = self.timeline.world
         self.edges = EdgeWatch(self.world, scene.gravity)
+        self.lands = self.extension if isinstance(self.extension, JudgesLandings) else None
         self.falling = FallingParts(self.world, scene.planes, scene.friction, scene.gravity)
 
     def play(self) -> None:
@@ -103,6 +104,8 @@ class _Run:
                 self._push(moment)
             case _:
                 self._place(moment)
+        if self.lands is not None:
+            self.falling.let_go(self._moving())
         self.last_action = time_of(moment)
         self.last_arrival = max(self.last_arrival, last_arrival(moment))
         states = self.world.states(self._moving())
@@ -179,11 +182,20 @@ class _Run:
         passed = self.falling.advance(most)
         self.ticks += passed or 1
         if passed:
+            self._land(self.falling.landed)
             return
         self.world.step()
         self.steps += 1
         if self.extension is not None:
             self._judge(self.extension)
+
+    def _land(self, bricks: Collection[BodyId]) -> None:
+        if self.lands is None or not bricks:
+            return
+        update = self.lands.landed(bricks)
+        self._hear(update, bricks)
+        if len(update.frozen) < len(bricks):
+            self.falling.end()
 
     def _moving(self) -> Sequence[BodyId]:
         return self.extension.awake() if self.extension is not None else list(self.watch.present)
@@ -195,12 +207,16 @@ class _Run:
         """One pass of the extension; whether it froze anything."""
         moving = extension.awake()
         update = extension.update()
+        self._hear(update, moving)
+        return bool(update.frozen) and not update.woken
+
+    def _hear(self, update: Update, moving: Collection[BodyId]) -> None:
+        """Take in what a pass of the extension changed of the bricks that moved."""
         self.judgements += 1
         if update != Update():
             # A frozen brick is not looked at any more, so this is the last chance to see where it stands.
             self.measures.judged(self.world.time(), self.world.states([*moving, *update.woken]), update.frozen)
             self._tell_update(update)
-        return bool(update.frozen) and not update.woken
 
     def _tell_update(self, update: Update) -> None:
         self.log.tell_update(self.world.time(), update)

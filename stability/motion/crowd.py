@@ -1,0 +1,71 @@
+"""Bricks that stand about: which of them may touch a brick, and which of them it meets on its way straight down."""
+
+from collections.abc import Iterable, Iterator
+
+from stability.geometry.neighbours import Neighbours
+from stability.geometry.separation import Block, meeting
+from stability.geometry.touching import reach_between
+from stability.graph import reached
+from stability.model import BodyId, Vec3
+from stability.shapes.apart import solid_block
+from stability.statics.facts import Placed
+
+DOWN: Vec3 = (0.0, 0.0, -1.0)
+PASSES = 1e-6  # share of the smallest side: what would touch by less sideways slides past
+
+
+class Crowd:
+    """Bricks, found by where they are."""
+
+    def __init__(self, bricks: Iterable[Placed] = ()) -> None:
+        """Nobody is there but these."""
+        self.bricks: dict[BodyId, Placed] = {}
+        self._blocks: dict[BodyId, Block] = {}
+        self._in_space = Neighbours[BodyId]()
+        self._in_plan = Neighbours[BodyId]()
+        for placed in bricks:
+            self.add(placed)
+
+    def add(self, placed: Placed) -> None:
+        """Take in a brick; its name must be new."""
+        name = placed.brick.id
+        self.bricks[name] = placed
+        block = self._blocks[name] = solid_block(placed.brick.shape, placed.pose)
+        self._in_space.add(name, block.low_W, block.high_W)
+        self._in_plan.add(name, *_in_plan(block))
+
+    def around(self, placed: Placed) -> list[BodyId]:
+        """Those that may touch a brick, by name."""
+        block = solid_block(placed.brick.shape, placed.pose)
+        return self._in_space.around(block.low_W, block.high_W, reach_between(block.thickness))
+
+    def connected(self, bricks: Iterable[Placed]) -> list[Placed]:
+        """Those that may touch one of these bricks, directly or through each other, by name."""
+        first = {name for placed in bricks for name in self.around(placed)}
+        return [self.bricks[name] for name in sorted(reached(first, lambda name: self.around(self.bricks[name])))]
+
+    def below(self, placed: Placed) -> Iterator[tuple[BodyId, float]]:
+        """Those that a brick meets on its way straight down, and how far down that is [m]."""
+        own = solid_block(placed.brick.shape, placed.pose)
+        for name in self._in_plan.around(*_in_plan(own), 0.0):
+            if (depth := _drop(own, self._blocks[name])) is not None:
+                yield name, depth
+
+    def above(self, placed: Placed) -> Iterator[tuple[BodyId, float]]:
+        """Those that meet a brick on their way straight down, and how far down that is [m]."""
+        own = solid_block(placed.brick.shape, placed.pose)
+        for name in self._in_plan.around(*_in_plan(own), 0.0):
+            if (depth := _drop(self._blocks[name], own)) is not None:
+                yield name, depth
+
+
+def _drop(upper: Block, lower: Block) -> float | None:
+    """How far a body is above another one, straight down [m]; None if it is not, or has passed it."""
+    met = meeting(upper, lower, DOWN, PASSES * upper.thickness)
+    return max(0.0, met[0]) if met is not None and met[1] > 0.0 else None
+
+
+def _in_plan(block: Block) -> tuple[Vec3, Vec3]:
+    """What a block covers, seen from above, as an upright box of one height for all."""
+    (ax, ay, _), (bx, by, _) = block.low_W, block.high_W
+    return (ax, ay, 0.0), (bx, by, 1.0)
