@@ -20,6 +20,7 @@ from stackdsl.snapshots.stamp import differ_in_engine, stamp_note
 LONGEST_PART = 60  # characters of a scenario's or variant's name in a file name; two fit the 143 of encrypted disks
 WRITABLE = "make room for it, or name another directory by --golden"
 GOLDEN_NAME = re.compile(r"[^\[\]]+\[[^\[\]]*\]\.json")  # other JSON files are nobody's business here
+STAMP_LINE = re.compile(r'^  "stamp": \{[^\n]*\},$', re.MULTILINE)
 TEMPORARY = ".golden.tmp"  # ends the name of a file that is being written
 LEFT_OVER = 3600.0  # [s] a temporary file of this age belongs to a run that was killed
 NOT_CI = ("", "0", "false", "no")  # values of the environment variable CI that mean the opposite
@@ -58,6 +59,9 @@ def _bytes(text: str) -> bytes:
 def check_golden(snapshot: Snapshot, directory: Path, update: bool) -> GoldenResult:
     """Hold a snapshot against its file; with `update`, write the file unless it agrees within tolerance.
 
+    Of one that agrees only the stamp is written, if that has changed: once what comes out is accepted, it is no news any
+    more with what it was made before.
+
     A file that was made with another engine is not written over, for those who have that one: whoever means to removes
     it first.
 
@@ -70,10 +74,11 @@ def check_golden(snapshot: Snapshot, directory: Path, update: bool) -> GoldenRes
     if _holds(path, text):  # as most do; of a large scene, reading what it says takes three times as long
         return GoldenResult(GoldenStatus.SAME, path.as_posix())
     result = judge_golden(path, document(snapshot))
-    if not update or result.status in LEFT_ALONE:
+    agrees = result.status is GoldenStatus.SAME
+    if not update or (result.status in LEFT_ALONE and not (agrees and result.note)):
         return result
     try:
-        write_golden(path, text)
+        write_golden(path, restamped(path.read_text(encoding="utf-8"), text) if agrees else text)
     except OSError as error:
         return replace(result, note=f"cannot be written: {error.strerror}; {WRITABLE}")
     return replace(result, status=GoldenStatus.WRITTEN, note="")
@@ -84,6 +89,12 @@ def _holds(path: Path, text: str) -> bool:
     with suppress(OSError):
         return path.is_file() and path.read_bytes() == text.encode("ascii")
     return False
+
+
+def restamped(was: str, now: str) -> str:
+    """The text of a golden file with the stamp of another one; that other one as a whole, if it has no line for it."""
+    stamp = STAMP_LINE.search(now)
+    return STAMP_LINE.sub(lambda _: stamp.group(), was) if stamp and len(STAMP_LINE.findall(was)) == 1 else now
 
 
 def judge_golden(path: Path, got: Mapping[str, object]) -> GoldenResult:

@@ -142,6 +142,22 @@ def test_another_stamp_is_a_note_and_never_a_failure(status: GoldenStatus, heigh
     assert (result.status, result.note) == (status, "made with pybullet 3.2.6 (now 3.2.7)")
 
 
+def test_accepting_what_comes_out_brings_the_stamp_up_to_date_and_leaves_what_agrees(tmp_path: Path) -> None:
+    near = canonical_text(STANDS).replace('"height_mm": 24.0', '"height_mm": 24.4')
+    assert near != canonical_text(STANDS)
+    path = golden_file(tmp_path, near.replace("3.2.7", "3.2.6"))
+    seen = [check_golden(STANDS, tmp_path, update) for update in (False, True, True, False)]
+    assert [result.status for result in seen] == [GoldenStatus.SAME, GoldenStatus.WRITTEN, *2 * [GoldenStatus.SAME]]
+    assert [bool(result.note) for result in seen] == [True, False, False, False]
+    assert path.read_text(encoding="utf-8") == near
+
+
+def test_a_file_whose_stamp_cannot_be_read_is_written_anew(tmp_path: Path) -> None:
+    path = golden_file(tmp_path, json.dumps(changed(put("stamp", value=7))))
+    assert check_golden(STANDS, tmp_path, update=True).status is GoldenStatus.WRITTEN
+    assert path.read_text(encoding="utf-8") == canonical_text(STANDS)
+
+
 @pytest.mark.parametrize("change", [drop("stamp"), put("stamp", value=7)])
 def test_a_file_without_a_stamp_is_the_same(change: Change, tmp_path: Path) -> None:
     golden_file(tmp_path, json.dumps(changed(change)))
