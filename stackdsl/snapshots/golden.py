@@ -59,8 +59,8 @@ def _bytes(text: str) -> bytes:
 def check_golden(snapshot: Snapshot, directory: Path, update: bool) -> GoldenResult:
     """Hold a snapshot against its file; with `update`, write the file unless it agrees within tolerance.
 
-    Of one that agrees only the stamp is written, if that has changed: once what comes out is accepted, it is no news any
-    more with what it was made before.
+    Of one that agrees only the stamp is written, if that has changed: who accepts what comes out need not hear again
+    what it was made with before.
 
     A file that was made with another engine is not written over, for those who have that one: whoever means to removes
     it first.
