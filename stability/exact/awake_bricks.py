@@ -10,8 +10,9 @@ from stability.exact.rest_poses import RestPoses
 from stability.model import BodyId, BodyState, Pose
 from stability.statics.facts import Placed
 from stability.watching.life_cycle import BrickObserver, Observers
+from stability.watching.limits_by_size import LimitsOf
 from stability.watching.refusals import Refusals
-from stability.watching.rest import RestLimits, Stillness
+from stability.watching.rest import Stillness
 
 
 @dataclass
@@ -19,7 +20,7 @@ class AwakeBricks(BrickObserver):
     """The bricks that one engine moves, from when they are set down or woken until they are frozen or gone."""
 
     engine: Engine
-    rest: RestLimits
+    limits_of: LimitsOf
     rigid_groups: RigidGroups  # those of them that move as one
     rest_poses: RestPoses = field(default_factory=RestPoses, init=False)  # of those that were disturbed
     names: set[BodyId] = field(default_factory=set, init=False)
@@ -29,8 +30,8 @@ class AwakeBricks(BrickObserver):
     _observers: Observers = field(init=False)
 
     def __post_init__(self) -> None:
-        self._stillness = Stillness(self.rest)
-        self._refusals = Refusals(self.rest.hold_off)
+        self._stillness = Stillness(self.limits_of)
+        self._refusals = Refusals(self.limits_of)
         self._observers = Observers((self.rest_poses, self._stillness, self._refusals))
 
     def set_down(self, bricks: Collection[BodyId]) -> None:
@@ -74,7 +75,7 @@ class AwakeBricks(BrickObserver):
 
     def wait(self) -> None:
         """Ask nothing for a moment, because the bricks at rest touch bricks that still move."""
-        self._refusals.wait(self.engine.time())
+        self._refusals.wait(self.engine.time(), self.names)
 
     def follow(self) -> Mapping[BodyId, BodyState]:
         """Read the states of the awake bricks; a rigid group is represented by its first brick."""

@@ -25,6 +25,7 @@ from stability.statics.facts import Placed, Stability, Verdict
 from stability.watching.extension import Update
 from stability.watching.held_bodies import HeldBodies
 from stability.watching.life_cycle import Observers
+from stability.watching.limits_by_size import LimitsBySize
 from stability.watching.rest import RestLimits
 
 
@@ -39,7 +40,7 @@ class ProvenStability:
     # stands with less friction stands with more.
     friction: float = 0.5
     gravity: float = EARTH  # [m/s2]
-    rest: RestLimits = field(default_factory=RestLimits)
+    rest: RestLimits = field(default_factory=RestLimits)  # for planks of 8 mm; other bricks have their own, by size
     # Whether every update also looks for frozen bricks that somebody else has moved, and judges them again. It is dear.
     guard: bool = True
     # What lets bricks ride along as one rigid body; None if the engine cannot, and all bricks move one by one.
@@ -55,10 +56,11 @@ class ProvenStability:
     def __post_init__(self) -> None:
         self._held = HeldBodies(self.engine)
         self._rigid_groups = RigidGroups(self.joiner)
-        self._awake = AwakeBricks(self.engine, self.rest, self._rigid_groups)
-        self._disturbances = Disturbances(self.engine, self.rest, self.gravity)
+        limits_of = LimitsBySize(self.engine, self.rest)
+        self._awake = AwakeBricks(self.engine, limits_of, self._rigid_groups)
+        self._disturbances = Disturbances(self.engine, limits_of, self.gravity)
         guarded = (self._held,) if self.guard else ()
-        self._observers = Observers((*guarded, self._rigid_groups, self._disturbances, self._awake))
+        self._observers = Observers((*guarded, limits_of, self._rigid_groups, self._disturbances, self._awake))
         self.assembly = Assembly(self.planes or (), self.friction, self.gravity)
 
     def awake(self) -> list[BodyId]:
@@ -132,7 +134,7 @@ class ProvenStability:
         if brick in self._rigid_groups:
             self._rigid_groups.part(brick)  # a push moves one brick of a group, however gently
         speed = norm(impulse_W) / self.engine.masses()[brick]
-        if speed < self._disturbances.least_speed() or not self.is_frozen(brick):
+        if speed < self._disturbances.least_speed(brick) or not self.is_frozen(brick):
             return Update()
         along_W = scale(1.0 / norm(impulse_W), impulse_W)
         return self._wake_struck(Disturbed({brick: along_W}, f"{brick} pushed to {speed:.3g} m/s"))

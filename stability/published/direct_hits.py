@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 from stability.engines.protocol import Engine
 from stability.model import BodyId, Vec3
-from stability.watching.approach import Approaches
+from stability.watching.approach import Approaches, Attention
 from stability.watching.life_cycle import BrickObserver
 from stability.watching.rest import RestLimits
 
@@ -38,7 +38,7 @@ class DirectHits(BrickObserver):
     )  # who was about to hit whom, last time
 
     def __post_init__(self) -> None:
-        self._approaches = Approaches(self.engine, horizon=self.rest.dwell, least=self.rest.speed)
+        self._approaches = Approaches(self.engine, lambda _: Attention(self.rest.dwell, self.rest.speed))
 
     def frozen(self, bricks: Collection[BodyId]) -> None:
         """What has become part of the stack is a second object from now on, also when it falls off."""

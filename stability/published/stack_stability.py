@@ -54,10 +54,10 @@ class StackStability:
 
     def __post_init__(self) -> None:
         self._friction = Friction(self.friction, {plane.id: plane.friction for plane in self.planes})
-        self._stillness = Stillness(self.rest)
+        self._stillness = Stillness(lambda _: self.rest)
         self._held = HeldBodies(self.engine, self._held_by)
         self._hits = DirectHits(self.engine, self.rest)
-        self._refusals = Refusals(self.rest.hold_off)
+        self._refusals = Refusals(lambda _: self.rest)
         guarded = (self._held,) if self.guard else ()
         self._observers = Observers((*guarded, self._hits, self._stillness, self._refusals))
 

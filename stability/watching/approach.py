@@ -5,7 +5,7 @@ woken before the hit, while the surfaces are still apart. Only the gap between s
 looked at; bricks in contact press on each other, and do not hit.
 """
 
-from collections.abc import Collection, Container, Mapping
+from collections.abc import Callable, Collection, Container, Mapping
 from dataclasses import dataclass, field
 from math import hypot, inf, sqrt
 
@@ -55,14 +55,21 @@ class _Near:
     apart: Separation  # from the flying brick
 
 
+@dataclass(frozen=True, slots=True)
+class Attention:
+    """How closely a brick that moves is looked at."""
+
+    horizon: float  # [s] in which gravity alone brings nothing close
+    least: float = 0.02  # [m/s] slower, nothing is a hit
+    ahead: float = 0.0  # [s] how long before it happens a hit is told, if that is more than two steps
+
+
 @dataclass
 class Approaches(BrickObserver):
     """Follows the moving bricks of one engine. A brick that has nothing near is not looked at until it could have."""
 
     engine: Engine
-    horizon: float  # [s] in which gravity alone brings nothing close
-    least: float = 0.02  # [m/s] slower, nothing is a hit
-    ahead: float = 0.0  # [s] how long before it happens a hit is told, if that is more than two steps
+    attention_of: Callable[[BodyId], Attention]
     gravity: float = 0.0  # [m/s2]: what a step of free fall gives a brick that the engine keeps bouncing is no hit
     _now: float | None = field(default=None, init=False)  # [s] of the last look
     _known: set[BodyId] = field(default_factory=set, init=False)  # bricks that were looked at before
@@ -74,12 +81,13 @@ class Approaches(BrickObserver):
         since = now - self._now if self._now is not None else LONGEST_STEP
         step = since if 0.0 < since < LONGEST_STEP else LONGEST_STEP  # time may have been skipped
         self._now = now
-        least = max(self.least, STEPS * self.gravity * step)
-        ahead = max(self.ahead, STEPS * step)
         found = []
         for brick, state in moving.items():
             if now < self._look_at.get(brick, now):
                 continue
+            attention = self.attention_of(brick)
+            least = max(attention.least, STEPS * self.gravity * step)
+            ahead = max(attention.ahead, STEPS * step)
             # What is in touch presses, and does not hit; unless it has only just come, and came fast.
             closer = IN_TOUCH if brick in self._known else -inf
             self._known.add(brick)
@@ -91,9 +99,10 @@ class Approaches(BrickObserver):
                 free = min((other.apart.gap for other in near), default=AHEAD * thin)
                 # Half the way, for whatever makes it faster meanwhile.
                 rest = 0.5 * max(0.0, free - _close(thin, fastest, ahead)) / fastest
-                self._look_at[brick] = now + min(self.horizon, rest)
-                found += [hit for other in near if (hit := _hit(flying, other, ahead))]
-        return [hit for hit in found if hit.speed > least]
+                self._look_at[brick] = now + min(attention.horizon, rest)
+                hits = (_hit(flying, other, ahead) for other in near)
+                found += [hit for hit in hits if hit is not None and hit.speed > least]
+        return found
 
     def frozen(self, bricks: Collection[BodyId]) -> None:
         """What does not move hits nothing."""

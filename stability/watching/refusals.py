@@ -1,11 +1,12 @@
 """When to ask again about bricks at rest that were not proven: as long as no pose changes, no verdict does."""
 
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, field
 from math import dist
 
 from stability.model import BodyId, Pose
 from stability.watching.life_cycle import BrickObserver
+from stability.watching.rest import RestLimits
 
 # Share of its smallest side that a brick must move by to be news: a quarter of the gap that still counts as contact,
 # so that a contact which the engine is closing is not missed.
@@ -25,7 +26,7 @@ class _Refusal:
 class Refusals(BrickObserver):
     """Where and when bricks were not proven."""
 
-    hold_off: float  # [s] between one attempt that refused a brick and the next
+    limits_of: Callable[[BodyId], RestLimits]  # their hold-off is between one attempt that refused a brick and the next
     _changes: int = field(default=0, init=False)  # how often what is frozen has changed
     _not_before: float = field(default=0.0, init=False)  # [s] time of the next attempt
     _of: dict[BodyId, _Refusal] = field(default_factory=dict, init=False)
@@ -37,19 +38,25 @@ class Refusals(BrickObserver):
     def is_news(self, brick: BodyId, pose: Pose, smallest_side: float, now: float) -> bool:
         """Whether a brick was not refused yet, or something has changed since."""
         refused = self._of.get(brick)
-        if refused is None or refused.changes != self._changes or now >= refused.time + RETRY * self.hold_off:
+        if (
+            refused is None
+            or refused.changes != self._changes
+            or now >= refused.time + RETRY * self.limits_of(brick).hold_off
+        ):
             return True
         return dist(refused.pose.position_W, pose.position_W) > MOVED * smallest_side
 
     def refuse(self, poses: Iterable[tuple[BodyId, Pose]], now: float) -> None:
         """Remember where bricks are that were not proven."""
-        for brick, pose in poses:
-            self._of[brick] = _Refusal(pose, now, self._changes)
-            self._not_before = now + self.hold_off
+        refused = {brick: _Refusal(pose, now, self._changes) for brick, pose in poses}
+        self._of |= refused
+        if refused:
+            self._not_before = now + min(self.limits_of(brick).hold_off for brick in refused)
 
-    def wait(self, now: float) -> None:
-        """Ask nothing for a moment, because the bricks at rest touch bricks that still move."""
-        self._not_before = max(self._not_before, now + MOMENT * self.hold_off)
+    def wait(self, now: float, bricks: Iterable[BodyId]) -> None:
+        """Ask nothing for a moment, because some of these bricks rest, and touch others that still move."""
+        moment = min((MOMENT * self.limits_of(brick).hold_off for brick in bricks), default=0.0)
+        self._not_before = max(self._not_before, now + moment)
 
     def changed(self) -> None:
         """What is frozen, or what that rests on, is no longer what it was when bricks were refused."""

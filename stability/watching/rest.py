@@ -3,7 +3,7 @@
 Frozen means held fixed in the engine because the model says that the brick stands; it still collides.
 """
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from math import hypot, inf
@@ -78,7 +78,7 @@ def next_activity(now: Activity, seen: Evidence, limits: RestLimits) -> Activity
 class Stillness(BrickObserver):
     """How long each brick that the engine moves has been slow, and whether it may be judged by now."""
 
-    limits: RestLimits
+    limits_of: Callable[[BodyId], RestLimits]
     _activity: dict[BodyId, Activity] = field(default_factory=dict, init=False)
     _slow_since: dict[BodyId, float] = field(default_factory=dict, init=False)
 
@@ -86,7 +86,8 @@ class Stillness(BrickObserver):
         """Take in the awake bricks as they are now."""
         for brick, state in states.items():
             woken = self._activity.get(brick) is Activity.UNSTABLE
-            if not self.limits.slow(state, self.limits.still if woken else 1.0):
+            limits = self.limits_of(brick)
+            if not limits.slow(state, limits.still if woken else 1.0):
                 self._slow_since.pop(brick, None)
                 continue
             since = self._slow_since.setdefault(brick, now)
@@ -94,7 +95,7 @@ class Stillness(BrickObserver):
 
     def may_be_judged(self, brick: BodyId, now: float) -> bool:
         """Whether a brick has been slow for long enough."""
-        long_ago = now - self.limits.dwell + ROUNDING
+        long_ago = now - self.limits_of(brick).dwell + ROUNDING
         return self._slow_since.get(brick, inf) <= long_ago and self._activity.get(brick) is not Activity.UNSTABLE
 
     def set_down(self, bricks: Collection[BodyId]) -> None:
@@ -119,4 +120,4 @@ class Stillness(BrickObserver):
             self._slow_since.pop(brick, None)
 
     def _step(self, brick: BodyId, seen: Evidence) -> None:
-        self._activity[brick] = next_activity(self._activity.get(brick, Activity.FREE), seen, self.limits)
+        self._activity[brick] = next_activity(self._activity.get(brick, Activity.FREE), seen, self.limits_of(brick))

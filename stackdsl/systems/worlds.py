@@ -21,7 +21,7 @@ def scale_of(timeline: Timeline) -> SceneScale:
 
 
 def rest_limits(timeline: Timeline) -> RestLimits:
-    """The usual limits, scaled so that larger bricks or weaker gravity give the same verdicts (Froude)."""
+    """The usual limits of the published method, scaled by the thickest brick of all."""
     scale = scale_of(timeline)
     return RestLimits().scaled(lengths=scale.thickest_side, times=scale.times(scale.thickest_side))
 
@@ -61,11 +61,12 @@ def opened_world(timeline: Timeline, system: System) -> World:
 
 def extension_for(timeline: Timeline, system: System, world: World) -> Extension | None:
     """The extension of a system; nobody else touches the world, so nothing needs to be guarded."""
-    limits, scene = rest_limits(timeline), timeline.world
+    scene = timeline.world
     match system.method:
         case Method.PROVEN:
             from stability.exact.proven_stability import ProvenStability  # noqa: PLC0415 -- other systems need no statics
 
+            limits = RestLimits().scaled(lengths=1.0, times=scale_of(timeline).times(1.0))
             return ProvenStability(
                 world, scene.planes, scene.friction, scene.gravity, limits, guard=False, joiner=world
             )
@@ -73,7 +74,12 @@ def extension_for(timeline: Timeline, system: System, world: World) -> Extension
             from stability.published.stack_stability import StackStability  # noqa: PLC0415 -- likewise
 
             return StackStability(
-                world, limits, guard=False, friction=scene.friction, planes=scene.planes, gravity=scene.gravity
+                world,
+                rest_limits(timeline),
+                guard=False,
+                friction=scene.friction,
+                planes=scene.planes,
+                gravity=scene.gravity,
             )
         case None:
             return None

@@ -7,9 +7,9 @@ from stability.engines.protocol import Engine
 from stability.exact.hits.overload import Overloads
 from stability.model import BodyId, BodyState, Vec3
 from stability.statics.assembly import Assembly
-from stability.watching.approach import Approaches, Hit
+from stability.watching.approach import Approaches, Attention, Hit
 from stability.watching.life_cycle import BrickObserver, Observers
-from stability.watching.rest import RestLimits
+from stability.watching.limits_by_size import LimitsOf
 
 NO_LINE: Vec3 = (0.0, 0.0, 0.0)  # the direction of what is pressed, not hit
 # Shares of the hold-off, which is a tenth of a second for planks.
@@ -45,7 +45,7 @@ class Disturbances(BrickObserver):
     """Looks out for what disturbs the frozen bricks of one engine."""
 
     engine: Engine
-    rest: RestLimits
+    limits_of: LimitsOf
     gravity: float  # [m/s2]
     _approaches: Approaches = field(init=False)
     _overloads: Overloads = field(init=False)
@@ -53,19 +53,17 @@ class Disturbances(BrickObserver):
     _looked: float = field(default=0.0, init=False)  # when loads were last looked at [s]
 
     def __post_init__(self) -> None:
-        self._approaches = Approaches(
-            self.engine,
-            HORIZON * self.rest.hold_off,
-            HITS * self.rest.speed,
-            AHEAD * self.rest.hold_off,
-            self.gravity,
-        )
-        self._overloads = Overloads(self.engine, PRESSES * self.rest.hold_off)
+        self._approaches = Approaches(self.engine, self._attention, self.gravity)
+        self._overloads = Overloads(self.engine, lambda brick: PRESSES * self.limits_of(brick).hold_off)
         self._observers = Observers((self._approaches, self._overloads))
 
-    def least_speed(self) -> float:
-        """The speed [m/s] below which a hit or a push leaves a brick where it is."""
-        return HITS * self.rest.speed
+    def least_speed(self, brick: BodyId) -> float:
+        """The speed [m/s] below which a brick that hits does nothing, and a push leaves it where it is."""
+        return HITS * self.limits_of(brick).speed
+
+    def _attention(self, brick: BodyId) -> Attention:
+        hold_off = self.limits_of(brick).hold_off
+        return Attention(HORIZON * hold_off, self.least_speed(brick), AHEAD * hold_off)
 
     def hits(self, states: Mapping[BodyId, BodyState], still: Container[BodyId]) -> list[Hit]:
         """Who is about to hit which of the bricks `still`."""
@@ -73,11 +71,14 @@ class Disturbances(BrickObserver):
 
     def overloaded(self, assembly: Assembly, moving: Collection[BodyId]) -> Disturbed | None:
         """The frozen bricks that are pressed away, if any are."""
+        if not assembly.bricks or not moving:
+            return None
         step = self.engine.time() - self._looked
-        if step < PERIOD * self.rest.hold_off or not assembly.bricks or not moving:
+        period = PERIOD * min(self.limits_of(brick).hold_off for brick in moving)
+        if step < period:
             return None
         self._looked = self.engine.time()
-        found = self._overloads.found(assembly, moving, min(step, 2.0 * PERIOD * self.rest.hold_off))
+        found = self._overloads.found(assembly, moving, min(step, 2.0 * period))
         return Disturbed(dict.fromkeys(found, NO_LINE), f"{', '.join(found)} pressed away") if found else None
 
     def frozen(self, bricks: Collection[BodyId]) -> None:

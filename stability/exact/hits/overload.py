@@ -7,7 +7,7 @@ it, and its mass M, it has moved by J^2 / (2 M F). A moment's excess is what eve
 """
 
 from collections import defaultdict
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 from math import hypot
 
@@ -32,7 +32,7 @@ class Overloads(BrickObserver):
     """Sums up what moving bricks do to the frozen ones that they touch."""
 
     engine: Engine
-    tips_after: float  # [s] of a load outside the core
+    tips_after: Callable[[BodyId], float]  # [s] of a load outside the core of a brick
     _excess: dict[BodyId, float] = field(default_factory=dict, init=False)  # impulse beyond friction [N s]
     _outside: dict[BodyId, "_Load"] = field(default_factory=dict, init=False)  # loads outside the core
     _holding: dict[BodyId, float] = field(
@@ -106,7 +106,7 @@ class Overloads(BrickObserver):
             return False
         seen = self._outside.setdefault(brick, _Load())
         seen.add(load, step)
-        if seen.span <= self.tips_after:
+        if seen.span <= self.tips_after(brick):
             return False
         del self._outside[brick]
         return not withstands(assembly, {brick: seen.mean()})

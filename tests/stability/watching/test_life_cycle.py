@@ -55,14 +55,14 @@ def resting(stillness: Stillness, start: float, duration: float) -> bool:
 
 
 def test_a_brick_that_is_set_down_may_be_judged_at_once_and_one_that_appears_may_not() -> None:
-    stillness = Stillness(RestLimits())
+    stillness = Stillness(lambda _: RestLimits())
     assert not resting(stillness, 0.0, 0.0)
     stillness.set_down(["a"])
     assert resting(stillness, 0.0, 0.0)
 
 
 def test_a_woken_brick_waits_for_the_hold_off_and_a_new_one_under_its_name_does_not() -> None:
-    stillness = Stillness(RestLimits())
+    stillness = Stillness(lambda _: RestLimits())
     stillness.frozen(["a"])
     stillness.woken(["a"])
     assert not resting(stillness, 1.0, STEP)
@@ -85,7 +85,7 @@ def test_a_refused_brick_is_news_again_as_soon_as_other_bricks_stand_or_not(
     event: str, bricks: list[BodyId], news: bool
 ) -> None:
     pose = Pose((0.0, 0.0, 0.0))
-    refusals = Refusals(RestLimits().hold_off)
+    refusals = Refusals(lambda _: RestLimits())
     refusals.refuse([("a", pose)], 0.0)
     assert not refusals.is_news("a", pose, 0.008, STEP)
     getattr(refusals, event)(bricks)

@@ -17,8 +17,12 @@ FAR_AWAY = {
 - bricks:
     - {name: sheet, brick: {size: [50 mm, 50 mm, 0.0128 mm], density: 700 kg/m3}, at: [0 mm, -150 mm, 0.0064 mm]}
 """,
-    "plank": "- bricks: [{name: other, at: [0 mm, 500 mm, 3.9 mm]}]",
+    "plank": "- bricks: [{name: other, at: [0 mm, 700 mm, 3.9 mm]}]",
     "tower": "- four_stack: {levels: 50, origin: [1 m, 0 mm, 0 mm]}",
+    "block": """
+- bricks:
+    - {name: block, at: [20 m, 0 mm, 500 mm], brick: {size: [1 m, 1 m, 1 m], density: 500 kg/m3}}
+""",
 }
 
 
@@ -34,6 +38,18 @@ def test_a_plank_that_tips_over_a_fin_falls_alike_whatever_stands_elsewhere(far:
     assert alone.collapse is not None
     assert beside.collapse is not None
     assert beside.collapse.time == alone.collapse.time
+
+
+@pytest.mark.parametrize("far", FAR_AWAY)
+def test_a_gentle_push_moves_a_plank_alike_whatever_stands_elsewhere(far: str) -> None:
+    #   v^2 / (2 mu g) = 1 mm at 0.1 m/s
+    rest = "impacts: [{after: built + 1 s, push: {brick: L3.1, impulse: [0 N*s, 1.2 mN*s, 0 N*s]}}]"
+    column = "- column: {levels: 3, origin: [0 mm, 300 mm, 0 mm]}"
+    alone, beside = (
+        play(timeline_of(build, rest), SYSTEMS["exact"]) for build in (column, column + "\n" + FAR_AWAY[far])
+    )
+    assert 0.9e-3 < alone.tracks["L3.1"].shift < 1.1e-3
+    assert repr(beside.tracks["L3.1"].final) == repr(alone.tracks["L3.1"].final)
 
 
 POST = """
