@@ -85,6 +85,7 @@ class VariantResult:
     verdict: str = ""  # `stands`, `collapses`, `numerical-collapse`; empty if it did not run
     numerical: str = ""  # why the collapse is the solver's and none of physics; empty where nothing says so
     wrong_edges: WrongEdges | None = None  # None where no contact was seen to have a wrong normal
+    energy_gained: float = 0.0  # share of energy that the engine added by itself, where that is a fault
     collapse: Collapse | None = None
     drift: float = 0.0  # [m]
     cost: Cost | None = None

@@ -123,6 +123,9 @@ class Margins:
     placement: float | None = None  # how far every brick may be placed beside where it is [m]
 
 
+NOTABLE_GAIN = 0.01  # of the energy that there is: nothing in a scene adds any, so more of it than this is a fault
+
+
 @dataclass(frozen=True, slots=True)
 class Energy:
     """Kinetic and potential energy of all bricks, thrown ones included, from the last action on."""
@@ -211,6 +214,12 @@ class Trace:
     wrong_edges: WrongEdges | None = None  # None where no contact was seen to have a wrong normal
     shift_before: float = 0.0  # largest of any brick when one was last set down before a collapse, or at all [m]
     numerical: str = ""  # why the collapse is the solver's and none of physics; empty where nothing says so
+
+    @property
+    def energy_gained(self) -> float:
+        """The share of energy that an engine has added by itself; 0 where that is no more than a watch may miss."""
+        gain = self.energy.gain if self.energy is not None else 0.0
+        return gain if gain > NOTABLE_GAIN else 0.0
 
     @property
     def last_action(self) -> float:

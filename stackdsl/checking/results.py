@@ -92,6 +92,7 @@ def judged(case: Case, trace: Trace) -> VariantResult:
         verdict=trace.reported_verdict,
         numerical=trace.numerical,
         wrong_edges=trace.wrong_edges,
+        energy_gained=trace.energy_gained,
         collapse=trace.collapse,
         drift=trace.drift,
         engine=system_named(case.system).engine.package.name if trace.cost.steps else "",

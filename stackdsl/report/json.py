@@ -63,6 +63,7 @@ def _result(report: Report, result: VariantResult) -> dict[str, object]:
         "verdict": result.verdict or None,
         "numerical": result.numerical or None,
         "wrong_edges": _wrong_edges(result.wrong_edges) if result.wrong_edges else None,
+        "energy_gained": _number(result.energy_gained) or None,
         "collapse": _collapse(result.collapse) if result.collapse else None,
         "drift_m": _number(result.drift),
         "engine": result.engine or None,

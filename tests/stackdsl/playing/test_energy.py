@@ -1,5 +1,6 @@
 """Kinetic and potential energy of all bricks, against closed forms."""
 
+from dataclasses import replace
 from math import sqrt
 
 import pytest
@@ -10,6 +11,7 @@ from stackdsl.checking.gathering import Case, gather
 from stackdsl.playing.energy import EnergyMeter, kinetic_energy
 from stackdsl.playing.runner import play
 from stackdsl.systems.systems import SYSTEMS
+from stackdsl.trace import Energy
 from tests.paths import ROOT
 from tests.scenes import timeline_of
 
@@ -111,3 +113,10 @@ def test_a_hard_collapse_gains_no_energy_at_any_step(case: Case, share: float) -
 def test_a_plate_that_slips_onto_a_thin_post_is_not_shot_out(case: Case) -> None:
     # Its mass is that of 700 posts, so that steps are split into seven.
     assert gain(case, "tuned", 1.0) <= MOST_GAIN
+
+
+@pytest.mark.parametrize(("most", "told"), [(1.009, 0.0), (1.011, 0.011)])
+def test_a_rise_of_more_than_a_hundredth_is_a_fault_of_the_engine(most: float, told: float) -> None:
+    trace = play(timeline_of("- column: {levels: 1}"), SYSTEMS["exact"])
+    risen = replace(trace, energy=Energy(start=1.0, most=most, above_ground=1.0))
+    assert risen.energy_gained == pytest.approx(told)

@@ -278,6 +278,13 @@ def test_wrong_edge_normals_are_told_with_the_worst_of_them() -> None:
     ]
 
 
+def test_energy_that_an_engine_added_is_told_on_every_run() -> None:
+    seen = report(replace(PASSED, energy_gained=0.046), PASSED)
+    told = "the engine added 4.6 % to the energy that there was; how bricks moved is not to be trusted"
+    assert report_text(seen).count(told) == 1
+    assert [result["energy_gained"] for result in json.loads(report_json(seen))["results"]] == [0.046, None]
+
+
 def test_wrong_edge_normals_after_a_collapse_put_only_its_debris_in_doubt() -> None:
     wrong = WrongEdges(contacts=1, upper="L3.1", lower="L2.2", angle=radians(28.0), time=3.0, first=2.0)
     assert wrong_edges_text(wrong, Collapse(1.0, 3, "L3.1")) == (

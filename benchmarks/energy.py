@@ -1,0 +1,143 @@
+"""How much energy do engines add to random heaps: bricks of unlike sizes and masses, slivers among them, some pushed?
+
+Nothing in such a heap adds energy, so every gain is an engine's fault. Bricks are set down flat on what is below them,
+in any direction; most heaps give way somewhere. Every second heap has slivers. Run it with `python -m
+benchmarks.energy`; 500 heaps on two systems take half an hour on two cores.
+"""
+
+import sys
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from math import cos, exp, log, pi, sin
+from random import Random
+from time import process_time
+
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+from benchmarks.figures.data import Row
+from benchmarks.figures.recording import parser, record
+from stability.model import GROUND, Brick, Plane, Pose
+from stability.motion.crowd import Crowd
+from stability.shapes.box import Box
+from stability.statics.facts import Placed
+from stackdsl.playing.runner import play
+from stackdsl.systems.systems import SYSTEMS
+from stackdsl.timeline import Action, Placement, Push, Timeline, World
+from stackdsl.trace import NOTABLE_GAIN
+
+FRICTION = 0.5
+SCENE = World(9.81, FRICTION, (Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), FRICTION),))
+FEWEST, MOST = 3, 12  # bricks of a heap
+SHORTEST, LONGEST = 0.008, 0.12  # sides of an ordinary brick [m]
+THINNEST, THICKEST = 0.00005, 0.0005  # of a sliver [m]
+LIGHTEST, HEAVIEST = 300.0, 8000.0  # densities [kg/m3]
+SLIVERS = 0.25  # share of bricks that are, in every second heap
+ABOUT = 0.06  # [m] from the middle
+PUSHED = 0.4  # share of heaps that are
+SLOWEST, FASTEST = 0.1, 2.0  # [m/s] that a push gives
+PUSH_AT, WATCHED = 0.2, 1.0  # [s]
+HIGH = 10.0  # [m] above all
+
+
+@dataclass(frozen=True, slots=True)
+class Played:
+    """What came of one heap on one system."""
+
+    number: int
+    system: str
+    gain: float  # share of the energy there was
+    seconds: float  # of one core
+
+
+def heap(number: int) -> Timeline:
+    """A random heap, set down at once, and perhaps pushed; the same number gives the same one."""
+    random, crowd = Random(number), Crowd()
+    for count in range(random.randint(FEWEST, MOST)):
+        brick = _brick(random, f"b{count}", number % 2 == 1 and random.random() < SLIVERS)
+        crowd.add(_set_down(brick, random, crowd))
+    actions: list[Action] = [Placement(0.0, each.brick, 1, each.pose) for each in crowd.bricks.values()]
+    if random.random() < PUSHED:
+        actions.append(_push(random, random.choice(list(crowd.bricks.values()))))
+    return Timeline(SCENE, tuple(actions), WATCHED)
+
+
+def _brick(random: Random, name: str, sliver: bool) -> Brick:
+    a, b, c = (_spread(random, SHORTEST, LONGEST) for _ in range(3))
+    sides = [a, b, _spread(random, THINNEST, THICKEST) if sliver else c]
+    random.shuffle(sides)
+    density = _spread(random, LIGHTEST, HEAVIEST)
+    return Brick(name, Box((sides[0], sides[1], sides[2])), density * sides[0] * sides[1] * sides[2])
+
+
+def _set_down(brick: Brick, random: Random, crowd: Crowd) -> Placed:
+    """The brick in a place about the middle, in any direction, on the highest of what is below."""
+    x, y = (random.uniform(-ABOUT, ABOUT) for _ in range(2))
+    half_turn = 0.5 * random.uniform(0.0, pi)
+    above = Placed(brick, Pose((x, y, HIGH), (0.0, 0.0, sin(half_turn), cos(half_turn))))
+    height = brick.shape.reach((0.0, 0.0, 1.0))
+    depth = min([HIGH - height, *(depth for _, depth in crowd.below(above))])
+    return Placed(brick, Pose((x, y, HIGH - depth), above.pose.orientation))
+
+
+def _push(random: Random, placed: Placed) -> Push:
+    bearing, impulse = random.uniform(0.0, 2.0 * pi), placed.brick.mass * _spread(random, SLOWEST, FASTEST)
+    high = random.uniform(-0.5, 0.5) * placed.brick.shape.reach((0.0, 0.0, 1.0))
+    return Push(PUSH_AT, placed.brick.id, (impulse * cos(bearing), impulse * sin(bearing), 0.0), (0.0, 0.0, high))
+
+
+def _spread(random: Random, least: float, most: float) -> float:
+    """Alike in every doubling."""
+    return exp(random.uniform(log(least), log(most)))
+
+
+def played(number: int, system: str) -> Played:
+    """Play a heap, and see what energy it gained."""
+    started = process_time()
+    trace = play(heap(number), SYSTEMS[system])
+    return Played(number, system, trace.energy.gain if trace.energy is not None else 0.0, process_time() - started)
+
+
+def summed_up(found: Sequence[Played]) -> Row:
+    """How many heaps gained how much, and which one most."""
+    worst = max(found, key=lambda each: each.gain)
+    return {
+        "heaps": len(found),
+        "gained": sum(each.gain > NOTABLE_GAIN for each in found),
+        "worst_percent": 100.0 * worst.gain,
+        "worst_heap": worst.number,
+        "seconds": sum(each.seconds for each in found),
+    }
+
+
+def main() -> None:
+    """Play, print the table, and keep it if asked to."""
+    arguments = parser(__doc__)
+    arguments.add_argument("--heaps", type=int, default=500)
+    arguments.add_argument("--first", type=int, default=0, help="the number of the first heap")
+    arguments.add_argument("--systems", nargs="+", default=["exact", "tuned"])
+    arguments.add_argument("--jobs", type=int, default=2)
+    chosen = arguments.parse_args()
+    numbers = range(chosen.first, chosen.first + chosen.heaps)
+    table = Table("system", "heaps", "over 1 %", "worst", "heap", "s")
+    rows = {}
+    with ProcessPoolExecutor(chosen.jobs) as pool:
+        for system in chosen.systems:
+            done = pool.map(partial(played, system=system), numbers)
+            found = list(track(done, system, len(numbers), console=Console(stderr=True), transient=True))
+            rows[system] = row = summed_up(found)
+            named = ", ".join(
+                f"{each.number} ({100.0 * each.gain:.3g} %)" for each in found if each.gain > NOTABLE_GAIN
+            )
+            table.add_row(system, *(f"{value:.3g}" for value in row.values()))
+            Console(stderr=True).print(f"{system}: {named or 'none'} over 1 %")
+    Console().print(table)
+    if chosen.write:
+        record("energy", " ".join(["python -m benchmarks.energy", *sys.argv[1:]]), {"heaps": rows})
+
+
+if __name__ == "__main__":
+    main()
