@@ -7,8 +7,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from math import degrees, hypot, inf
 
 from stability.geometry.rotations import body_axes
+from stability.geometry.touching import TOUCHING, reach_between
 from stability.geometry.vectors import scale
-from stability.model import BodyId, Vec3
+from stability.model import BodyId, Brick, Vec3
 from stability.statics.facts import Stability
 from stackdsl.checking.gathering import Case
 from stackdsl.compiling.fitting import Fit, Sited, fits
@@ -62,7 +63,7 @@ def _actions(timeline: Timeline, told: Mapping[BodyId, str]) -> Iterator[str]:
     """One line a brick set down, with what `told` says of it, and one a removal or a push."""
     placed = timeline.placements
     width = max(len(placement.brick.id) for placement in placed)
-    bricks, planes = [placement.brick.id for placement in placed], [plane.id for plane in timeline.world.planes]
+    bricks, planes = [placement.brick for placement in placed], [plane.id for plane in timeline.world.planes]
     found = iter(zip(placed, fits(_sited(timeline), timeline.world.planes), strict=True))
     for action in timeline.actions:
         match action:
@@ -80,17 +81,27 @@ def _actions(timeline: Timeline, told: Mapping[BodyId, str]) -> Iterator[str]:
                 )
 
 
-def _footing(placement: Placement, fit: Fit, bricks: Sequence[BodyId], planes: Sequence[BodyId]) -> str:
+def _footing(placement: Placement, fit: Fit, bricks: Sequence[Brick], planes: Sequence[BodyId]) -> str:
     """On what a brick is set down, and which walls it touches; or how else it comes."""
     if placement.arrival in (Arrival.LET_GO, Arrival.DROPPED):
         return "dropped"
     if placement.arrival is Arrival.THROWN:
         return f"thrown at {hypot(*placement.velocity_W):.4g} m/s"
-    below = [*(bricks[index] for index in fit.on_boxes), *(planes[index] for index in fit.on_planes)]
+    boxes = [bricks[index] for index in fit.on_boxes]
+    below = [*(brick.id for brick in boxes), *(planes[index] for index in fit.on_planes)]
     walls = [planes[index] for index in fit.beside_planes]
     if not below:
-        return "between " + ", ".join([*(bricks[index] for index in fit.beside_boxes), *walls])
-    return f"on {', '.join(below)}" + (f", against {', '.join(walls)}" if walls else "")
+        return "between " + ", ".join([*(bricks[index].id for index in fit.beside_boxes), *walls])
+    through = _touched_through(placement.brick, boxes) if len(below) > 1 else ""
+    return f"on {', '.join(below)}{through}" + (f", against {', '.join(walls)}" if walls else "")
+
+
+def _touched_through(brick: Brick, boxes: Sequence[Brick]) -> str:
+    """Which of the boxes below are too thin to keep a brick off what they lie on."""
+    reach = reach_between(brick.shape.least_thickness)
+    sheets = [box.id for box in boxes if box.shape.least_thickness <= reach]
+    share = f"{100.0 * TOUCHING:g} % of {brick.id}"
+    return f" (touched through {', '.join(sheets)}, thinner than {share})" if sheets else ""
 
 
 def _sited(timeline: Timeline) -> list[Sited]:

@@ -3,6 +3,8 @@
 import subprocess
 import sys
 
+import pytest
+
 from stackdsl.report.explanation import explanation_text
 from tests.paths import ROOT
 from tests.scenes import compiled, scene
@@ -72,6 +74,19 @@ def test_the_ground_and_the_walls_are_named_that_a_brick_stands_on_and_touches()
     build = "- bricks: [{at: [0 mm, 0 mm, 3.9 mm]}, {at: [-20 mm, 0 mm, 11.7 mm]}]"
     placed = [line for line in explained(build, walls, margins=False) if " at (" in line]
     assert ["  on ground, against wall2  " in placed[0], "  on L1.1  " in placed[1]] == [True, True]
+
+
+@pytest.mark.parametrize(("thickness", "told"), [(0.39, True), (0.41, False)])
+def test_what_is_touched_through_a_sheet_is_named_as_such(thickness: float, told: bool) -> None:
+    #   2 % of 20 mm are 0.4 mm.
+    build = f"""
+- bricks:
+    - {{name: sheet, at: [0 mm, 0 mm, {thickness / 2} mm], brick: {{size: [9 cm, 9 cm, {thickness} mm], mass: 1 g}}}}
+    - {{name: block, at: [0 mm, 0 mm, {thickness + 10} mm], brick: {{size: [20 mm, 20 mm, 20 mm], density: 1 g/cm3}}}}
+"""
+    block = next(line for line in explained(build, margins=False) if " block " in line)
+    through = "  on sheet, ground (touched through sheet, thinner than 2 % of block)  "
+    assert (through in block, "  on sheet  " in block) == (told, not told)
 
 
 def test_of_a_plank_wedged_between_two_walls_both_are_named() -> None:
