@@ -6,13 +6,13 @@ within the friction cones balance every brick: the same proof as for what stands
 stands act where the axis goes through them, all others of these have opened.
 """
 
-from collections.abc import Collection, Mapping, Set
+from collections.abc import Callable, Collection, Iterator, Mapping, Set
 from dataclasses import dataclass
 from itertools import combinations
 from math import dist
 
 from stability.geometry.rotations import about, inverse, multiply, rotate
-from stability.geometry.touching import TOUCHING
+from stability.geometry.touching import TOUCHING, reach_between
 from stability.geometry.vectors import add, add_scaled, cross, dot, norm, scale, subtract, unit
 from stability.mechanics.inertia import inertia_times
 from stability.mechanics.pendulum import Pendulum
@@ -24,6 +24,7 @@ from stability.statics.facts import Contact, Motion, Placed, Problem, Tolerances
 
 DOWN: Vec3 = (0.0, 0.0, -1.0)
 PITCH = 1e-6  # of the speed: more of it along the axis, and it is a screw
+MET = 1e-4  # share of the depth of bodies in contact: less is rounding
 ON_AXIS = TOUCHING  # share of the smallest side: nearer points stay where they are
 ALONG = 1.0 - 1e-9  # cosine: edges run along the axis
 FLAT = 1e-9  # volume that the normals of three faces span: less, and they meet in no corner
@@ -97,18 +98,31 @@ def holds_together(part: FallingPart, angle: float) -> bool:
 
 
 def is_clear(part: FallingPart, angle: float, others: Collection[Placed], planes: Collection[Plane]) -> bool:
-    """Whether at an angle [rad] no brick of a part lies deeper in another body than bodies in contact do."""
-    for placed in turned_part(part, angle).values():
-        shape, pose = placed.brick.shape, placed.pose
-        depth, around = ON_AXIS * shape.least_thickness, shape.bounding_radius
-        near_planes = [plane for plane in planes if _height(pose.position_W, plane) < around]
-        if any(apart_from_plane(shape, pose, plane).gap < -depth for plane in near_planes):
-            return False
-        for other in others:
-            near = dist(pose.position_W, other.pose.position_W) < around + other.brick.shape.bounding_radius
-            if near and apart(shape, pose, other.brick.shape, other.pose).gap < -depth:
+    """Whether at an angle [rad] no brick of a part has come to lie in another body.
+
+    What it touched before the turn it may lie in as deep as bodies in contact do; what it meets on the way, not at all:
+    an engine that is given bricks inside each other drives them apart, which adds energy.
+    """
+    for name, placed in turned_part(part, angle).items():
+        own, depth = placed.brick.shape, ON_AXIS * placed.brick.shape.least_thickness
+        for gap_at in _gaps(placed, others, planes):
+            gap = gap_at(placed.pose)
+            if gap < -MET * depth and (
+                gap < -depth or gap_at(part.problem.bricks[name].pose) > reach_between(own.least_thickness)
+            ):
                 return False
     return True
+
+
+def _gaps(placed: Placed, others: Collection[Placed], planes: Collection[Plane]) -> Iterator[Callable[[Pose], float]]:
+    """How far a brick is from each of the bodies that are near, for any pose."""
+    shape, pose, around = placed.brick.shape, placed.pose, placed.brick.shape.bounding_radius
+    for plane in planes:
+        if _height(pose.position_W, plane) < around:
+            yield lambda pose, plane=plane: apart_from_plane(shape, pose, plane).gap  # type: ignore[misc]
+    for other in others:
+        if dist(pose.position_W, other.pose.position_W) < around + other.brick.shape.bounding_radius:
+            yield lambda pose, other=other: apart(shape, pose, other.brick.shape, other.pose).gap  # type: ignore[misc]
 
 
 def reach(part: FallingPart) -> float:

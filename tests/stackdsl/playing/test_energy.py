@@ -5,6 +5,7 @@ from math import sqrt
 
 import pytest
 
+from benchmarks.energy import heap
 from stability.model import GROUND, BodyState, Brick, Plane, Pose
 from stability.shapes.box import Box
 from stackdsl.checking.gathering import Case, gather
@@ -120,3 +121,12 @@ def test_a_rise_of_more_than_a_hundredth_is_a_fault_of_the_engine(most: float, t
     trace = play(timeline_of("- column: {levels: 1}"), SYSTEMS["exact"])
     risen = replace(trace, energy=Energy(start=1.0, most=most, above_ground=1.0))
     assert risen.energy_gained == pytest.approx(told)
+
+
+def test_a_block_that_tips_over_a_post_gains_nothing_as_it_meets_the_ground() -> None:
+    # Its foot is there before it has turned by 30 deg, as far as it is followed without an engine.
+    trace = play(heap(1), SYSTEMS["exact"])
+    assert trace.collapse is not None
+    assert trace.cost.steps > 0
+    assert trace.energy is not None
+    assert trace.energy.gain < 1e-9
