@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
 .DEFAULT_GOAL := help
-.PHONY: help check check-all test test-slow without-pybullet wheel lint format bench bench-stack bench-start bench-motion bench-statics bench-compas figures changelog lock clean
+.PHONY: help check check-all test test-slow without-pybullet wheel lint format bench bench-stack bench-start bench-motion bench-energy bench-statics bench-compas figures changelog lock clean
 
 help:           ## list the targets
 	@grep -hE '^[a-z-]+: .*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 16
@@ -54,6 +54,9 @@ bench-motion: $(READY) ## hits, collapses and slips of exact against converged r
 	$(BIN)/python -m benchmarks.hits
 	$(BIN)/python -m benchmarks.collapse
 	$(BIN)/python -m benchmarks.slips
+
+bench-energy: $(READY) ## how much energy the engines of exact and tuned add to 500 random heaps (a quarter of an hour)
+	$(BIN)/python -m benchmarks.energy
 
 bench-statics: $(READY) ## what exact statics cost, and how far each answer is off
 	$(BIN)/python -m benchmarks.statics

@@ -130,3 +130,10 @@ def test_a_block_that_tips_over_a_post_gains_nothing_as_it_meets_the_ground() ->
     assert trace.cost.steps > 0
     assert trace.energy is not None
     assert trace.energy.gain < 1e-9
+
+
+def test_a_plank_that_tips_over_a_corner_near_a_sliver_is_not_shot_off_it() -> None:
+    trace = play(heap(385), SYSTEMS["exact"])
+    assert min(track.brick.shape.least_thickness for track in trace.tracks.values()) < 0.0001
+    assert trace.collapse is not None
+    assert not trace.energy_gained
