@@ -41,10 +41,11 @@ def depth(point: Point2, polygon: Polygon) -> float:
     ax, ay = polygon[-1] if polygon else point
     for bx, by in polygon:
         dx, dy = bx - ax, by - ay
-        distance = (dx * (py - ay) - dy * (px - ax)) / hypot(dx, dy)
-        least = min(least, distance)
+        length = hypot(dx, dy)
+        if length > 0.0:  # a corner may be there twice, where rounding has made one of two
+            least = min(least, (dx * (py - ay) - dy * (px - ax)) / length)
         ax, ay = bx, by
-    return least if polygon else -inf
+    return least if least < inf else -inf
 
 
 def holds(window: Polygon, points: Sequence[Point2], slack: float) -> bool:

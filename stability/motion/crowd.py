@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator
 
 from stability.geometry.neighbours import Neighbours
-from stability.geometry.separation import Block, meeting
+from stability.geometry.separation import Block, blocks_apart, meeting
 from stability.geometry.touching import reach_between
 from stability.graph import reached
 from stability.model import BodyId, Vec3
@@ -11,6 +11,7 @@ from stability.shapes.apart import solid_block
 from stability.statics.facts import Placed
 
 DOWN: Vec3 = (0.0, 0.0, -1.0)
+LEVEL = 1e-9  # height of a unit normal: a face that leans by less is a wall, which bears nothing
 PASSES = 1e-6  # share of the smallest side: what would touch by less sideways slides past
 
 
@@ -62,7 +63,11 @@ class Crowd:
 def _drop(upper: Block, lower: Block) -> float | None:
     """How far a body is above another one, straight down [m]; None if it is not, or has passed it."""
     met = meeting(upper, lower, DOWN, PASSES * upper.thickness)
-    return max(0.0, met[0]) if met is not None and met[1] > 0.0 else None
+    if met is None or met[1] <= 0.0:
+        return None
+    if met[0] <= 0.0 and abs(blocks_apart(upper, lower).normal_BA_W[2]) < LEVEL:
+        return None  # a wall beside it, into which it may be written by as much as counts as contact
+    return max(0.0, met[0])
 
 
 def _in_plan(block: Block) -> tuple[Vec3, Vec3]:

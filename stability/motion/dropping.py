@@ -13,15 +13,16 @@ from math import hypot, inf, sqrt
 
 from stability.graph import components
 from stability.model import AT_REST, BodyId, BodyState, Brick, Plane, Pose
-from stability.motion.crowd import Crowd
+from stability.motion.crowd import DOWN, LEVEL, Crowd
 from stability.shapes.apart import apart_from_plane
+from stability.shapes.in_pose import reach_W
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability, Tolerances
 from stability.statics.structure import Structure
 
 STRAIGHT = 1e-9  # [m/s]: what differs by less moves alike, or not at all
-LEVEL = 1e-9  # height of a unit normal: a face that leans by less is a wall, which bears nothing
 WEIGHTLESS = 1e-6  # share of its mass with which a brick that stood is asked whether it bears a blow
+BESIDE = 0.1  # share of its centre's height above its foot by which a blow may come beside the centre of a brick
 # An engine takes over so many steps before a landing that is not proven: by then it is seen what is about to be hit.
 STEPS_BEFORE = 4.0
 
@@ -42,6 +43,10 @@ class Part:
                 if (rise := plane.normal_W[2]) > LEVEL:
                     gap = apart_from_plane(placed.brick.shape, placed.pose, plane).gap
                     self.room = min(self.room, max(0.0, gap) / rise)
+
+    def fallen(self, time: float, gravity: float) -> float:
+        """How far it has come by a time [m]."""
+        return (self.speed + 0.5 * gravity * time) * time
 
     def lands_at(self, gravity: float) -> float:
         """When it meets what stands [s]."""
@@ -91,7 +96,7 @@ class Dropping:
         states = dict(self._at_rest)
         for part in self.parts:
             velocity_W = (0.0, 0.0, -part.speed - self.gravity * self.time)
-            for placed in part.lowered((part.speed + 0.5 * self.gravity * self.time) * self.time):
+            for placed in part.lowered(part.fallen(self.time, self.gravity)):
                 states[placed.brick.id] = BodyState(placed.pose, velocity_W, AT_REST)
         return states
 
@@ -108,18 +113,22 @@ class Dropping:
         if self._proven is not part:
             down = part.lowered(part.room)
             below = [replace(other, brick=_weightless(other)) for other in self.standing.connected(down)]
-            verdict = Assembly(self.planes, self.friction, self.gravity).add_all([*down, *below], names_smallest=False)
-            self._proven = part if verdict.stability is Stability.STABLE else None
+            assembly = Assembly(self.planes, self.friction, self.gravity)
+            verdict = assembly.add_all([*down, *below], names_smallest=False)
+            holds = verdict.stability is Stability.STABLE and all(_is_amid(assembly, placed) for placed in down)
+            self._proven = part if holds else None
         return self._proven is part
 
     def _land(self, part: Part) -> None:
         self.parts.remove(part)
         self._proven = None
-        landed = part.lowered(part.room)
+        landed, now = part.lowered(part.room), part.lands_at(self.gravity)
         self.clear = _until_one_catches_up(self.parts)
         for placed in landed:
             for name, depth in self.dropped.above(placed):
-                self.part_of[name].room = min(self.part_of[name].room, depth)
+                other = self.part_of[name]
+                if depth >= other.fallen(now, self.gravity):  # or it has come past by now
+                    other.room = min(other.room, depth)
             self.standing.add(placed)
             self._landed.append(placed.brick.id)
             self._at_rest[placed.brick.id] = BodyState(placed.pose, AT_REST, AT_REST)
@@ -186,6 +195,13 @@ def _until_one_catches_up(parts: Sequence[Part]) -> float:
         ),
         default=inf,
     )
+
+
+def _is_amid(assembly: Assembly, placed: Placed) -> bool:
+    """Whether a blow is borne through the centre of a brick, and a little beside it: nothing lands quite flat."""
+    x, y, _ = placed.pose.position_W
+    height = reach_W(placed.brick.shape, placed.pose, DOWN)
+    return assembly.core_depth(placed.brick.id, (x, y)) >= BESIDE * height
 
 
 def _lowered(pose: Pose, depth: float) -> Pose:

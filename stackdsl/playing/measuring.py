@@ -2,13 +2,15 @@
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
+from math import sqrt
 
+from stability.engines.scene_scale import USUAL_GRAVITY
 from stability.model import BodyId, BodyState
 from stability.statics.facts import Verdict
 from stackdsl.playing.energy import EnergyMeter
 from stackdsl.playing.landing import LandingWatch
 from stackdsl.playing.onset import OnsetWatch
-from stackdsl.playing.watch import Watch
+from stackdsl.playing.watch import NOT_MOVING, Watch
 from stackdsl.timeline import Placement, Timeline
 from stackdsl.trace import Landing
 
@@ -18,13 +20,15 @@ class Measures:
     """What is told of one run."""
 
     timeline: Timeline
-    watch: Watch = field(default_factory=Watch)
+    watch: Watch = field(init=False)
     energy: EnergyMeter = field(init=False)
     onset: OnsetWatch = field(default_factory=OnsetWatch)
     _landing: LandingWatch = field(init=False)
 
     def __post_init__(self) -> None:
-        self.energy = EnergyMeter(self.timeline.world.gravity, self.timeline.world.planes[0])
+        gravity = self.timeline.world.gravity
+        self.watch = Watch(not_moving=NOT_MOVING.scaled(lengths=1.0, times=sqrt(USUAL_GRAVITY / gravity)))
+        self.energy = EnergyMeter(gravity, self.timeline.world.planes[0])
         self._landing = LandingWatch(self.watch)
 
     @property

@@ -11,7 +11,7 @@ from stability.watching.rest import RestLimits
 from stackdsl.timeline import Placement
 from stackdsl.trace import COLLAPSE_SHARE_OF_SMALLEST_SIDE, COLLAPSE_TILT, BrickState, BrickTrack
 
-NOT_MOVING = RestLimits(speed=0.002, angular_speed=0.035, hold_off=0.1)  # a slow topple needs that long to show
+NOT_MOVING = RestLimits(speed=0.002, angular_speed=0.035, hold_off=0.1)  # on earth; a slow topple shows in that time
 READ_BACK = 1e-12  # [m] what a position loses on its way into a scaled engine and back
 
 
@@ -27,6 +27,7 @@ class Watched:
     tilt: float = 0.0  # [rad] largest since rest; once a hit has come, of what was upright
     sunk: float | None = None  # [m] largest below rest; None until a hit has come
     slow_since: float | None = None
+    not_moving: RestLimits = NOT_MOVING
     left_at: float | None = None  # [s]
     removed: bool = False
 
@@ -71,11 +72,11 @@ class Watched:
                 self.left_at = time
 
     def _wait_for_rest(self, time: float, state: BodyState) -> None:
-        if not NOT_MOVING.slow(state):
+        if not self.not_moving.slow(state):
             self.slow_since = None
             return
         self.slow_since = time if self.slow_since is None else self.slow_since
-        if time - self.slow_since >= NOT_MOVING.hold_off:
+        if time - self.slow_since >= self.not_moving.hold_off:
             self.rest = state.pose
 
     def state(self, frozen: bool) -> BrickState:
@@ -116,6 +117,7 @@ class Watch:
     bricks: dict[BodyId, Watched] = field(default_factory=dict)
     dropped: list[Watched] = field(default_factory=list)  # where these lie, or what was thrown, is not known before
     made_of: dict[BodyId, Brick] = field(default_factory=dict)
+    not_moving: RestLimits = NOT_MOVING  # what is dropped
     hit: bool = False  # whether something has hit the structure
     largest_shift: float = 0.0  # of any so far [m]
     present: dict[BodyId, None] = field(default_factory=dict)  # those that are not pulled out
@@ -124,7 +126,7 @@ class Watch:
     def add(self, placement: Placement) -> None:
         """A brick set down at rest counts as at rest there; a dropped one does so later, and a thrown one never."""
         rest = placement.pose if placement.at_rest else None
-        watched = Watched(placement, len(self.bricks), rest, placement.pose)
+        watched = Watched(placement, len(self.bricks), rest, placement.pose, not_moving=self.not_moving)
         self.bricks[placement.brick.id] = watched
         self.made_of[placement.brick.id] = placement.brick
         self.present[placement.brick.id] = None

@@ -94,3 +94,8 @@ def test_corner_weights_have_the_point_as_their_mean(u: float, v: float, angle: 
 def test_points_on_a_line_have_no_hull() -> None:
     assert hull([(0.0, 0.0), (1.0, 1.0), (2.0, 2.0)]) == ()
     assert extent(hull([(0.0, 0.0), (2.0, 0.0), (1.0, 1.0)])) == 2.0
+
+
+def test_a_corner_that_is_there_twice_changes_no_depth() -> None:
+    square = ((0.0, 0.0), (2.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0))
+    assert depth((1.5, 1.0), square) == 0.5
