@@ -26,8 +26,12 @@ MEMORY = Path("/proc/self/statm")  # of this process, now: the peak, which `getr
 
 TOWER = "- four_stack: {levels: 10}"
 LOW_TOWER = "- four_stack: {levels: 4}"  # of which a bare engine steps every plank
-# `exact` opens no engine for what stands, so this lets a plank go above the tower.
-TOWER_AND_DROP = TOWER + "\n- bricks: [{name: falling, at: [0 mm, 0 mm, 300 mm], drop: true}]"
+# `exact` opens no engine for what stands, nor for what falls freely, so this lets a plank go on its edge.
+TOWER_AND_DROP = (
+    TOWER
+    + """
+- bricks: [{name: falling, at: [300 mm, 0 mm, 44.33 mm], rotate: [0 deg, 45 deg, 0 deg], drop: true}]"""
+)
 
 
 @dataclass(frozen=True, slots=True)

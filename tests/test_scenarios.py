@@ -20,7 +20,11 @@ from tests.engines_at_hand import HAS_PYBULLET
 from tests.paths import ROOT
 
 MODELLED = ("exact", "thesis")  # a model decides what stands
-LENGTHY = ("statics-harmonic-seen-falling[share=1.03,count=100,exact]",)  # an engine steps a hundred loose planks
+LENGTHY = (  # an engine steps dozens of loose planks
+    "statics-harmonic-seen-falling[share=1.03,count=100,exact]",
+    "statics-harmonic-seen-falling[share=1.03,count=40,exact]",
+    "statics-column-seen-falling[share=1.02,count=40,exact]",
+)
 GATHERED = gather([ROOT / "scenarios"])
 
 
