@@ -61,7 +61,8 @@ HALF_TURN = 1e-9  # cosine of half an angle below which a turn counts as half a 
 def take(trace: Trace, world: World, identity: Identity, stamp: Mapping[str, str], modelled: bool) -> Snapshot:
     """The snapshot of a run; `modelled` where positions and shares come from a model, not from a bare engine."""
     states = {brick: _state(track, trace.collapse, modelled) for brick, track in trace.tracks.items()}
-    carried = _supports(trace.edges)
+    # What has fallen may lean on what stands, or not, by a hair: where debris comes to lie is not locked.
+    carried = _supports(edge for edge in trace.edges if _carries(edge.lower, trace))
     disturbed = any(_is_moved(track) for track in trace.tracks.values())
     return Snapshot(
         identity=identity,
@@ -198,6 +199,11 @@ def _supports(edges: Iterable[Edge]) -> defaultdict[BodyId, dict[BodyId, float]]
     for edge in edges:
         supports[edge.upper][edge.lower] = supports[edge.upper].get(edge.lower, 0.0) + edge.share
     return supports
+
+
+def _carries(body: BodyId, trace: Trace) -> bool:
+    """Whether a body is no brick that has fallen."""
+    return body not in trace.tracks or trace.tracks[body].state is not BrickState.FALLEN
 
 
 def _shares(carried: Mapping[BodyId, float]) -> dict[BodyId, Number]:

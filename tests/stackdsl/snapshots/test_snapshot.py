@@ -175,3 +175,11 @@ def test_the_same_turn_is_written_the_same_way(orientation: Quaternion, turn: li
     turned = replace(track("L1.1", 1), placed=Pose((0.0, 0.0, 0.004), orientation))
     placing = taken(tower(turned)).placings[0].placed["L1.1"]
     assert list(placing.turn_deg) == turn
+
+
+def test_what_has_fallen_carries_nothing_that_is_locked() -> None:
+    # Whether debris leans on what stands hangs on a hair.
+    fallen = track("L3.1", 3, BrickState.FALLEN, shift=0.05)
+    bare = tower(fallen, collapse=replace(FALL, brick="L3.1"))
+    leant_on = replace(bare, edges=(*bare.edges, Edge("L1.1", "L3.1", nan)))
+    assert taken(leant_on) == taken(bare)
