@@ -24,6 +24,10 @@ LENGTHY = (  # an engine steps dozens of loose planks
     "statics-harmonic-seen-falling[share=1.03,count=100,exact]",
     "statics-harmonic-seen-falling[share=1.03,count=40,exact]",
     "statics-column-seen-falling[share=1.02,count=40,exact]",
+    "capabilities-impact-level-3-hard[exact]",
+    "capabilities-slant-tower[thesis]",
+    "slant-tower-flush[thesis]",
+    "user-test-leaning-structure[thesis]",
 )
 GATHERED = gather([ROOT / "scenarios"])
 
