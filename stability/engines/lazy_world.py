@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from stability.engines.near_engine import NearEngine, Opening
 from stability.engines.put_bodies import PutBodies
 from stability.engines.settings import EngineSettings
+from stability.mechanics.rubbing import Pressed
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Shape, Vec3
 
 
@@ -66,6 +67,9 @@ class RestingWorld:
 
     def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:
         self._engine.ready().push(brick, impulse_W, at_W)
+
+    def press(self, brick: BodyId, pressed: Sequence[Pressed]) -> None:
+        self._engine.ready().press(brick, pressed)
 
     def remove_brick(self, brick: BodyId) -> None:
         world = self._engine.has(brick)

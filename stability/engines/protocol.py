@@ -4,6 +4,7 @@ from collections.abc import Collection, Mapping, Sequence, Set
 from typing import Protocol, TypeVar
 
 from stability.engines.settings import EngineSettings
+from stability.mechanics.rubbing import Pressed
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Shape, Vec3
 
 Settings_contra = TypeVar("Settings_contra", bound=EngineSettings, contravariant=True)
@@ -63,7 +64,17 @@ class Joining(Protocol):
         """Let all that a brick is joined to move one by one, each with the motion that it has; these are they."""
 
 
-class World(Engine, Joining, Protocol):
+class Pressing(Protocol):
+    """Bricks on which something presses that the engine does not step."""
+
+    def press(self, brick: BodyId, pressed: Sequence[Pressed]) -> None:
+        """Let these forces, and their friction, act on a brick that moves by itself, until it is said anew.
+
+        Each keeps its direction, and where it acts on the brick; what is frozen, joined or removed is pressed no more.
+        """
+
+
+class World(Engine, Joining, Pressing, Protocol):
     """An engine's world of one's own: bricks and planes come in, and time goes on."""
 
     @property

@@ -10,9 +10,10 @@ Statics knows boxes, fixed or not, and half-spaces. What touches anything else s
 from collections.abc import Collection, Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from stability.engines.protocol import Engine, Joining
+from stability.engines.protocol import Engine, Joining, Pressing
 from stability.exact.awake_bricks import AwakeBricks
 from stability.exact.candidates import clear_of_strangers, fixed_bodies, solids
+from stability.exact.hits.dead_loads import DeadLoads
 from stability.exact.hits.disturbances import Disturbances, Disturbed, Either, in_words
 from stability.exact.hits.region import region, touching
 from stability.exact.hits.rigid_groups import RigidGroups
@@ -45,22 +46,26 @@ class ProvenStability:
     guard: bool = True
     # What lets bricks ride along as one rigid body; None if the engine cannot, and all bricks move one by one.
     joiner: Joining | None = None
+    # What lets frozen bricks press on woken ones; None if the engine cannot, and all that they carry is woken too.
+    presser: Pressing | None = None
     assembly: Assembly = field(init=False)
     _awake: AwakeBricks = field(init=False)
     _when_changed: Verdict | None = field(default=None, init=False)  # as bricks were last set down or taken out
     _held: HeldBodies = field(init=False)
     _rigid_groups: RigidGroups = field(init=False)
+    _dead_loads: DeadLoads = field(init=False)
     _disturbances: Disturbances = field(init=False)
     _observers: Observers = field(init=False)  # all of these: who hears what becomes of bricks, in this order
 
     def __post_init__(self) -> None:
         self._held = HeldBodies(self.engine)
         self._rigid_groups = RigidGroups(self.joiner)
+        self._dead_loads = DeadLoads(self.engine, self.presser)
         limits_of = LimitsBySize(self.engine, self.rest)
         self._awake = AwakeBricks(self.engine, limits_of, self._rigid_groups)
-        self._disturbances = Disturbances(self.engine, limits_of, self.gravity)
+        self._disturbances = Disturbances(self.engine, limits_of, self.gravity, self._dead_loads.reactions)
         guarded = (self._held,) if self.guard else ()
-        self._observers = Observers((*guarded, limits_of, self._rigid_groups, self._disturbances, self._awake))
+        self._observers = Observers((*guarded, limits_of, self._rigid_groups, self._dead_loads, self._disturbances, self._awake))
         self.assembly = Assembly(self.planes or (), self.friction, self.gravity)
 
     def awake(self) -> list[BodyId]:
@@ -107,12 +112,14 @@ class ProvenStability:
         coming = self._clear(self._awake.at_rest(states))
         announced = self._awake.no_longer_new()
         if not coming:
+            self._dead_loads.exert()
             return lost
         # Of a heap that has fallen nobody wants to know which bricks would fall alone.
         judgement = self._judged(coming, names_smallest=bool(announced))
         if announced:
             self._when_changed = judgement.first
         found = self._carry_out(judgement, [placed.brick.id for placed in coming], announced)
+        self._dead_loads.exert()
         return lost.then(found)
 
     def _judged(self, coming: Sequence[Placed], names_smallest: bool) -> Judgement:
@@ -228,10 +235,12 @@ class ProvenStability:
         struck = {brick: along_W for brick, along_W in disturbed.struck.items() if self.is_frozen(brick)}
         if not struck:
             return Update()
-        reached = region(self.assembly, struck, ride=self.joiner is not None)
+        reached = region(self.assembly, struck, ride=self.joiner is not None, presses=self.presser is not None)
         riding = {brick for group in reached.riding for brick in group}
         placed = {brick: self.assembly.bricks[brick] for brick in (*reached.one_by_one, *sorted(riding))}
         touched = {brick: sorted(touching(self.assembly, brick)) for brick in riding}
+        forces = self.assembly.contact_forces() if self.presser is not None else None
+        before = dict(self.assembly.bricks)
         judgement = release_until_stable(self.assembly, self.assembly.remove(placed))
         poses = {**{brick: was.pose for brick, was in placed.items()}, **judgement.released}
         self._awake.rest_poses.remember(poses)
@@ -240,6 +249,11 @@ class ProvenStability:
             self._rigid_groups.join({brick: poses[brick] for brick in group}, touched, side)
         woken = tuple(sorted(poses))
         self._wake(woken, riding)
+        if forces is not None:
+            self._dead_loads.take_over(
+                forces, [before[brick] for brick in woken if brick not in riding], self.assembly.bricks
+            )
+            self._dead_loads.exert()
         return Update((), woken, reason=disturbed.reason, riding=tuple(sorted(riding)))
 
     def _give_back(self, bricks: Mapping[BodyId, Pose]) -> tuple[BodyId, ...]:

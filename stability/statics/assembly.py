@@ -19,7 +19,7 @@ from stability.graph import reached
 from stability.model import EARTH, GROUND, BodyId, Brick, Plane, Pose
 from stability.statics.admission import admit_brick, admit_names, admit_site
 from stability.statics.brick_graph import brick_graph, rests_on
-from stability.statics.certificate import total_forces
+from stability.statics.certificate import Tally, tallied, total_forces
 from stability.statics.facts import Contact, Forces, Placed, Problem, Stability, Stage, Tolerances, Verdict
 from stability.statics.prover import Prover
 from stability.statics.structure import Structure
@@ -193,6 +193,10 @@ class Assembly:
         if not check.holds:
             raise ArithmeticError(f"the proof of the assembly does not hold: {check}")
         return forces
+
+    def contact_forces(self) -> Tally:
+        """The forces of the proof by contact, as they are now; they are not unique, and not checked here."""
+        return tallied(self._structure, self._prover.ledger)
 
     def shares(self, brick: BodyId) -> Mapping[BodyId, float]:
         """What a brick rests on, and which part of its load goes there; see `brick_graph` on what these mean."""

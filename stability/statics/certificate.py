@@ -22,13 +22,13 @@ class Tally:
     """Sums of cone forces by contact."""
 
     def __init__(self) -> None:
-        self._sums: dict[tuple[BodyId, BodyId], list[list[Vec3]]] = {}
+        self._sums: dict[BodyId, dict[BodyId, tuple[Contact, list[list[Vec3]]]]] = {}  # by lower, then upper body
 
     def _of(self, contact: Contact) -> list[list[Vec3]]:
-        key = (contact.lower, contact.upper)
-        if key not in self._sums:
-            self._sums[key] = [[ZERO] * len(contact.normals_W) for _ in contact.points_W]
-        return self._sums[key]
+        onto = self._sums.setdefault(contact.lower, {})
+        if contact.upper not in onto:
+            onto[contact.upper] = contact, [[ZERO] * len(contact.normals_W) for _ in contact.points_W]
+        return onto[contact.upper][1]
 
     def add(self, contact: Contact, forces: ConeForces) -> None:
         """Forces at the points of a contact."""
@@ -49,6 +49,11 @@ class Tally:
         """The sums of a contact; nothing if nothing was added."""
         return tuple(tuple(of_point) for of_point in self._of(contact))
 
+    def onto(self, lower: BodyId) -> list[tuple[Contact, ConeForces]]:
+        """What a body carries: the contacts whose lower body it is, and the sums at their points."""
+        found = self._sums.get(lower, {}).values()
+        return [(contact, tuple(tuple(of_point) for of_point in sums)) for contact, sums in found]
+
 
 def _at_corners(contact: Contact, at: Point2) -> list[float]:
     """Shares of the points of a contact in a unit force at a point in plan."""
@@ -66,6 +71,12 @@ def _at_corners(contact: Contact, at: Point2) -> list[float]:
 
 def total_forces(structure: Structure, ledger: Ledger, contacts: list[Contact]) -> Forces:
     """The forces that the groups of an assembly come to, one entry for each of these contacts."""
+    tally = tallied(structure, ledger)
+    return Forces(tuple(tally.of(contact) for contact in contacts))
+
+
+def tallied(structure: Structure, ledger: Ledger) -> Tally:
+    """The forces that the groups of an assembly come to."""
     tally = Tally()
     loads = {name: structure.weights[name] for name in ledger.by_core()}
     for group in ledger.groups():
@@ -82,7 +93,7 @@ def total_forces(structure: Structure, ledger: Ledger, contacts: list[Contact]) 
                 tally.press(contact, load)
                 if contact.lower in structure.bricks:
                     _load(loads, contact.lower, load)
-    return Forces(tuple(tally.of(contact) for contact in contacts))
+    return tally
 
 
 def _load(loads: dict[BodyId, VerticalLoad], brick: BodyId, load: VerticalLoad) -> None:

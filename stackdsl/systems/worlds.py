@@ -68,7 +68,7 @@ def extension_for(timeline: Timeline, system: System, world: World) -> Extension
 
             limits = RestLimits().scaled(lengths=1.0, times=scale_of(timeline).times(1.0))
             return ProvenStability(
-                world, scene.planes, scene.friction, scene.gravity, limits, guard=False, joiner=world
+                world, scene.planes, scene.friction, scene.gravity, limits, guard=False, joiner=world, presser=world
             )
         case Method.PUBLISHED:
             from stability.published.stack_stability import StackStability  # noqa: PLC0415 -- likewise

@@ -1,6 +1,6 @@
 """The bricks of a PyBullet world, each with a body of its own, with sharp or rounded edges."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 from stability.engines.own_bodies import OwnBodies
@@ -11,6 +11,7 @@ from stability.engines.pybullet.planes import Planes
 from stability.engines.pybullet.pybullet_binding import pybullet
 from stability.engines.pybullet.stepper import Stepper
 from stability.geometry.vectors import scale
+from stability.mechanics.rubbing import Pressed
 from stability.model import AT_REST, BodyId, BodyState, Brick, Pose, Vec3
 
 
@@ -76,6 +77,10 @@ class BrickBodies:
         if self.maker.settings.edge_rounding:
             self.maker.weigh_brick(self.own.bricks[brick])
 
+    def press(self, brick: BodyId, pressed: Sequence[Pressed]) -> None:
+        """Let forces act on a brick that is not held."""
+        self.stepper.presses.press(self.own.bricks[brick], pressed)
+
     def put_at(self, brick: BodyId, pose: Pose) -> None:
         """Put a brick somewhere else."""
         self.bodies.put(brick, pose)
@@ -113,3 +118,4 @@ class BrickBodies:
         """Note that a body is not awake any more."""
         self.stepper.look_again()
         self.stepper.fall.end(body)
+        self.stepper.presses.leave(body)

@@ -17,11 +17,13 @@ from stability.engines.pybullet.friction_cones import FrictionCones
 from stability.engines.pybullet.joined_groups import JoinedGroups
 from stability.engines.pybullet.parameters import engine_parameters
 from stability.engines.pybullet.planes import Planes
+from stability.engines.pybullet.pressing import Presses
 from stability.engines.pybullet.pybullet_binding import pybullet
 from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stability.engines.pybullet.reshaping import EdgeReshaper, EdgeWatch, Reshaper
 from stability.engines.pybullet.stepper import Stepper
 from stability.mechanics.impulse import pushed
+from stability.mechanics.rubbing import Pressed
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Shape, Vec3
 
 # [engine kg] for the heaviest brick: far above the thresholds, and even ten thousand press far below the cap of 1e10.
@@ -64,7 +66,7 @@ class PyBulletWorld:
         """
         bodies = ClientBodies(_client(settings, gravity), {}, settings.scale, _mass_unit(settings, heaviest))
         own, maker = OwnBodies(), BodyMaker(bodies, settings, gravity, friction)
-        stepper = Stepper(bodies.client, settings, FreeFall(bodies, gravity, settings.exact_fall))
+        stepper = Stepper(bodies.client, settings, FreeFall(bodies, gravity, settings.exact_fall), Presses(bodies))
         bricks = BrickBodies(own, bodies, maker, Planes(maker, own.planes), stepper)
         groups = JoinedGroups(bricks)
         return cls(settings, bricks, groups, EdgeWatch(bricks, reshaper(bricks, groups)), FrictionCones(bricks))
@@ -149,6 +151,9 @@ class PyBulletWorld:
         self.bodies.set_motion(brick, after.velocity_W, after.angular_velocity_W)
         if brick in self.stepper.fall.flying:
             self.bricks.comes_free(brick)
+
+    def press(self, brick: BodyId, pressed: Sequence[Pressed]) -> None:
+        self.bricks.press(brick, pressed)
 
     def join(self, bricks: Collection[BodyId]) -> None:
         self.groups.join(bricks)

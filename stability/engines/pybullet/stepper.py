@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 from stability.engines.pybullet.free_fall import FreeFall
 from stability.engines.pybullet.parameters import step_parameters
+from stability.engines.pybullet.pressing import Presses
 from stability.engines.pybullet.pybullet_binding import pybullet
 from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stability.engines.pybullet.stepping import Awake, Stepping, stepping
@@ -17,6 +18,7 @@ class Stepper:
     client: int
     settings: PyBulletSettings
     fall: FreeFall
+    presses: Presses
     time: float = field(default=0.0, init=False)  # [s]
     _fastest: float = field(default=0.0, init=False)  # [m/s]
     _eased: int = field(default=0, init=False)  # steps to come in which bodies begin to press
@@ -62,8 +64,11 @@ class Stepper:
     def step(self) -> None:
         """Let one time step pass, in the parts that it was suited to."""
         parts = self._stepping.parts
-        self.fall.step(self.settings.time_step / parts)
+        duration = self.settings.time_step / parts
+        self.presses.exert(duration)
+        self.fall.step(duration)
         for _ in range(parts - 1):
+            self.presses.exert(duration)
             pybullet.stepSimulation(self.client)
         if self._eased:
             self._eased -= 1

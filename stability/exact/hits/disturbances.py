@@ -1,11 +1,11 @@
 """What moves disturbs what is frozen: by hitting it, or by pressing harder than the proof says that it can take."""
 
-from collections.abc import Collection, Container, Iterable, Mapping
+from collections.abc import Callable, Collection, Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from stability.engines.protocol import Engine
 from stability.exact.hits.overload import Overloads
-from stability.model import BodyId, BodyState, Vec3
+from stability.model import BodyId, BodyState, ContactPoint, Vec3
 from stability.statics.assembly import Assembly
 from stability.watching.approach import Approaches, Attention, Hit
 from stability.watching.life_cycle import BrickObserver, Observers
@@ -47,6 +47,7 @@ class Disturbances(BrickObserver):
     engine: Engine
     limits_of: LimitsOf
     gravity: float  # [m/s2]
+    reactions: Callable[[], Mapping[BodyId, Sequence[ContactPoint]]]
     _approaches: Approaches = field(init=False)
     _overloads: Overloads = field(init=False)
     _observers: Observers = field(init=False)
@@ -54,7 +55,7 @@ class Disturbances(BrickObserver):
 
     def __post_init__(self) -> None:
         self._approaches = Approaches(self.engine, self._attention, self.gravity)
-        self._overloads = Overloads(self.engine, lambda brick: PRESSES * self.limits_of(brick).hold_off)
+        self._overloads = Overloads(self.engine, self.reactions, lambda brick: PRESSES * self.limits_of(brick).hold_off)
         self._observers = Observers((self._approaches, self._overloads))
 
     def least_speed(self, brick: BodyId) -> float:

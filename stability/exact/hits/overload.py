@@ -7,7 +7,7 @@ it, and its mass M, it has moved by J^2 / (2 M F). A moment's excess is what eve
 """
 
 from collections import defaultdict
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import hypot
 
@@ -32,6 +32,7 @@ class Overloads(BrickObserver):
     """Sums up what moving bricks do to the frozen ones that they touch."""
 
     engine: Engine
+    reactions: Callable[[], Mapping[BodyId, Sequence[ContactPoint]]]  # to the loads that frozen bricks put on moving ones
     tips_after: Callable[[BodyId], float]  # [s] of a load outside the core of a brick
     _excess: dict[BodyId, float] = field(default_factory=dict, init=False)  # impulse beyond friction [N s]
     _outside: dict[BodyId, "_Load"] = field(default_factory=dict, init=False)  # loads outside the core
@@ -41,8 +42,12 @@ class Overloads(BrickObserver):
 
     def found(self, assembly: Assembly, moving: Iterable[BodyId], step: float) -> list[BodyId]:
         """The frozen bricks of an assembly that give way, after one more step of the engine [s]."""
-        pressing = self._pressing(assembly, sorted(moving))
-        return [brick for brick in sorted(pressing) if self._gives_way(assembly, brick, pressing[brick], step)]
+        pressing, reactions = self._pressing(assembly, sorted(moving)), self.reactions()
+        return [
+            brick
+            for brick in sorted(pressing)
+            if self._gives_way(assembly, brick, pressing[brick], reactions.get(brick, ()), step)
+        ]
 
     def _pressing(self, assembly: Assembly, moving: Sequence[BodyId]) -> dict[BodyId, list[ContactPoint]]:
         """The contact points of frozen bricks with moving ones. Between frozen bricks engines report old forces."""
@@ -72,9 +77,16 @@ class Overloads(BrickObserver):
         self._outside.clear()
         self._holding.clear()
 
-    def _gives_way(self, assembly: Assembly, brick: BodyId, points: Collection[ContactPoint], step: float) -> bool:
-        forces = [(point, _force_on(brick, point)) for point in points]
-        return self._slides(assembly, brick, forces, step) or self._tips(assembly, brick, forces, step)
+    def _gives_way(
+        self,
+        assembly: Assembly,
+        brick: BodyId,
+        points: Collection[ContactPoint],
+        reactions: Collection[ContactPoint],
+        step: float,
+    ) -> bool:
+        forces, held_up = ([(point, _force_on(brick, point)) for point in some] for some in (points, reactions))
+        return self._slides(assembly, brick, forces, step) or self._tips(assembly, brick, forces + held_up, step)
 
     def _slides(
         self, assembly: Assembly, brick: BodyId, forces: Collection[tuple[ContactPoint, Vec3]], step: float

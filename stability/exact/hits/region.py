@@ -24,6 +24,9 @@ IN_LINE = 0.7  # cosine between a hit and the normal of a contact through which 
 # Share of the smallest side, a millimetre for a plank: a brick that is hit closes such a gap within the very step.
 BEHIND = 0.125
 SIDEWAYS = 0.5  # vertical part of a normal up to which bricks stand side by side
+import os
+LAYERS = int(os.environ.get("LAYERS", 0))
+FEW = int(os.environ.get("FEW", 40))
 LEVEL = 1.0 - 1e-6  # vertical part of a normal; on a contact that is less level no group may ride
 
 
@@ -35,7 +38,7 @@ class Region:
     riding: tuple[tuple[BodyId, ...], ...]  # rigid groups
 
 
-def region(assembly: Assembly, struck: Mapping[BodyId, Vec3], ride: bool) -> Region:
+def region(assembly: Assembly, struck: Mapping[BodyId, Vec3], ride: bool, presses: bool) -> Region:
     """What moves when bricks of an assembly are struck, each along a direction [unit, W]; `ride` if any may do so."""
     lined: set[BodyId] = set()
     for brick, along_W in struck.items():
@@ -49,7 +52,19 @@ def region(assembly: Assembly, struck: Mapping[BodyId, Vec3], ride: bool) -> Reg
         if ride and _may_ride(assembly, group)
     ]
     one_by_one = (core | above).difference(*riding)
+    if presses and len(one_by_one) > FEW:
+        one_by_one = _near(assembly, lined, LAYERS)
     return Region(tuple(sorted(one_by_one)), tuple(tuple(sorted(group)) for group in riding))
+
+
+def _near(assembly: Assembly, core: Collection[BodyId], layers: int) -> set[BodyId]:
+    """What touches bricks, directly or through so many others."""
+    near = set(core)
+    front = near
+    for _ in range(layers):
+        front = {other for brick in front for other in touching(assembly, brick)} - near
+        near |= front
+    return near
 
 
 def _behind(assembly: Assembly, brick: BodyId, along_W: Vec3) -> list[BodyId]:

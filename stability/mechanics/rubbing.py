@@ -1,0 +1,56 @@
+"""Friction of a brick that moves against bodies that press on it and do not move themselves.
+
+Coulomb's law at each point: friction stops the point if it can, and else opposes its motion with all that it has. What
+stops it is found by sequential impulses, as engines do, from the velocity that the brick has. What is told so to an
+engine comes a step late: where its own contacts cannot hold a brick that something pushes steadily, and this friction
+could, the brick creeps by what it gains in a step. It never pushes a brick that rests.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from stability.geometry.vectors import add, add_scaled, cross, dot, norm, scale, subtract
+from stability.mechanics.impulse import pushed
+from stability.model import AT_REST, BodyState, Brick, Vec3
+
+SWEEPS = 4  # over the points; more change the way of a plank that slides by less than a thousandth
+
+
+@dataclass(frozen=True, slots=True)
+class Pressed:
+    """What presses on a point of a brick, and rubs on it."""
+
+    force_W: Vec3  # along the normal [N]
+    at_W: Vec3  # [m]
+    friction: float  # Coulomb coefficient
+
+
+def friction_impulses(brick: Brick, state: BodyState, pressed: Sequence[Pressed], duration: float) -> list[Vec3]:
+    """The impulse of friction at each point while forces press for a duration [s], in W [N s]."""
+    moving, found = state, [AT_REST] * len(pressed)
+    for _ in range(SWEEPS):
+        for index, each in enumerate(pressed):
+            wanted = subtract(found[index], _impulse_of_sliding(brick, moving, each))
+            most, length = each.friction * norm(each.force_W) * duration, norm(wanted)
+            allowed = scale(most / length, wanted) if length > most else wanted
+            moving = pushed(moving, brick, subtract(allowed, found[index]), each.at_W)
+            found[index] = allowed
+    return found
+
+
+def _impulse_of_sliding(brick: Brick, moving: BodyState, each: Pressed) -> Vec3:
+    """The impulse at a point that would give it the sideways velocity that it has [N s]."""
+    velocity = _velocity_at(moving, each.at_W)
+    normal_W = scale(1.0 / norm(each.force_W), each.force_W)
+    sideways = add_scaled(velocity, -dot(velocity, normal_W), normal_W)
+    speed = norm(sideways)
+    if speed == 0.0:
+        return AT_REST
+    along = scale(1.0 / speed, sideways)
+    resting = replace(moving, velocity_W=AT_REST, angular_velocity_W=AT_REST)
+    by_one = dot(_velocity_at(pushed(resting, brick, along, each.at_W), each.at_W), along)  # [m/s] for 1 N s
+    return scale(1.0 / by_one, sideways)
+
+
+def _velocity_at(state: BodyState, point_W: Vec3) -> Vec3:
+    return add(state.velocity_W, cross(state.angular_velocity_W, subtract(point_W, state.pose.position_W)))
