@@ -241,7 +241,7 @@ class ProvenStability:
         touched = {brick: sorted(touching(self.assembly, brick)) for brick in riding}
         forces = self.assembly.contact_forces() if self.presser is not None else None
         before = dict(self.assembly.bricks)
-        judgement = release_until_stable(self.assembly, self.assembly.remove(placed))
+        judgement = release_until_stable(self.assembly, self.assembly.remove(placed, names_smallest=False), names_smallest=False)
         poses = {**{brick: was.pose for brick, was in placed.items()}, **judgement.released}
         self._awake.rest_poses.remember(poses)
         for group in reached.riding:
