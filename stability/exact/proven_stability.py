@@ -239,7 +239,7 @@ class ProvenStability:
         riding = {brick for group in reached.riding for brick in group}
         placed = {brick: self.assembly.bricks[brick] for brick in (*reached.one_by_one, *sorted(riding))}
         touched = {brick: sorted(touching(self.assembly, brick)) for brick in riding}
-        forces = self.assembly.contact_forces() if self.presser is not None else None
+        forces = self.assembly.forces_above(list(placed)) if self.presser is not None else None
         before = dict(self.assembly.bricks)
         judgement = release_until_stable(self.assembly, self.assembly.remove(placed, names_smallest=False), names_smallest=False)
         poses = {**{brick: was.pose for brick, was in placed.items()}, **judgement.released}

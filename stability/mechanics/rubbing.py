@@ -14,6 +14,7 @@ from stability.mechanics.impulse import pushed
 from stability.model import AT_REST, BodyState, Brick, Vec3
 
 SWEEPS = 4  # over the points; more change the way of a plank that slides by less than a thousandth
+SETTLED = 1e-4  # share of the most that friction can do at a point: what changes by less has settled
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,12 +30,16 @@ def friction_impulses(brick: Brick, state: BodyState, pressed: Sequence[Pressed]
     """The impulse of friction at each point while forces press for a duration [s], in W [N s]."""
     moving, found = state, [AT_REST] * len(pressed)
     for _ in range(SWEEPS):
+        settled = True
         for index, each in enumerate(pressed):
             wanted = subtract(found[index], _impulse_of_sliding(brick, moving, each))
             most, length = each.friction * norm(each.force_W) * duration, norm(wanted)
             allowed = scale(most / length, wanted) if length > most else wanted
-            moving = pushed(moving, brick, subtract(allowed, found[index]), each.at_W)
-            found[index] = allowed
+            more = subtract(allowed, found[index])
+            if norm(more) > SETTLED * most:
+                moving, found[index], settled = pushed(moving, brick, more, each.at_W), allowed, False
+        if settled:
+            break
     return found
 
 

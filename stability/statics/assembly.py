@@ -194,9 +194,12 @@ class Assembly:
             raise ArithmeticError(f"the proof of the assembly does not hold: {check}")
         return forces
 
-    def contact_forces(self) -> Tally:
-        """The forces of the proof by contact, as they are now; they are not unique, and not checked here."""
-        return tallied(self._structure, self._prover.ledger)
+    def forces_above(self, bricks: Collection[BodyId]) -> Tally:
+        """The forces of the proof on these bricks and all that they carry, as they are now, by contact.
+
+        Such forces are not unique, and these are not checked.
+        """
+        return tallied(self._structure, self._prover.ledger, self.with_all_above(bricks))
 
     def shares(self, brick: BodyId) -> Mapping[BodyId, float]:
         """What a brick rests on, and which part of its load goes there; see `brick_graph` on what these mean."""

@@ -4,7 +4,7 @@ Groups hand their upright loads to load cores. From the top down, all that a bri
 inside it, because a core is convex; it is split over the corners of the core, and each part goes down where it stands.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from math import hypot
 
 from stability.geometry.plan import Point2
@@ -71,14 +71,14 @@ def _at_corners(contact: Contact, at: Point2) -> list[float]:
 
 def total_forces(structure: Structure, ledger: Ledger, contacts: list[Contact]) -> Forces:
     """The forces that the groups of an assembly come to, one entry for each of these contacts."""
-    tally = tallied(structure, ledger)
+    tally = tallied(structure, ledger, structure.bricks.keys())
     return Forces(tuple(tally.of(contact) for contact in contacts))
 
 
-def tallied(structure: Structure, ledger: Ledger) -> Tally:
-    """The forces that the groups of an assembly come to."""
+def tallied(structure: Structure, ledger: Ledger, bricks: Set[BodyId]) -> Tally:
+    """The forces that the groups of an assembly come to, but for what other bricks than these hand down by their cores."""
     tally = Tally()
-    loads = {name: structure.weights[name] for name in ledger.by_core()}
+    loads = {name: structure.weights[name] for name in ledger.by_core() & bricks}
     for group in ledger.groups():
         for contact, forces in group.forces:
             tally.add(contact, forces)
@@ -87,7 +87,7 @@ def tallied(structure: Structure, ledger: Ledger) -> Tally:
             lower = force.contact.lower
             if lower in structure.bricks and lower not in group.members:
                 _load(loads, lower, force.load)
-    for brick in reversed(structure.by_turn(structure.bricks)):
+    for brick in reversed(structure.by_turn(bricks)):
         if brick in loads:
             for contact, load in routed(loads[brick], structure.cores[brick]):
                 tally.press(contact, load)

@@ -95,10 +95,13 @@ class Overloads(BrickObserver):
         x, y, z = NO_FORCE
         for _, force in forces:
             x, y, z = add((x, y, z), force)
+        sideways, before, pressed = hypot(x, y), self._excess.get(brick, 0.0), max(0.0, -z)
+        if before == 0.0 and sideways <= assembly.friction * (placed.mass * assembly.gravity + pressed):
+            return False  # its own weight holds it, whatever else does
         if brick not in self._holding:
             self._holding[brick] = _held_by(assembly, brick)
-        friction = assembly.friction * (self._holding[brick] + max(0.0, -z))
-        excess = max(0.0, self._excess.get(brick, 0.0) + (hypot(x, y) - friction) * step)
+        friction = assembly.friction * (self._holding[brick] + pressed)
+        excess = max(0.0, before + (sideways - friction) * step)
         self._excess[brick] = excess
         return excess * excess > 2.0 * placed.mass * friction * MOVED * placed.shape.least_thickness
 
