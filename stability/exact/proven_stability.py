@@ -15,8 +15,9 @@ from stability.exact.awake_bricks import AwakeBricks
 from stability.exact.candidates import clear_of_strangers, fixed_bodies, solids
 from stability.exact.hits.dead_loads import DeadLoads
 from stability.exact.hits.disturbances import Disturbances, Disturbed, Either, in_words
-from stability.exact.hits.region import region, touching
+from stability.exact.hits.region import region
 from stability.exact.hits.rigid_groups import RigidGroups
+from stability.exact.hits.waking import wake
 from stability.exact.outside_changes import Site, changed
 from stability.exact.release import Judgement, release_until_stable
 from stability.geometry.vectors import norm, scale
@@ -65,7 +66,9 @@ class ProvenStability:
         self._awake = AwakeBricks(self.engine, limits_of, self._rigid_groups)
         self._disturbances = Disturbances(self.engine, limits_of, self.gravity, self._dead_loads.reactions)
         guarded = (self._held,) if self.guard else ()
-        self._observers = Observers((*guarded, limits_of, self._rigid_groups, self._dead_loads, self._disturbances, self._awake))
+        self._observers = Observers(
+            (*guarded, limits_of, self._rigid_groups, self._dead_loads, self._disturbances, self._awake)
+        )
         self.assembly = Assembly(self.planes or (), self.friction, self.gravity)
 
     def awake(self) -> list[BodyId]:
@@ -235,26 +238,18 @@ class ProvenStability:
         struck = {brick: along_W for brick, along_W in disturbed.struck.items() if self.is_frozen(brick)}
         if not struck:
             return Update()
-        reached = region(self.assembly, struck, ride=self.joiner is not None, presses=self.presser is not None)
-        riding = {brick for group in reached.riding for brick in group}
-        placed = {brick: self.assembly.bricks[brick] for brick in (*reached.one_by_one, *sorted(riding))}
-        touched = {brick: sorted(touching(self.assembly, brick)) for brick in riding}
-        forces = self.assembly.forces_above(list(placed)) if self.presser is not None else None
-        before = dict(self.assembly.bricks)
-        judgement = release_until_stable(self.assembly, self.assembly.remove(placed, names_smallest=False), names_smallest=False)
-        poses = {**{brick: was.pose for brick, was in placed.items()}, **judgement.released}
+        reached = region(self.assembly, struck, ride=self.joiner is not None)
+        woken = wake(self.assembly, reached, presses=self.presser is not None)
+        poses = {brick: placed.pose for brick, placed in woken.placed.items()}
         self._awake.rest_poses.remember(poses)
-        for group in reached.riding:
-            side = min(placed[brick].brick.shape.least_thickness for brick in group)
-            self._rigid_groups.join({brick: poses[brick] for brick in group}, touched, side)
-        woken = tuple(sorted(poses))
-        self._wake(woken, riding)
-        if forces is not None:
-            self._dead_loads.take_over(
-                forces, [before[brick] for brick in woken if brick not in riding], self.assembly.bricks
-            )
+        for group in woken.riding:
+            side = min(woken.placed[brick].brick.shape.least_thickness for brick in group)
+            self._rigid_groups.join({brick: poses[brick] for brick in group}, woken.touched, side)
+        self._wake(poses, self._rigid_groups)
+        if woken.forces is not None:
+            self._dead_loads.take_over(woken.forces, woken.placed.values(), self.assembly.bricks)
             self._dead_loads.exert()
-        return Update((), woken, reason=disturbed.reason, riding=tuple(sorted(riding)))
+        return Update((), tuple(poses), reason=disturbed.reason, riding=tuple(sorted(woken.touched)))
 
     def _give_back(self, bricks: Mapping[BodyId, Pose]) -> tuple[BodyId, ...]:
         """Wake frozen bricks that are no longer part of the assembly, for they cannot stand."""

@@ -76,7 +76,7 @@ def total_forces(structure: Structure, ledger: Ledger, contacts: list[Contact]) 
 
 
 def tallied(structure: Structure, ledger: Ledger, bricks: Set[BodyId]) -> Tally:
-    """The forces that the groups of an assembly come to, but for what other bricks than these hand down by their cores."""
+    """The forces that the groups of an assembly come to, but for those of the cores of other bricks than these."""
     tally = Tally()
     loads = {name: structure.weights[name] for name in ledger.by_core() & bricks}
     for group in ledger.groups():

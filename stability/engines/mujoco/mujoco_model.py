@@ -7,13 +7,14 @@ Friction of a pair is the larger coefficient of both, but for what has priority,
 """
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from stability.engines.mujoco.mujoco_binding import mujoco
 from stability.engines.mujoco.mujoco_settings import MuJoCoSettings
+from stability.engines.pressing import Presses
 from stability.engines.shortest_turn import shortest_turn
 from stability.geometry.bounding_boxes import BoundingBoxes
 from stability.geometry.rotations import inverse, rotate
@@ -59,10 +60,11 @@ class Model:
     _touching: dict[BodyId, list[int]] | None = field(default=None, init=False)
     _bounds: BoundingBoxes | None = field(default=None, init=False)
 
-    def step(self, duration: float, parts: int) -> None:
+    def step(self, duration: float, parts: int, presses: Presses) -> None:
         """Let time pass [s], in so many steps."""
         self.model.opt.timestep = duration / parts
         for _ in range(parts):
+            presses.exert(self, duration / parts)
             mujoco.mj_step(self.model, self.data)
         self._touching = self._bounds = None
         if self.data.warning.number.any():
@@ -76,6 +78,14 @@ class Model:
         orientation = (qx, qy, qz, qw)
         # MuJoCo has the velocity of a free body in W, and its turning in body axes.
         return BodyState(Pose((x, y, z), orientation), (vx, vy, vz), rotate(orientation, (a, b, c)))
+
+    def states(self, names: Collection[BodyId]) -> dict[BodyId, BodyState]:
+        """Poses and motions of bodies that move."""
+        return {name: self.state(name) for name in names}
+
+    def set_motion(self, name: BodyId, velocity_W: Vec3, angular_velocity_W: Vec3) -> None:
+        """Give a body that moves a velocity of its centre [m/s] and an angular velocity [rad/s]."""
+        _set_state(self.data, self.free[name], BodyState(self.state(name).pose, velocity_W, angular_velocity_W))
 
     def contacts(self, brick: BodyId) -> list[ContactPoint]:
         """The contact points of a brick in the last step."""

@@ -8,8 +8,10 @@ from stability.engines.mujoco.mujoco_model import Model
 from stability.engines.mujoco.mujoco_settings import MuJoCoSettings
 from stability.engines.mujoco.remade_bodies import RemadeBodies
 from stability.engines.own_bodies import OwnBodies
+from stability.engines.pressing import Presses
 from stability.engines.step_clock import StepClock
 from stability.mechanics.impulse import pushed
+from stability.mechanics.rubbing import Pressed
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Shape, Vec3
 
 
@@ -21,6 +23,7 @@ class MuJoCoWorld:
     own: OwnBodies
     bodies: RemadeBodies
     clock: StepClock
+    presses: Presses = field(default_factory=Presses, init=False)
     _stepped: Model | None = field(default=None, init=False)  # the one that took the last step
 
     @classmethod
@@ -56,7 +59,7 @@ class MuJoCoWorld:
 
     def step(self) -> None:
         self._stepped = self.bodies.model()
-        self._stepped.step(self.settings.time_step, self.clock.pass_step())
+        self._stepped.step(self.settings.time_step, self.clock.pass_step(), self.presses)
 
     def states(self, bodies: Collection[BodyId]) -> dict[BodyId, BodyState]:
         return {body: self.bodies.state(body) for body in bodies}
@@ -79,17 +82,22 @@ class MuJoCoWorld:
         self.bodies.add(brick, BodyState(pose, velocity_W))
 
     def remove_brick(self, brick: BodyId) -> None:
+        self.presses.leave(brick)
         self.bodies.remove(brick)
         self.own.remove_brick(brick)
 
     def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:
         self.set_state(brick, pushed(self.bodies.state(brick), self.own.bricks[brick], impulse_W, at_W))
 
+    def press(self, brick: BodyId, pressed: Sequence[Pressed]) -> None:
+        self.presses.press(self.own.bricks[brick], self.bodies.state(brick), pressed)
+
     def set_state(self, brick: BodyId, state: BodyState) -> None:
         self.bodies.part_from_others(brick)
         self.bodies.put(brick, state, held=False)
 
     def freeze(self, brick: BodyId) -> None:
+        self.presses.leave(brick)
         self.bodies.part_from_others(brick)
         self.bodies.put(brick, BodyState(self.bodies.state(brick).pose), held=True)
 
@@ -103,6 +111,8 @@ class MuJoCoWorld:
         self.bodies.put(brick, BodyState(pose), held=True)
 
     def join(self, bricks: Collection[BodyId]) -> None:
+        for brick in bricks:
+            self.presses.leave(brick)
         self.bodies.join(bricks)
 
     def part(self, brick: BodyId) -> tuple[BodyId, ...]:

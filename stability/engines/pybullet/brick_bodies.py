@@ -79,7 +79,7 @@ class BrickBodies:
 
     def press(self, brick: BodyId, pressed: Sequence[Pressed]) -> None:
         """Let forces act on a brick that is not held."""
-        self.stepper.presses.press(self.own.bricks[brick], pressed)
+        self.stepper.presses.press(self.own.bricks[brick], self.states([brick])[brick], pressed)
 
     def put_at(self, brick: BodyId, pose: Pose) -> None:
         """Put a brick somewhere else."""

@@ -17,7 +17,6 @@ from stability.engines.pybullet.friction_cones import FrictionCones
 from stability.engines.pybullet.joined_groups import JoinedGroups
 from stability.engines.pybullet.parameters import engine_parameters
 from stability.engines.pybullet.planes import Planes
-from stability.engines.pybullet.pressing import Presses
 from stability.engines.pybullet.pybullet_binding import pybullet
 from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stability.engines.pybullet.reshaping import EdgeReshaper, EdgeWatch, Reshaper
@@ -66,7 +65,7 @@ class PyBulletWorld:
         """
         bodies = ClientBodies(_client(settings, gravity), {}, settings.scale, _mass_unit(settings, heaviest))
         own, maker = OwnBodies(), BodyMaker(bodies, settings, gravity, friction)
-        stepper = Stepper(bodies.client, settings, FreeFall(bodies, gravity, settings.exact_fall), Presses(bodies))
+        stepper = Stepper(bodies.client, settings, FreeFall(bodies, gravity, settings.exact_fall))
         bricks = BrickBodies(own, bodies, maker, Planes(maker, own.planes), stepper)
         groups = JoinedGroups(bricks)
         return cls(settings, bricks, groups, EdgeWatch(bricks, reshaper(bricks, groups)), FrictionCones(bricks))

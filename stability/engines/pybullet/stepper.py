@@ -3,9 +3,9 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from stability.engines.pressing import Presses
 from stability.engines.pybullet.free_fall import FreeFall
 from stability.engines.pybullet.parameters import step_parameters
-from stability.engines.pybullet.pressing import Presses
 from stability.engines.pybullet.pybullet_binding import pybullet
 from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stability.engines.pybullet.stepping import Awake, Stepping, stepping
@@ -18,7 +18,7 @@ class Stepper:
     client: int
     settings: PyBulletSettings
     fall: FreeFall
-    presses: Presses
+    presses: Presses = field(default_factory=Presses, init=False)
     time: float = field(default=0.0, init=False)  # [s]
     _fastest: float = field(default=0.0, init=False)  # [m/s]
     _eased: int = field(default=0, init=False)  # steps to come in which bodies begin to press
@@ -65,10 +65,10 @@ class Stepper:
         """Let one time step pass, in the parts that it was suited to."""
         parts = self._stepping.parts
         duration = self.settings.time_step / parts
-        self.presses.exert(duration)
+        self.presses.exert(self.fall.bodies, duration)
         self.fall.step(duration)
         for _ in range(parts - 1):
-            self.presses.exert(duration)
+            self.presses.exert(self.fall.bodies, duration)
             pybullet.stepSimulation(self.client)
         if self._eased:
             self._eased -= 1

@@ -9,6 +9,7 @@ from stability.engines.sapien.sapien_settings import SapienSettings
 from stability.engines.sapien.scene_bodies import SceneBodies
 from stability.engines.step_clock import StepClock
 from stability.mechanics.impulse import pushed
+from stability.mechanics.rubbing import Pressed
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Shape, Vec3
 
 
@@ -92,6 +93,9 @@ class SapienWorld:
 
     def put_at(self, brick: BodyId, pose: Pose) -> None:
         self.bodies.put_at(brick, pose)
+
+    def press(self, brick: BodyId, pressed: Sequence[Pressed]) -> None:
+        raise NotImplementedError("nothing presses on bricks in SAPIEN but bricks; give an extension no presser")
 
     def join(self, bricks: Collection[BodyId]) -> None:
         raise NotImplementedError("bricks cannot be joined in SAPIEN; give an extension no joiner")

@@ -32,7 +32,8 @@ class Overloads(BrickObserver):
     """Sums up what moving bricks do to the frozen ones that they touch."""
 
     engine: Engine
-    reactions: Callable[[], Mapping[BodyId, Sequence[ContactPoint]]]  # to the loads that frozen bricks put on moving ones
+    # To the loads that frozen bricks put on moving ones, by frozen brick.
+    reactions: Callable[[], Mapping[BodyId, Sequence[ContactPoint]]]
     tips_after: Callable[[BodyId], float]  # [s] of a load outside the core of a brick
     _excess: dict[BodyId, float] = field(default_factory=dict, init=False)  # impulse beyond friction [N s]
     _outside: dict[BodyId, "_Load"] = field(default_factory=dict, init=False)  # loads outside the core

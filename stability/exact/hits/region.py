@@ -5,7 +5,8 @@ these. What these carry presses on them with its weight, so it cannot stay froze
 shape it moves as one rigid body, true to its mass and inertia. All else stays frozen until it is reached itself.
 
 A rigid body bridges what gives way below a part of it, where bricks would sag. So in a wall nothing rides: a group must
-lie on what carries it with each of its lowest bricks alike, as a level of a tower does.
+lie on what carries it with each of its lowest bricks alike, as a level of a tower does. What a wall carries may stand
+without the bricks that are struck, and then needs not be woken (see `waking`).
 """
 
 from collections import defaultdict
@@ -24,9 +25,6 @@ IN_LINE = 0.7  # cosine between a hit and the normal of a contact through which 
 # Share of the smallest side, a millimetre for a plank: a brick that is hit closes such a gap within the very step.
 BEHIND = 0.125
 SIDEWAYS = 0.5  # vertical part of a normal up to which bricks stand side by side
-import os
-LAYERS = int(os.environ.get("LAYERS", 0))
-FEW = int(os.environ.get("FEW", 40))
 LEVEL = 1.0 - 1e-6  # vertical part of a normal; on a contact that is less level no group may ride
 
 
@@ -36,9 +34,11 @@ class Region:
 
     one_by_one: tuple[BodyId, ...]
     riding: tuple[tuple[BodyId, ...], ...]  # rigid groups
+    lined: tuple[BodyId, ...]  # of those that move one by one: the struck, and those in line behind them
+    in_wall: bool  # whether much of what moves one by one would ride if it lay on the rest as a level of a tower does
 
 
-def region(assembly: Assembly, struck: Mapping[BodyId, Vec3], ride: bool, presses: bool) -> Region:
+def region(assembly: Assembly, struck: Mapping[BodyId, Vec3], ride: bool) -> Region:
     """What moves when bricks of an assembly are struck, each along a direction [unit, W]; `ride` if any may do so."""
     lined: set[BodyId] = set()
     for brick, along_W in struck.items():
@@ -46,25 +46,15 @@ def region(assembly: Assembly, struck: Mapping[BodyId, Vec3], ride: bool, presse
     core = lined | {other for brick in lined for other in touching(assembly, brick)}
     above = assembly.with_all_above(core) - core
     between = above & assembly.with_all_below(core)  # they carry part of the core, so they do not keep their place
-    riding = [
-        group
-        for group in components(above - between, lambda name: touching(assembly, name))
-        if ride and _may_ride(assembly, group)
-    ]
-    one_by_one = (core | above).difference(*riding)
-    if presses and len(one_by_one) > FEW:
-        one_by_one = _near(assembly, lined, LAYERS)
-    return Region(tuple(sorted(one_by_one)), tuple(tuple(sorted(group)) for group in riding))
-
-
-def _near(assembly: Assembly, core: Collection[BodyId], layers: int) -> set[BodyId]:
-    """What touches bricks, directly or through so many others."""
-    near = set(core)
-    front = near
-    for _ in range(layers):
-        front = {other for brick in front for other in touching(assembly, brick)} - near
-        near |= front
-    return near
+    groups = components(above - between, lambda name: touching(assembly, name))
+    large = [group for group in groups if len(group) >= FEWEST]
+    riding = [group for group in large if ride and _may_ride(assembly, group)]
+    return Region(
+        tuple(sorted((core | above).difference(*riding))),
+        tuple(tuple(sorted(group)) for group in riding),
+        tuple(sorted(lined)),
+        in_wall=len(riding) < len(large),
+    )
 
 
 def _behind(assembly: Assembly, brick: BodyId, along_W: Vec3) -> list[BodyId]:
@@ -87,7 +77,7 @@ def touching(assembly: Assembly, brick: BodyId) -> dict[BodyId, Contact]:
 
 
 def _may_ride(assembly: Assembly, group: Collection[BodyId]) -> bool:
-    """Whether a group is worth joining and lies flat on what carries it, each of its lowest bricks on all of that."""
+    """Whether a group lies flat on what carries it, each of its lowest bricks on all of that."""
     supports: dict[BodyId, set[BodyId]] = defaultdict(set)
     for brick in group:
         for contact in assembly.contacts(brick):
@@ -96,4 +86,4 @@ def _may_ride(assembly: Assembly, group: Collection[BodyId]) -> bool:
                 supports[brick].add(other)
                 if any(abs(n[2]) < LEVEL for n in contact.normals_W):
                     return False
-    return len(group) >= FEWEST and len({frozenset(others) for others in supports.values()}) <= 1
+    return len({frozenset(others) for others in supports.values()}) <= 1

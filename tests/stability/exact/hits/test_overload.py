@@ -37,7 +37,7 @@ class Pressing:
 
 def gives_way_after(assembly: Assembly, pressing: Pressing) -> float:
     """When it is found first [s]."""
-    overloads = Overloads(pressing, lambda _: TIPS_AFTER)  # type: ignore[arg-type]  # nothing else of an engine is asked
+    overloads = Overloads(pressing, dict, lambda _: TIPS_AFTER)  # type: ignore[arg-type]  # nothing else of an engine is asked
     for steps in range(1, round(LONG / STEP) + 1):
         if overloads.found(assembly, ["pusher"], STEP) == [pressing.brick]:
             return steps * STEP
@@ -111,7 +111,7 @@ def test_a_touch_outside_its_core_does_not() -> None:
 def test_a_load_that_lifts_now_and_then_starts_again() -> None:
     beam = standing({"a": lying(1), "b": lying(2, OVERHANG)})
     pressing = Pressing("b", (0.0, 0.0, 1.0), WEIGHT, (EDGE + 0.04, 0.0, 2.0 * THICKNESS))
-    overloads = Overloads(pressing, lambda _: TIPS_AFTER)  # type: ignore[arg-type]  # nothing else of an engine is asked
+    overloads = Overloads(pressing, dict, lambda _: TIPS_AFTER)  # type: ignore[arg-type]  # nothing else of an engine is asked
     found = []
     for step in range(round(LONG / STEP)):
         pressing.force = 0.0 if step % 10 == 0 else WEIGHT  # enough to tip it
@@ -151,7 +151,7 @@ def test_a_tall_post_is_tipped_by_a_push_at_its_top_that_friction_below_would_be
 
 def test_what_two_frozen_bricks_pressed_with_before_they_froze_is_no_load() -> None:
     pressed = Pressing("L1", (0.0, 1.0, 0.0), 10.0 * WOOD * WEIGHT)
-    overloads = Overloads(pressed, lambda _: TIPS_AFTER)  # type: ignore[arg-type]  # nothing else of an engine is asked
+    overloads = Overloads(pressed, dict, lambda _: TIPS_AFTER)  # type: ignore[arg-type]  # nothing else of an engine is asked
     for moving in (["elsewhere"], ["elsewhere", "far", "away"]):  # fewer than are frozen, and more
         assert overloads.found(standing(column(2)), moving, LONG) == []
     assert overloads.found(standing(column(2)), ["pusher"], LONG) == ["L1"]

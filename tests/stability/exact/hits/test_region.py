@@ -42,7 +42,8 @@ def test_where_nothing_may_ride_all_moves_one_by_one() -> None:
 
 
 def test_a_hit_at_the_top_leaves_all_but_the_two_uppermost_levels() -> None:
-    assert hit(standing(four_stack(range(1, 14))), "L13.2") == Region(tuple(names(12, 13)), ())
+    reached = hit(standing(four_stack(range(1, 14))), "L13.2")
+    assert reached == Region(tuple(names(12, 13)), (), ("L13.2",), in_wall=False)
 
 
 @pytest.mark.parametrize(("levels", "riding"), [(FEWEST + 1, 0), (FEWEST + 2, FEWEST)])
@@ -104,6 +105,7 @@ def test_in_a_wall_nothing_rides_as_one_body_would_bridge_what_gives_way() -> No
     }
     reached = hit(standing(poses), "L1.3")
     assert reached.riding == ()
+    assert reached.in_wall
     assert {"L6.0", "L6.1"} <= set(reached.one_by_one)
 
 
@@ -118,4 +120,4 @@ def test_a_bridge_wakes_with_the_tower_that_is_hit_and_the_other_one_stays() -> 
     #  a2     b2
     #  a1     b1
     poses = {f"{name}{level}": lying(level, x) for level in (1, 2) for name, x in (("a", 0.0), ("b", 0.15))}
-    assert hit(standing({**poses, "c": lying(3, 0.075)}), "a1") == Region(("a1", "a2", "c"), ())
+    assert hit(standing({**poses, "c": lying(3, 0.075)}), "a1") == Region(("a1", "a2", "c"), (), ("a1",), in_wall=False)
