@@ -1,7 +1,9 @@
-"""Contact areas as published: the convex hull, in plan, of the contact points that the engine reports.
+"""Contact areas as published: the convex hull, in plan, of the points at which a brick rests.
 
 Source: the stack-stability thesis, section 3.3.3. One area per support, and one over all supports (the main contact).
 Two points are widened sideways into a thin quad, one becomes a small diamond, because a line or a point has no inside.
+The source takes the engine's points, orders them by gift wrapping, and spans a mesh over them that rays can meet. What
+is done here instead decides the same (docs/decisions/0030).
 """
 
 from collections.abc import Iterable, Sequence
@@ -22,7 +24,7 @@ class ContactArea:
     """Where a brick rests on one support."""
 
     on: BodyId
-    points_W: tuple[Vec3, ...]  # contact points [m], in the engine's order
+    points_W: tuple[Vec3, ...]  # contact points [m], as they were given
     polygon: Polygon  # their hull in plan, widened if it has no area
     centre: Point2  # of the polygon [m]
 
