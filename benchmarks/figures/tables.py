@@ -38,6 +38,17 @@ TABLES: Mapping[str, Table] = {
             Column("times faster than `tuned`, for a simulated second", "{times_faster:sig2}"),
         ),
     ),
+    "modified": Table(
+        "modified",
+        "scenes",
+        (
+            Column("", "{row}"),
+            Column("four-stack, 30 levels", "{four_stack}"),
+            Column("largest drift before", "{four_stack_drift_mm:.1f} mm"),
+            Column("slant tower", "{slant_tower}"),
+            Column("card house of 3, 2, 1 Vs", "{card_house}"),
+        ),
+    ),
     "statics": Table(
         "statics",
         "costs",

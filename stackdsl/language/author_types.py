@@ -173,7 +173,7 @@ Text = Annotated[str, Field(min_length=1, max_length=2000)]
 
 # --- systems ----------------------------------------------------------------------------------------------------------
 
-System: TypeAlias = Literal["exact", "thesis", "tuned", "stock"]
+System: TypeAlias = Literal["exact", "thesis", "tuned", "stock", "modified"]
 SYSTEMS: Final[tuple[System, ...]] = get_args(System)
 PROVING: Final[tuple[System, ...]] = ("exact",)  # those that know what statics says
 

@@ -10,6 +10,7 @@ from typing import Self
 from stability.engines.mujoco.mujoco_settings import MuJoCoSettings
 from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stability.engines.settings import EngineSettings
+from stackdsl.systems.modification import AS_WRITTEN, Modification
 
 
 class Method(Enum):
@@ -27,6 +28,7 @@ class System:
     summary: str
     engine: EngineSettings
     method: Method | None  # None: no extension, the engine holds everything
+    modification: Modification = AS_WRITTEN  # of every scene, before it is played
 
     @property
     def extension(self) -> bool:
@@ -51,6 +53,9 @@ STOCK = PyBulletSettings(
     angular_damping=0.04,
     residual_threshold=1e-7,
 )
+
+# `modified`: the constants that the publication gave up for its second system (docs/decisions/0031).
+MODIFIED = Modification(gravity=1.0, friction=1.5)
 
 # `thesis`: what stands is held by the extension, as published, and what it lets go is stepped by boxes of true size.
 HELD = PyBulletSettings(
@@ -131,5 +136,6 @@ SYSTEMS = {
         ),
         System("tuned", "PyBullet with the settings that stack best", TUNED, method=None),
         System("stock", "PyBullet as it comes", STOCK, method=None),
+        System("modified", "PyBullet as it comes, in weak gravity and with rough bricks", STOCK, None, MODIFIED),
     )
 }
