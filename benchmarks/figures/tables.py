@@ -38,6 +38,17 @@ TABLES: Mapping[str, Table] = {
             Column("times faster than `tuned`, for a simulated second", "{times_faster:sig2}"),
         ),
     ),
+    "published-falls": Table(
+        "published-falls",
+        "runs",
+        (
+            Column("", "{row}"),
+            Column("slant tower: falls at level", "{slant_level}"),
+            Column("slant tower: sideways, mm", "{slant_sideways_mm:.1f}"),
+            Column("leaning structure: falls at level", "{leaning_level}"),
+            Column("leaning structure: sideways, mm", "{leaning_sideways_mm:.1f}"),
+        ),
+    ),
     "modified": Table(
         "modified",
         "scenes",

@@ -113,7 +113,7 @@ def test_an_unknown_system_is_told_with_what_there_is(beside: Played, tmp_path: 
     assert told.code == 4
     assert told.err.endswith(
         "'exmaple' is not one of 'exact', 'thesis', 'tuned', 'stock', 'modified', 'mujoco', 'mujoco-stiff', "
-        "'mujoco-exact', 'sapien', 'example'\n"
+        "'mujoco-exact', 'mujoco-thesis', 'sapien', 'sapien-thesis', 'example'\n"
     )
 
 
