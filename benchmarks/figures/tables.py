@@ -49,6 +49,18 @@ TABLES: Mapping[str, Table] = {
             Column("leaning structure: sideways, mm", "{leaning_sideways_mm:.1f}"),
         ),
     ),
+    "readings": Table(
+        "readings",
+        "scenes",
+        (
+            Column("", "{row}"),
+            Column("four-stack, 30 levels", "{four_stack}"),
+            Column("slant tower", "{slant}"),
+            Column("leaning structure", "{leaning}"),
+            Column("card house of 3, 2, 1 Vs, friction 0.5", "{card_house}"),
+            Column("it stands from friction", "{card_house_friction:.3f}"),
+        ),
+    ),
     "modified": Table(
         "modified",
         "scenes",

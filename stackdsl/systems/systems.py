@@ -10,6 +10,7 @@ from typing import Self
 from stability.engines.mujoco.mujoco_settings import MuJoCoSettings
 from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stability.engines.settings import EngineSettings
+from stability.published.readings import AS_READ, Readings
 from stackdsl.systems.modification import AS_WRITTEN, Modification
 
 
@@ -29,6 +30,7 @@ class System:
     engine: EngineSettings
     method: Method | None  # None: no extension, the engine holds everything
     modification: Modification = AS_WRITTEN  # of every scene, before it is played
+    readings: Readings = AS_READ  # of what the published method leaves open
 
     @property
     def extension(self) -> bool:

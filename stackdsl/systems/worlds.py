@@ -83,6 +83,7 @@ def extension_for(timeline: Timeline, system: System, world: World) -> Extension
                 friction=scene.friction,
                 planes=scene.planes,
                 gravity=scene.gravity,
+                readings=system.readings,
             )
         case None:
             return None
