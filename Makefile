@@ -79,6 +79,7 @@ figures: $(READY) ## measure what takes minutes, and write the figures of README
 	for name in $(MEASURED); do $(BIN)/python -m benchmarks.$$name --write || exit; done
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --editable '.[mujoco,sapien,cra]'
 	$(BIN)/python -m benchmarks.published_falls --write
+	$(BIN)/python -m benchmarks.sway --write
 	$(BIN)/python -m benchmarks.against_compas --write
 	$(BIN)/python -m benchmarks.figures.picture
 

@@ -61,6 +61,16 @@ TABLES: Mapping[str, Table] = {
             Column("it stands from friction", "{card_house_friction:.3f}"),
         ),
     ),
+    "sway": Table(
+        "sway",
+        "systems",
+        (
+            Column("system", "{row}"),
+            *(Column(f"sway at {n} levels, mm", f"{{levels_{n}_mm:.4f}}") for n in (2, 4, 6)),
+            Column("how often a second, at 6", "{frequency_hz:.1f}"),
+            Column("deepest, mm", "{depth_mm:.4f}"),
+        ),
+    ),
     "modified": Table(
         "modified",
         "scenes",

@@ -276,6 +276,8 @@ class _Run:
             onset=self.measures.onset.onset,
             wrong_edges=self.edges.wrong(),
             shift_before=self.shift_before,
+            sway=self.measures.sway.sway if self.measures.sway is not None else None,
+            penetration=self.measures.overlap.penetration if self.measures.overlap is not None else None,
             landing=self.measures.landing([n for n, track in tracks.items() if track.state is BrickState.FALLEN]),
         )
 
