@@ -5,13 +5,15 @@ Where PyBullet is not installed, MuJoCo stands in for it in what the extension h
 
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 from stability.engines.mujoco.mujoco_settings import MuJoCoSettings
 from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stability.engines.settings import EngineSettings
-from stability.published.readings import AS_READ, Readings
 from stackdsl.systems.modification import AS_WRITTEN, Modification
+
+if TYPE_CHECKING:
+    from stability.published.readings import Readings  # no start pays for the published method
 
 
 class Method(Enum):
@@ -30,7 +32,7 @@ class System:
     engine: EngineSettings
     method: Method | None  # None: no extension, the engine holds everything
     modification: Modification = AS_WRITTEN  # of every scene, before it is played
-    readings: Readings = AS_READ  # of what the published method leaves open
+    readings: "Readings | None" = None  # of what the published method leaves open; None: ours
 
     @property
     def extension(self) -> bool:

@@ -74,6 +74,7 @@ def extension_for(timeline: Timeline, system: System, world: World) -> Extension
                 world, scene.planes, scene.friction, scene.gravity, limits, guard=False, joiner=world
             )
         case Method.PUBLISHED:
+            from stability.published.readings import AS_READ  # noqa: PLC0415 -- likewise
             from stability.published.stack_stability import StackStability  # noqa: PLC0415 -- likewise
 
             return StackStability(
@@ -83,7 +84,7 @@ def extension_for(timeline: Timeline, system: System, world: World) -> Extension
                 friction=scene.friction,
                 planes=scene.planes,
                 gravity=scene.gravity,
-                readings=system.readings,
+                readings=system.readings or AS_READ,
             )
         case None:
             return None
