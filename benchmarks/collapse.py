@@ -69,7 +69,7 @@ def main() -> None:
         if case.system != "exact":
             continue
         name, last = case.identity.scenario, LAST[case.identity.scenario]
-        tower, taller = (_up_to(case.timeline, last[system]) for system in ("exact", "thesis"))
+        tower, taller = (up_to(case.timeline, last[system]) for system in ("exact", "thesis"))
         table = Table(name, "15 deg ms", "lands ms", "reach mm", "direction deg", "proportions %", "energy %", "wall s")
         due = rigid_time(tower, HALF)
         table.add_row("rigid body (closed form)", f"{1000.0 * due:.1f}", *[""] * 6)
@@ -104,7 +104,7 @@ def _beside(own: Mapping[str, float], due: float, reference: Mapping[str, float]
     }
 
 
-def _up_to(timeline: Timeline, last: BodyId) -> Timeline:
+def up_to(timeline: Timeline, last: BodyId) -> Timeline:
     """The tower as high as it is when it falls, set down at once."""
     names = [placed.brick.id for placed in timeline.placements]
     kept = timeline.placements[: names.index(last) + 1]
@@ -123,7 +123,16 @@ def motion_of(timeline: Timeline) -> tuple[Problem, Motion]:
 
 def fall(timeline: Timeline, system: System) -> Fall:
     """Let a tower fall on a system."""
-    scene, started = timeline.world, perf_counter()
+    started = perf_counter()
+    seen = seen_falling(timeline, system)
+    return _summed_up(timeline, seen, perf_counter() - started)
+
+
+def seen_falling(
+    timeline: Timeline, system: System, followed: float = FOLLOWED
+) -> Sequence[Mapping[BodyId, BodyState]]:
+    """All bricks of a tower that is set down at once, look by look, for so long [s]."""
+    scene = timeline.world
     world = stepped_world(system.engine, scene.gravity, scene.friction, timeline.placements[0].brick.mass)
     for plane in scene.planes:
         world.add_plane(plane)
@@ -133,9 +142,9 @@ def fall(timeline: Timeline, system: System) -> Fall:
     falling = FallingParts(world, scene.planes, scene.friction, scene.gravity)
     if extension is not None:
         _set_down(extension, falling, [placed.brick.id for placed in timeline.placements])
-    seen = list(_stepped(world, extension, falling))
+    seen = _stepped(world, extension, falling, followed)
     world.close()
-    return _summed_up(timeline, seen, perf_counter() - started)
+    return seen
 
 
 def _set_down(extension: Extension, falling: FallingParts, bricks: Sequence[BodyId]) -> None:
@@ -146,11 +155,13 @@ def _set_down(extension: Extension, falling: FallingParts, bricks: Sequence[Body
             falling.woken(extension.awake(), verdict.motion)
 
 
-def _stepped(world: World, extension: Extension | None, falling: FallingParts) -> list[Mapping[BodyId, BodyState]]:
+def _stepped(
+    world: World, extension: Extension | None, falling: FallingParts, followed: float
+) -> list[Mapping[BodyId, BodyState]]:
     every = max(1, round(LOOK / world.settings.time_step))
     bricks = sorted(world.masses())
     seen = [world.states(bricks)]
-    for step in range(round(FOLLOWED / world.settings.time_step)):
+    for step in range(round(followed / world.settings.time_step)):
         if not falling.advance(1):
             world.step()
             if extension is not None:

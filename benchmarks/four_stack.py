@@ -16,7 +16,6 @@ from benchmarks.figures.data import Row, Rows
 from benchmarks.figures.recording import parser, record
 from stackdsl.checking.gathering import gather
 from stackdsl.checking.one_case import play_case
-from stackdsl.systems.systems import SYSTEMS
 from stackdsl.trace import Trace
 
 SCENARIO = Path(__file__).parent.parent / "scenarios" / "four-stack.yaml"
@@ -33,8 +32,8 @@ def main() -> None:
     """Play, print the table, and keep it if asked to."""
     write = parser(__doc__).parse_args().write
     timeline = gather([SCENARIO]).cases[0].timeline
-    jobs = [system for system in SYSTEMS for _ in range(RUNS[system])]
-    traces: dict[str, list[Trace]] = {system: [] for system in SYSTEMS}
+    jobs = [system for system in RUNS for _ in range(RUNS[system])]
+    traces: dict[str, list[Trace]] = {system: [] for system in RUNS}
     for system in track(jobs, "four-stack of 25 levels", console=Console(stderr=True), transient=True):
         traces[system].append(play_case(timeline, system))
     rows = measured(traces)

@@ -93,6 +93,7 @@ class VariantResult:
     truths: tuple[Outcome, ...] = ()  # the same, against the answer known from outside; they inform and never fail
     golden: GoldenResult | None = None
     engine: str = ""  # the package that took the steps; empty if none was taken
+    modified: str = ""  # which constants of the scene are others than its author wrote; empty if none
     message: str = ""  # why it crashed, timed out or was skipped
     mistake: Diagnostic | None = None  # what kept a run that was blocked from going on, and where in the file that is
     refinement: tuple[Change, ...] | None = None  # beside the refined run; None if that was not asked for

@@ -102,6 +102,7 @@ class Timeline:
     watched: bool = True
     margins: tuple[str, ...] = ()  # those of the proof that are asked for, such as `tilt`
     closely: bool = False  # whether it is asked how something begins to fall, or where it lands
+    measures: tuple[str, ...] = ()  # what is measured only if it is asked for: `sway`, `penetration`
     aftermath: bool = True  # whether a collapse is followed for a while; if not, a run ends as soon as it is known
 
     @property

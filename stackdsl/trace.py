@@ -169,6 +169,26 @@ class Landing:
 
 
 @dataclass(frozen=True, slots=True)
+class Sway:
+    """The largest swing to and fro of a brick that had come to rest, before anything left its place."""
+
+    amplitude: float  # to either side [m]
+    frequency: float  # [Hz]
+    brick: BodyId
+    time: float  # when it was seen [s]
+
+
+@dataclass(frozen=True, slots=True)
+class Penetration:
+    """The deepest that two bodies were in each other."""
+
+    depth: float  # [m]
+    brick: BodyId
+    other: BodyId  # a brick, the ground or a wall
+    time: float  # when it was seen [s]
+
+
+@dataclass(frozen=True, slots=True)
 class WrongEdges:
     """Bricks that touched edge on edge, under load, and that the engine pushed apart along a wrong normal."""
 
@@ -211,6 +231,8 @@ class Trace:
     energy: Energy | None = None  # None before anything was done
     onset: Onset | None = None  # None where nothing was proven to fall, or fell so, or nobody asked
     landing: Landing | None = None  # None where nothing fell, or nobody asked
+    sway: Sway | None = None  # None where nothing sways, or nobody asked
+    penetration: Penetration | None = None  # None where nothing was placed, or nobody asked
     wrong_edges: WrongEdges | None = None  # None where no contact was seen to have a wrong normal
     shift_before: float = 0.0  # largest of any brick when one was last set down before a collapse, or at all [m]
     numerical: str = ""  # why the collapse is the solver's and none of physics; empty where nothing says so

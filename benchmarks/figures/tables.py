@@ -38,6 +38,50 @@ TABLES: Mapping[str, Table] = {
             Column("times faster than `tuned`, for a simulated second", "{times_faster:sig2}"),
         ),
     ),
+    "published-falls": Table(
+        "published-falls",
+        "runs",
+        (
+            Column("", "{row}"),
+            Column("slant tower: falls at level", "{slant_level}"),
+            Column("slant tower: sideways, mm", "{slant_sideways_mm:.1f}"),
+            Column("leaning structure: falls at level", "{leaning_level}"),
+            Column("leaning structure: sideways, mm", "{leaning_sideways_mm:.1f}"),
+        ),
+    ),
+    "readings": Table(
+        "readings",
+        "scenes",
+        (
+            Column("", "{row}"),
+            Column("four-stack, 30 levels", "{four_stack}"),
+            Column("slant tower", "{slant}"),
+            Column("leaning structure", "{leaning}"),
+            Column("card house of 3, 2, 1 Vs, friction 0.5", "{card_house}"),
+            Column("it stands from friction", "{card_house_friction:.3f}"),
+        ),
+    ),
+    "sway": Table(
+        "sway",
+        "systems",
+        (
+            Column("system", "{row}"),
+            *(Column(f"sway at {n} levels, mm", f"{{levels_{n}_mm:.4f}}") for n in (2, 4, 6)),
+            Column("how often a second, at 6", "{frequency_hz:.1f}"),
+            Column("deepest, mm", "{depth_mm:.4f}"),
+        ),
+    ),
+    "modified": Table(
+        "modified",
+        "scenes",
+        (
+            Column("", "{row}"),
+            Column("four-stack, 30 levels", "{four_stack}"),
+            Column("largest drift before", "{four_stack_drift_mm:.1f} mm"),
+            Column("slant tower", "{slant_tower}"),
+            Column("card house of 3, 2, 1 Vs", "{card_house}"),
+        ),
+    ),
     "statics": Table(
         "statics",
         "costs",

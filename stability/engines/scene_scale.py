@@ -5,7 +5,7 @@ Masses, and friction, change nothing of it.
 """
 
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from math import floor, log2, sqrt
 from typing import Self
 
@@ -34,6 +34,10 @@ class SceneScale:
         sides = [brick.shape.least_thickness / USUAL_SIDE for brick in bricks]
         diagonals = sorted(2.0 * brick.shape.bounding_radius / USUAL_DIAGONAL for brick in bricks)
         return cls(gravity, min(sides), max(sides), diagonals[-1], diagonals[(len(diagonals) - 1) // 2])
+
+    def resized(self, factor: float) -> Self:
+        """That of the same scene with all lengths, and gravity in the same unit, so many times as large."""
+        return type(self)(*(factor * each for each in astuple(self)))
 
     def times(self, lengths: float) -> float:
         """How many times longer all takes than in the usual scene, where lengths are so many times larger."""

@@ -20,6 +20,7 @@ from stability.geometry.vectors import dot
 from stability.graph import from_the_top, with_all_above
 from stability.model import BodyId, Vec3
 from stability.published.leaning import LeaningBrick, height
+from stability.published.readings import AS_READ, Readings
 from stability.published.support import Load, StackedBrick, shares
 
 MILLI = 1e-3
@@ -52,15 +53,16 @@ def energy_of_push(mass: float, impulse_W: Vec3) -> float:
     return 0.5 * dot(impulse_W, impulse_W) / mass
 
 
-def energy_of_load(
+def energy_of_load(  # noqa: PLR0913, PLR0917 -- what the method knows of a stack, and how it is read
     brick: BodyId,
     stack: Mapping[BodyId, StackedBrick],
     loads: Mapping[BodyId, Load],
     leaning: LeaningBrick | None,
     gravity: float,
+    readings: Readings = AS_READ,
 ) -> float:
     """The potential energy of a brick of the stack and of what it carries, over what it stands on [J]."""
-    lever = height_above(brick, stack, loads) - footing(stack[brick], leaning)
+    lever = height_above(brick, stack, loads, readings) - footing(stack[brick], leaning)
     return loads[brick].mass * gravity * lever
 
 
@@ -71,14 +73,19 @@ def footing(brick: StackedBrick, leaning: LeaningBrick | None) -> float:
     return height([point for area in brick.areas for point in area.points_W])
 
 
-def height_above(brick: BodyId, stack: Mapping[BodyId, StackedBrick], loads: Mapping[BodyId, Load]) -> float:
+def height_above(
+    brick: BodyId,
+    stack: Mapping[BodyId, StackedBrick],
+    loads: Mapping[BodyId, Load],
+    readings: Readings = AS_READ,
+) -> float:
     """The height of com above of one brick [m]: Eq. 1 upright, with the shares that the plan gives."""
     rests_on = {name: other.rests_on for name, other in stack.items()}
     above = with_all_above(rests_on, [brick])
     moments = {name: stack[name].mass * stack[name].com_W[2] for name in above}  # [kg m]
     for name in from_the_top({name: rests_on[name] for name in above}):
         upright = moments[name] / loads[name].mass
-        for share in shares(loads[name], stack[name].areas):
+        for share in shares(loads[name], stack[name].areas, readings):
             if share.on in moments:
                 moments[share.on] += share.mass * upright
     return moments[brick] / loads[brick].mass

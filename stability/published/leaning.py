@@ -18,11 +18,12 @@ docs/decisions/0009 says how the text was read where it leaves something open.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations_with_replacement, pairwise
-from math import dist
+from math import dist, hypot
 
 from stability.geometry.separating_axes import PARALLEL
 from stability.geometry.vectors import add_scaled, cross, dot, norm, scale, subtract
 from stability.model import BodyId, Vec3
+from stability.published.readings import AS_READ, Closest, Readings, Square
 from stability.published.support import Load
 from stability.statics.facts import ZERO
 
@@ -96,15 +97,15 @@ def leaning_brick(areas: Sequence[LeaningArea], smallest_side: float) -> Leaning
     return LeaningBrick(lower, upper)
 
 
-def holds(brick: LeaningBrick, load: Load) -> bool:
+def holds(brick: LeaningBrick, load: Load, readings: Readings = AS_READ) -> bool:
     """Section 3.4.3: is a leaning brick stable under what it carries, itself included?"""
-    forces = leaning_forces(brick, load)
+    forces = leaning_forces(brick, load, readings)
     return forces is not None and forces.hold
 
 
-def leaning_forces(brick: LeaningBrick, load: Load) -> LeaningForces | None:
+def leaning_forces(brick: LeaningBrick, load: Load, readings: Readings = AS_READ) -> LeaningForces | None:
     """The forces of section 3.4.3; None if the upper contact lies on the axis about which the weight turns."""
-    pressing = _force_on_contact(brick, load)
+    pressing = _force_on_contact(brick, load, readings)
     if pressing is None:
         return None
     weight = (0.0, 0.0, -load.mass)
@@ -124,22 +125,38 @@ def leaning_forces(brick: LeaningBrick, load: Load) -> LeaningForces | None:
     )
 
 
-def failing_leaning(bricks: Mapping[BodyId, LeaningBrick], loads: Mapping[BodyId, Load]) -> tuple[BodyId, ...]:
+def failing_leaning(
+    bricks: Mapping[BodyId, LeaningBrick], loads: Mapping[BodyId, Load], readings: Readings = AS_READ
+) -> tuple[BodyId, ...]:
     """The stack test of leaning bricks: every one that no longer holds what it carries, by name."""
-    return tuple(name for name in sorted(bricks) if not holds(bricks[name], loads[name]))
+    return tuple(name for name in sorted(bricks) if not holds(bricks[name], loads[name], readings))
 
 
-def _force_on_contact(brick: LeaningBrick, load: Load) -> Vec3 | None:
+def _force_on_contact(brick: LeaningBrick, load: Load, readings: Readings) -> Vec3 | None:
     """What the torque of the weight about the pivot presses with on the upper contact."""
     x, y = load.com
-    pivot = _nearest_in_plan(brick.pivot.points_W, (x, y))
+    pivot = _nearest_in_plan(brick.pivot.points_W, (x, y), readings.leaning_pivot)
     # The weight is vertical, so the height of the centre of mass is in no torque.
     torque = cross(subtract((x, y, 0.0), pivot), (0.0, 0.0, -load.mass))  # Eq. 4
     lever = subtract(_centre(brick.contact.points_W), pivot)
     across = cross(torque, lever)
     if norm(across) <= PARALLEL * norm(torque) * norm(lever):
         return None if norm(torque) > 0.0 else ZERO
-    return scale(norm(torque) / norm(lever), _direction(across))  # Eq. 7: the force is square to its lever
+    effective = _effective(lever, brick.contact.normal_W, readings.leaning_angle)
+    if effective <= PARALLEL * norm(lever):
+        return None if norm(torque) > 0.0 else ZERO
+    return scale(norm(torque) / effective, _direction(across))  # Eq. 7
+
+
+def _effective(lever: Vec3, normal_W: Vec3, angle: Square) -> float:
+    """The length of a lever times the sine of Eq. 7 [m]."""
+    match angle:
+        case Square.FORCE:
+            return norm(lever)
+        case Square.GRAVITY:
+            return hypot(lever[0], lever[1])
+        case Square.NORMAL:
+            return norm(cross(lever, normal_W))
 
 
 def _along(force: Vec3, normal_W: Vec3) -> Vec3:
@@ -152,9 +169,11 @@ def _direction(vector: Vec3) -> Vec3:
     return scale(1.0 / length, vector) if length > 0.0 else ZERO
 
 
-def _nearest_in_plan(points_W: Sequence[Vec3], com: tuple[float, float]) -> Vec3:
-    """The point of an area that is closest to the centre of mass, seen from above."""
-    candidates = [_nearest_on_line(a, b, com) for a, b in combinations_with_replacement(points_W, 2)]
+def _nearest_in_plan(points_W: Sequence[Vec3], com: tuple[float, float], closest: Closest) -> Vec3:
+    """The point, or the corner, of an area that is closest to the centre of mass, seen from above."""
+    corners = closest is Closest.CORNER
+    pairs = zip(points_W, points_W, strict=True) if corners else combinations_with_replacement(points_W, 2)
+    candidates = [_nearest_on_line(a, b, com) for a, b in pairs]
     return min(candidates, key=lambda point: (dist(point[:2], com), point))
 
 

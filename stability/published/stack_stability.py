@@ -16,6 +16,7 @@ from stability.published.direct_hits import DirectHits
 from stability.published.impacts import Impact, energy_of_flight, energy_of_load, energy_of_push
 from stability.published.leaning import LeaningBrick, differ_in_height, failing_leaning, holds, leaning_brick
 from stability.published.leaning_contacts import Friction, smallest_side, touching_areas
+from stability.published.readings import AS_READ, Readings
 from stability.published.resting import ContactLimits, resting_points
 from stability.published.support import Load, StackedBrick, failing, lies_above, loads_above, shares, tipping_margin
 from stability.statics.facts import Verdict
@@ -42,6 +43,7 @@ class StackStability:
     friction: float = 0.5
     planes: Sequence[Plane] = ()
     gravity: float = EARTH  # [m/s2]; for impacts only
+    readings: Readings = AS_READ  # of what the published text leaves open
     stack: dict[BodyId, StackedBrick] = field(default_factory=dict, init=False)
     leaning: dict[BodyId, LeaningBrick] = field(default_factory=dict, init=False)  # those of the stack that lean
     loads: dict[BodyId, Load] = field(default_factory=dict, init=False)
@@ -80,7 +82,7 @@ class StackStability:
 
     def _shares(self, brick: BodyId) -> Mapping[BodyId, float]:
         load = self.loads[brick]
-        given = {share.on: share.mass / load.mass for share in shares(load, self.stack[brick].areas)}
+        given = {share.on: share.mass / load.mass for share in shares(load, self.stack[brick].areas, self.readings)}
         return {on: given.get(on, 0.0) for on in sorted(self._held_by(brick))}
 
     def _held_by(self, brick: BodyId) -> tuple[BodyId, ...]:
@@ -145,7 +147,7 @@ class StackStability:
         return self._wake(sorted(blows)), "; ".join(blows[brick] for brick in sorted(blows))
 
     def _energy_of_load(self, brick: BodyId) -> float:
-        return energy_of_load(brick, self.stack, self.loads, self.leaning.get(brick), self.gravity)
+        return energy_of_load(brick, self.stack, self.loads, self.leaning.get(brick), self.gravity, self.readings)
 
     def wake(self, bricks: Iterable[BodyId]) -> tuple[BodyId, ...]:
         """Give these bricks and all that rests on them back to the engine (section 3.3.7); returns those woken."""
@@ -156,8 +158,9 @@ class StackStability:
         all_failed: tuple[BodyId, ...] = ()
         all_woken: tuple[BodyId, ...] = ()
         while True:
-            self.loads = loads_above(self.stack)
-            failed = failing(self.stack, self.loads) + failing_leaning(self.leaning, self.loads)
+            self.loads = loads_above(self.stack, self.readings)
+            leaning = failing_leaning(self.leaning, self.loads, self.readings)
+            failed = failing(self.stack, self.loads) + leaning
             if not failed:
                 return all_failed, all_woken
             all_failed += failed
@@ -222,7 +225,8 @@ class StackStability:
         if all(area.on in states for area in slow):
             return None
         leaning = leaning_brick(slow, side)
-        return leaning if leaning and holds(leaning, Load(tested.mass, tested.com_W[:2])) else None
+        own = Load(tested.mass, tested.com_W[:2])
+        return leaning if leaning and holds(leaning, own, self.readings) else None
 
     def _freeze(self, added: Collection[tuple[StackedBrick, LeaningBrick | None]]) -> None:
         for brick, leaning in added:

@@ -12,12 +12,13 @@ Source: the stack-stability thesis, sections 3.3.4 to 3.3.6; equation numbers be
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import dist
 
 from stability.geometry.plan import Point2, Polygon, signed_distance
 from stability.graph import from_the_top
 from stability.model import BodyId, Vec3
 from stability.published.contact_areas import ContactArea
+from stability.published.merging import Share, acts_at, shares_of_two
+from stability.published.readings import AS_READ, Readings
 
 ON_THE_BORDER = 1e-9  # [m] a centre of mass this close outside still counts as above: the limit itself is neutral
 
@@ -53,21 +54,12 @@ class Load:
         return Load(total, (x, y))
 
 
-@dataclass(frozen=True, slots=True)
-class Share:
-    """Part of a load that goes to one support."""
-
-    on: BodyId
-    mass: float  # equivalent mass [kg], Eq. 9
-    at: Point2  # where it acts, in plan [m]
-
-
 def lies_above(com: Point2, contact: Polygon) -> bool:
     """Section 3.3.4: does a ray from the centre of mass straight down hit the contact?"""
     return signed_distance(com, contact) >= -ON_THE_BORDER
 
 
-def shares(load: Load, areas: tuple[ContactArea, ...]) -> tuple[Share, ...]:
+def shares(load: Load, areas: tuple[ContactArea, ...], readings: Readings = AS_READ) -> tuple[Share, ...]:
     """How a load is distributed over the supports: single branch, or one of the three merge cases of section 3.3.6.
 
     A brick that leans has no areas of this kind, and passes nothing on.
@@ -78,27 +70,16 @@ def shares(load: Load, areas: tuple[ContactArea, ...]) -> tuple[Share, ...]:
     if lies_above(load.com, deepest.polygon):
         return (Share(deepest.on, load.mass, load.com),)
     if len(areas) > 2:  # noqa: PLR2004 -- merge case 2
-        return tuple(Share(area.on, load.mass / len(areas), area.centre) for area in areas)
+        return tuple(Share(area.on, load.mass / len(areas), acts_at(area, load.com, readings)) for area in areas)
     one, other = areas
-    return (_lever_share(load, one, other), _lever_share(load, other, one))
+    return tuple(shares_of_two(load.mass, load.com, one, other, readings))
 
 
-def _lever_share(load: Load, area: ContactArea, other: ContactArea) -> Share:
-    """Merge case 3, Eq. 3 to 9: the force on `area` that balances the load's torque about a pivot on `other`.
-
-    |torque| / (|lever| sin theta) with gravity vertical leaves horizontal distances only. The force acts at the centre
-    of the contact area (Eq. 6), so that is where the equivalent mass is put; see docs/decisions on why not elsewhere.
-    """
-    pivot = min(((x, y) for x, y, _ in other.points_W), key=lambda point: (dist(point, load.com), point))
-    equivalent_mass = load.mass * dist(load.com, pivot) / dist(area.centre, pivot)
-    return Share(area.on, equivalent_mass, area.centre)
-
-
-def loads_above(stack: Mapping[BodyId, StackedBrick]) -> dict[BodyId, Load]:
+def loads_above(stack: Mapping[BodyId, StackedBrick], readings: Readings = AS_READ) -> dict[BodyId, Load]:
     """Mass above and com above of every brick, from the top down (single, split and merge branches alike)."""
     loads = {name: Load(brick.mass, (brick.com_W[0], brick.com_W[1])) for name, brick in stack.items()}
     for name in from_the_top({name: brick.rests_on for name, brick in stack.items()}):
-        for share in shares(loads[name], stack[name].areas):
+        for share in shares(loads[name], stack[name].areas, readings):
             if share.on in loads:
                 loads[share.on] = loads[share.on].plus(share.mass, share.at)
     return loads

@@ -9,6 +9,7 @@ from stackdsl.bench.assessors.assessment import Assessment, Assessor, Setting, a
 from stackdsl.bench.assessors.compas import ASSESSORS
 from stackdsl.judging.numerical import with_numerical_collapse
 from stackdsl.systems.known_systems import KNOWN, system_named
+from stackdsl.systems.modification import as_played
 from stackdsl.systems.systems import System
 from stackdsl.systems.worlds import settings_for
 from stackdsl.timeline import Timeline
@@ -63,7 +64,9 @@ class Player:
 
     def settings(self, timeline: Timeline, factor: float) -> Mapping[str, Setting]:
         """Of its engine, in this scene."""
-        return asdict(settings_for(timeline, self.system.at_step(factor)))
+        modification = self.system.modification
+        settings = asdict(settings_for(as_played(timeline, modification), self.system.at_step(factor)))
+        return settings | ({"modified": modification.summary} if modification.summary else {})
 
     def refusal(self, timeline: Timeline) -> str:
         """None."""

@@ -8,6 +8,7 @@ from stackdsl.judging.numerical import Refinement, held_against_refined, with_nu
 from stackdsl.playing.clearance import Blocked, BlockedPlacementError
 from stackdsl.playing.runner import play
 from stackdsl.systems.known_systems import system_named
+from stackdsl.systems.modification import as_played
 from stackdsl.timeline import Timeline
 from stackdsl.trace import Event, Trace
 
@@ -42,4 +43,5 @@ def play_refined(timeline: Timeline, name: str) -> Refinement:
         fine = play(timeline, system)
     except BlockedPlacementError as error:
         raise BlockedPlacementError(replace(error.blocked, refined=True)) from error
-    return held_against_refined(trace, with_numerical_collapse(fine, timeline, system), timeline)
+    fine = with_numerical_collapse(fine, timeline, system)
+    return held_against_refined(trace, fine, as_played(timeline, system.modification))

@@ -16,6 +16,7 @@ from stackdsl.snapshots.record import Snapshot
 from stackdsl.snapshots.snapshot import take
 from stackdsl.snapshots.stamp import current_stamp
 from stackdsl.systems.known_systems import system_named
+from stackdsl.systems.modification import as_played
 from stackdsl.systems.systems import SYSTEMS
 from stackdsl.trace import Trace
 from stackdsl.wording import mm
@@ -96,6 +97,7 @@ def judged(case: Case, trace: Trace) -> VariantResult:
         collapse=trace.collapse,
         drift=trace.drift,
         engine=system_named(case.system).engine.package.name if trace.cost.steps else "",
+        modified=system_named(case.system).modification.summary,
         cost=trace.cost,
         outcomes=judge(trace, case.scenario, case.variant, case.source, case.system),
         truths=compare_with_truth(trace, case.scenario, case.variant, case.source),
@@ -106,4 +108,5 @@ def snapshot_of(case: Case, trace: Trace) -> Snapshot:
     """What is locked of a run. Only what a model has proven or computed is locked to the millimetre."""
     system = system_named(case.system)
     stamp = current_stamp(system.engine.package.name, trace.cost.steps)
-    return take(trace, case.timeline.world, case.identity, stamp, modelled=system.extension)
+    world = as_played(case.timeline, system.modification).world
+    return take(trace, world, case.identity, stamp, modelled=system.extension)

@@ -15,6 +15,7 @@ class Asked:
     watched: bool  # anything that only motion shows
     margins: tuple[str, ...]  # of the proof, such as `tilt`
     closely: bool  # how something begins to fall, or where it lands
+    measures: tuple[str, ...]  # what is measured only if it is asked for, such as `sway`
 
 
 def asked_of(scenario: Scenario) -> Asked:
@@ -25,4 +26,5 @@ def asked_of(scenario: Scenario) -> Asked:
         watched=not scenario.expect or not all(claim.needs_statics for claim in claims),
         margins=tuple(sorted({margin for claim in claims for margin in claim.needed_margins})),
         closely=any(claim.needs_close_looks for claim in claims),
+        measures=tuple(sorted({measure for claim in claims for measure in claim.needed_measures})),
     )

@@ -93,6 +93,7 @@ def _timeline(built: Built, impacts: Iterable[tuple[Moment, Action]], scenario: 
         hold=asked.hold,
         watched=asked.watched,
         margins=asked.margins,
+        measures=asked.measures,
         closely=asked.closely,
     )
 

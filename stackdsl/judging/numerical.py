@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 from stability.statics.facts import Stability
 from stackdsl.observations import Change, changes, observations
+from stackdsl.systems.modification import as_played
 from stackdsl.systems.systems import Method, System
 from stackdsl.timeline import Timeline
 from stackdsl.trace import Collapse, Trace
@@ -20,12 +21,15 @@ class Refinement:
 
 
 def with_numerical_collapse(trace: Trace, timeline: Timeline, system: System) -> Trace:
-    """The trace, its collapse marked where statics disprove it; what `exact` lets fall is proven to."""
+    """The trace, its collapse marked where statics of the scene as it is played disprove it.
+
+    What `exact` lets fall is proven to.
+    """
     if trace.collapse is None or system.method is Method.PROVEN:
         return trace
     from stackdsl.judging.proofs import held_against_statics  # noqa: PLC0415 -- statics brings numpy
 
-    return held_against_statics(trace, timeline)
+    return held_against_statics(trace, as_played(timeline, system.modification))
 
 
 def held_against_refined(trace: Trace, fine: Trace, timeline: Timeline) -> Refinement:

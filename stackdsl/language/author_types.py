@@ -23,6 +23,7 @@ from stackdsl.language.quantities import (
     DENSITY,
     DURATION,
     EXTENT,
+    FREQUENCY,
     IMPULSE,
     LENGTH,
     LEVEL,
@@ -107,6 +108,7 @@ ShareOfLimit = Annotated[float, _quantity(replace(SHARE, most=2.0))]  # may go b
 
 LengthTolerance = Annotated[Tolerance, _tolerance(EXTENT, "200 mm ± 1 mm")]
 LengthLowerBound = Annotated[Tolerance, _tolerance(EXTENT, "> 5 mm", parse_lower_bound)]
+FrequencyTolerance = Annotated[Tolerance, _tolerance(FREQUENCY, ">= 2 Hz")]
 DurationTolerance = Annotated[Tolerance, _tolerance(DURATION, "5 s .. 7 s")]
 CountTolerance = Annotated[Tolerance, _tolerance(COUNT, "<= 2")]
 LevelTolerance = Annotated[Tolerance, _tolerance(LEVEL, "level 9 ± 1")]
@@ -173,7 +175,7 @@ Text = Annotated[str, Field(min_length=1, max_length=2000)]
 
 # --- systems ----------------------------------------------------------------------------------------------------------
 
-System: TypeAlias = Literal["exact", "thesis", "tuned", "stock"]
+System: TypeAlias = Literal["exact", "thesis", "tuned", "stock", "modified"]
 SYSTEMS: Final[tuple[System, ...]] = get_args(System)
 PROVING: Final[tuple[System, ...]] = ("exact",)  # those that know what statics says
 

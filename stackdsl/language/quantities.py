@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 # What pint is told, and nothing more: no prefixes, no long names.
 UNITS: Final[Mapping[str, str]] = {
     **{"m": "[length]", "mm": "0.001 * m", "cm": "0.01 * m", "km": "1000 * m"},
-    **{"s": "[time]", "ms": "0.001 * s", "min": "60 * s"},
+    **{"s": "[time]", "ms": "0.001 * s", "min": "60 * s", "Hz": "1 / s"},
     **{"kg": "[mass]", "g": "0.001 * kg"},
     # An angle is not a number here, so `sin(0.5)` and `tilt: 50 %` are mistakes that can be told.
     **{"rad": "[angle]", "deg": "3.14159265358979323846264338327950288 / 180 * rad"},
@@ -34,7 +34,7 @@ UNITS: Final[Mapping[str, str]] = {
 # How many SI base units each is. Pint says the same (a test asks it), but takes longer to import than most checks take.
 _IN_SI: Final[Mapping[str, Fraction]] = {
     **{"m": Fraction(1), "mm": Fraction(1, 1000), "cm": Fraction(1, 100), "km": Fraction(1000)},
-    **{"s": Fraction(1), "ms": Fraction(1, 1000), "min": Fraction(60)},
+    **{"s": Fraction(1), "ms": Fraction(1, 1000), "min": Fraction(60), "Hz": Fraction(1)},
     **{"kg": Fraction(1), "g": Fraction(1, 1000)},
     **{"rad": Fraction(1), "deg": Fraction("3.14159265358979323846264338327950288") / 180},
     **{
@@ -84,6 +84,7 @@ LENGTH: Final = Dimension("a length", ("mm", "cm", "m", "km"), "13.5 mm", -1e4, 
 EXTENT: Final = replace(LENGTH, least=0.0)
 SIDE: Final = replace(LENGTH, least=1e-9, positive=True)  # the least that statics tells from nothing
 DURATION: Final = Dimension("a duration", ("ms", "s", "min"), "1.5 s", 0.0, 86_400.0)
+FREQUENCY: Final = Dimension("a frequency", ("Hz",), "5 Hz", 0.0, 1e6)
 ANGLE: Final = Dimension("an angle", ("deg", "rad"), "30 deg", -_degrees(36_000), _degrees(36_000))
 SLOPE: Final = replace(ANGLE, least=0.0, most=_degrees(90))
 DENSITY: Final = Dimension("a density", ("kg/m3", "g/cm3"), "557 kg/m3", 0.0, 1e6, positive=True)

@@ -10,6 +10,8 @@ from stability.statics.facts import Verdict
 from stackdsl.playing.energy import EnergyMeter
 from stackdsl.playing.landing import LandingWatch
 from stackdsl.playing.onset import OnsetWatch
+from stackdsl.playing.overlap import OverlapMeter
+from stackdsl.playing.sway import SwayMeter
 from stackdsl.playing.watch import NOT_MOVING, Watch
 from stackdsl.timeline import Placement, Timeline
 from stackdsl.trace import Landing
@@ -24,12 +26,18 @@ class Measures:
     energy: EnergyMeter = field(init=False)
     onset: OnsetWatch = field(default_factory=OnsetWatch)
     _landing: LandingWatch = field(init=False)
+    sway: SwayMeter | None = None  # None unless it is asked for
+    overlap: OverlapMeter | None = None  # likewise
 
     def __post_init__(self) -> None:
         gravity = self.timeline.world.gravity
         self.watch = Watch(not_moving=NOT_MOVING.scaled(lengths=1.0, times=sqrt(USUAL_GRAVITY / gravity)))
         self.energy = EnergyMeter(gravity, self.timeline.world.planes[0])
         self._landing = LandingWatch(self.watch)
+        if "sway" in self.timeline.measures:
+            self.sway = SwayMeter(self.watch)
+        if "penetration" in self.timeline.measures:
+            self.overlap = OverlapMeter(self.timeline.world.planes)
 
     @property
     def close(self) -> bool:
@@ -40,12 +48,16 @@ class Measures:
         """A brick has come."""
         self.watch.add(placement)
         self._see({placement.brick.id: BodyState(placement.pose, placement.velocity_W)})
+        if self.overlap is not None:
+            self.overlap.see(placement.time, self.watch.made_of, {placement.brick.id: placement.pose})
 
     def remove(self, bricks: Iterable[BodyId]) -> None:
         """These were pulled out."""
         bricks = tuple(bricks)
         self.watch.remove(bricks)
         self.energy.forget(bricks)
+        if self.overlap is not None:
+            self.overlap.forget(bricks)
 
     def acted(self, states: Mapping[BodyId, BodyState], verdict: Verdict | None) -> None:
         """Something was done, and judged; all that may move is as told."""
@@ -65,6 +77,10 @@ class Measures:
         self.watch.see(time, states)
         self._see(states)
         self.energy.look()
+        if self.sway is not None:
+            self.sway.see(time, states)
+        if self.overlap is not None:
+            self.overlap.see(time, self.watch.made_of, {name: state.pose for name, state in states.items()})
         self.look_closely(time, states)
 
     def look_closely(self, time: float, states: Mapping[BodyId, BodyState]) -> None:

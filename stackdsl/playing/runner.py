@@ -23,6 +23,7 @@ from stackdsl.playing.edges import EdgeWatch
 from stackdsl.playing.event_log import EventLog, OnEvent, edges_of
 from stackdsl.playing.measuring import Measures
 from stackdsl.playing.tracks import tracks_of
+from stackdsl.systems.modification import as_played
 from stackdsl.systems.systems import System
 from stackdsl.systems.worlds import extension_for, load, opened_world
 from stackdsl.timeline import Moment, Placement, Push, Removal, Timeline
@@ -36,6 +37,7 @@ FORCE_WINDOW = 0.25  # [s] at the end over which a bare engine's contact forces 
 def play(timeline: Timeline, system: System, on_event: OnEvent = lambda event: None) -> Trace:
     """Play a timeline on a system, in a world of its own."""
     load(system)
+    timeline = as_played(timeline, system.modification)
     started = perf_counter()
     world = opened_world(timeline, system)
     try:
@@ -274,6 +276,8 @@ class _Run:
             onset=self.measures.onset.onset,
             wrong_edges=self.edges.wrong(),
             shift_before=self.shift_before,
+            sway=self.measures.sway.sway if self.measures.sway is not None else None,
+            penetration=self.measures.overlap.penetration if self.measures.overlap is not None else None,
             landing=self.measures.landing([n for n, track in tracks.items() if track.state is BrickState.FALLEN]),
         )
 

@@ -15,7 +15,9 @@ from stackdsl.checking.gathering import Case
 from stackdsl.compiling.fitting import Fit, Sited, fits
 from stackdsl.judging.margins import margins_of_assembly
 from stackdsl.judging.proofs import Judged, Proofs, proofs_of
+from stackdsl.report.modified_text import modified_text
 from stackdsl.systems.known_systems import system_named
+from stackdsl.systems.modification import as_played
 from stackdsl.systems.systems import Method
 from stackdsl.systems.worlds import settings_for
 from stackdsl.timeline import Arrival, Placement, Push, Removal, Timeline
@@ -195,7 +197,9 @@ def _direction(placement: Placement) -> str:
 def _system(name: str, timeline: Timeline) -> Iterator[str]:
     system = system_named(name)
     yield f"  {name}: {system.summary}"
-    yield f"    {settings_for(timeline, system).summary()}"
+    yield f"    {settings_for(as_played(timeline, system.modification), system).summary()}"
+    if modified := system.modification.summary:
+        yield f"    {modified_text(modified)}"
     if system.method is Method.PROVEN:
         yield "    what statics proves to stand is frozen; there is no engine until something moves"
     elif system.method is Method.PUBLISHED:

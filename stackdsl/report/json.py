@@ -67,6 +67,7 @@ def _result(report: Report, result: VariantResult) -> dict[str, object]:
         "collapse": _collapse(result.collapse) if result.collapse else None,
         "drift_m": _number(result.drift),
         "engine": result.engine or None,
+        "modified": result.modified or None,
         "cost": _cost(result.cost) if result.cost else None,
         "speed_up": _number(report.speed_up(result)),
         "expectations": [_outcome(outcome) for outcome in result.outcomes],

@@ -9,6 +9,7 @@ from stackdsl.report.change_text import change_text
 from stackdsl.report.diagnostic_text import GUTTER, diagnostic_text
 from stackdsl.report.edge_text import wrong_edges_text
 from stackdsl.report.energy_text import energy_text
+from stackdsl.report.modified_text import modified_text
 from stackdsl.report.outcome_text import outcome_text, significant
 
 NOTHING = "-"
@@ -56,6 +57,7 @@ def _blocks(report: Report) -> Iterator[Block]:
     stopped = [result for result in report.results if _stopped(result)]
     yield titled("Did not finish", [f"{r.file}: {r.name}: {r.status}: {r.message}" for r in stopped])
     yield titled("Skipped", list(_skipped(report)))
+    yield titled("Modified scenes", list(_modified(report)))
     yield titled("Numerical collapses", [f"{r.name}: {r.numerical}" for r in report.results if r.numerical])
     gained = [result for result in report.results if result.energy_gained]
     yield titled("Energy from nowhere", [f"{result.name}: {energy_text(result.energy_gained)}" for result in gained])
@@ -102,6 +104,15 @@ def _row(report: Report, result: VariantResult) -> Row:
 
 def _factor(value: float | None) -> str:
     return f"{significant(value)}x" if value is not None else NOTHING
+
+
+def _modified(report: Report) -> Iterator[str]:
+    """One line a modification, with the names of all that were played so."""
+    names: defaultdict[str, list[str]] = defaultdict(list)
+    for result in report.results:
+        if result.modified:
+            names[result.modified].append(result.name)
+    yield from (f"{modified_text(modified)}: {', '.join(played)}" for modified, played in names.items())
 
 
 def _wrong_edges(report: Report) -> Iterator[str]:

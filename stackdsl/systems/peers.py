@@ -33,6 +33,8 @@ PEERS = {
         System("mujoco", "MuJoCo with the settings that stack best", MUJOCO, method=None),
         System("mujoco-stiff", "MuJoCo with stiff contacts", MUJOCO_STIFF, method=None),
         System("mujoco-exact", "exact statics, and MuJoCo for what moves", MUJOCO, Method.PROVEN),
+        System("mujoco-thesis", "MuJoCo with the published stack-stability method", MUJOCO, Method.PUBLISHED),
         System("sapien", "PhysX 5 with the settings that stack best", SAPIEN, method=None),
+        System("sapien-thesis", "PhysX 5 with the published stack-stability method", SAPIEN, Method.PUBLISHED),
     )
 }

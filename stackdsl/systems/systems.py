@@ -5,11 +5,15 @@ Where PyBullet is not installed, MuJoCo stands in for it in what the extension h
 
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 from stability.engines.mujoco.mujoco_settings import MuJoCoSettings
 from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stability.engines.settings import EngineSettings
+from stackdsl.systems.modification import AS_WRITTEN, Modification
+
+if TYPE_CHECKING:
+    from stability.published.readings import Readings  # no start pays for the published method
 
 
 class Method(Enum):
@@ -27,6 +31,8 @@ class System:
     summary: str
     engine: EngineSettings
     method: Method | None  # None: no extension, the engine holds everything
+    modification: Modification = AS_WRITTEN  # of every scene, before it is played
+    readings: "Readings | None" = None  # of what the published method leaves open; None: ours
 
     @property
     def extension(self) -> bool:
@@ -51,6 +57,9 @@ STOCK = PyBulletSettings(
     angular_damping=0.04,
     residual_threshold=1e-7,
 )
+
+# `modified`: the constants that the publication gave up for its second system (docs/decisions/0031).
+MODIFIED = Modification(gravity=1.0, friction=1.5)
 
 # `thesis`: what stands is held by the extension, as published, and what it lets go is stepped by boxes of true size.
 HELD = PyBulletSettings(
@@ -132,5 +141,6 @@ SYSTEMS = {
         ),
         System("tuned", "PyBullet with the settings that stack best", TUNED, method=None),
         System("stock", "PyBullet as it comes", STOCK, method=None),
+        System("modified", "PyBullet as it comes, in weak gravity and with rough bricks", STOCK, None, MODIFIED),
     )
 }

@@ -6,6 +6,7 @@ from stability.engines.lazy_world import RestingWorld
 from stability.engines.near_engine import Opening
 from stability.engines.opening import load_engine, stepped_world
 from stability.engines.protocol import World
+from stability.engines.resized_world import ResizedWorld
 from stability.engines.scene_scale import SceneScale
 from stability.engines.settings import EngineSettings
 from stability.model import Brick
@@ -27,8 +28,8 @@ def rest_limits(timeline: Timeline) -> RestLimits:
 
 
 def settings_for(timeline: Timeline, system: System) -> EngineSettings:
-    """The engine settings of a system, scaled to a timeline as the engine asks for."""
-    return system.engine.scaled(scale_of(timeline))
+    """The engine settings of a system, scaled to a timeline, as it is played, as the engine asks for."""
+    return system.engine.scaled(scale_of(timeline).resized(system.modification.size))
 
 
 def load(system: System) -> None:
@@ -40,20 +41,22 @@ def load(system: System) -> None:
 
 
 def opened_world(timeline: Timeline, system: System) -> World:
-    """An empty world with the planes of the timeline; close it after use."""
-    scene, settings = timeline.world, settings_for(timeline, system)
+    """An empty world with the planes of a timeline, as it is played; close it after use."""
+    scene, settings, size = timeline.world, settings_for(timeline, system), system.modification.size
 
     def engine(settings: EngineSettings, heaviest: float) -> World:
-        return stepped_world(settings, scene.gravity, scene.friction, heaviest)
+        return stepped_world(settings, size * scene.gravity, scene.friction, heaviest)
 
     def settings_of(bricks: Collection[Brick]) -> EngineSettings:
-        return system.engine.scaled(SceneScale.of(bricks, scene.gravity))
+        return system.engine.scaled(SceneScale.of(bricks, size * scene.gravity))
 
     world = (
         RestingWorld(Opening(settings, settings_of, engine))
         if system.method is Method.PROVEN
-        else engine(settings, max(placement.brick.mass for placement in timeline.placements))
+        else engine(settings, size**3 * max(placement.brick.mass for placement in timeline.placements))
     )
+    if size != 1.0:
+        world = ResizedWorld(world, size)
     for plane in scene.planes:
         world.add_plane(plane)
     return world
@@ -71,6 +74,7 @@ def extension_for(timeline: Timeline, system: System, world: World) -> Extension
                 world, scene.planes, scene.friction, scene.gravity, limits, guard=False, joiner=world, presser=world
             )
         case Method.PUBLISHED:
+            from stability.published.readings import AS_READ  # noqa: PLC0415 -- likewise
             from stability.published.stack_stability import StackStability  # noqa: PLC0415 -- likewise
 
             return StackStability(
@@ -80,6 +84,7 @@ def extension_for(timeline: Timeline, system: System, world: World) -> Extension
                 friction=scene.friction,
                 planes=scene.planes,
                 gravity=scene.gravity,
+                readings=system.readings or AS_READ,
             )
         case None:
             return None

@@ -18,3 +18,5 @@ from stackdsl.language.claims import untouched as untouched
 from stackdsl.language.claims import energy_change as energy_change
 from stackdsl.language.claims import verdict as verdict
 from stackdsl.language.claims import margin as margin
+from stackdsl.language.claims import sways as sways
+from stackdsl.language.claims import penetrates as penetrates

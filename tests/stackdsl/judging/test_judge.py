@@ -12,7 +12,7 @@ from stackdsl.judging.judge import compare_with_truth, judge
 from stackdsl.judging.margins import ALL, margins_of
 from stackdsl.outcome import Outcome
 from stackdsl.timeline import World
-from stackdsl.trace import BrickState, BrickTrack, Collapse, Cost, Edge, Energy, Trace
+from stackdsl.trace import BrickState, BrickTrack, Collapse, Cost, Edge, Energy, Penetration, Sway, Trace
 from tests.scenes import compiled, scene
 
 SIZE = (0.1176, 0.0234, 0.0078)  # so that a brick has left its place when it shifted by more than 3.9 mm
@@ -56,6 +56,9 @@ HIT = replace(
         "shot": track("shot", 0, shift=0.2, state=BrickState.THROWN),
     },
     energy=Energy(start=1.0, most=1.001, above_ground=0.5),
+)
+SWAYING = replace(
+    STANDING, sway=Sway(4e-4, 5.0, "L3.1", time=2.0), penetration=Penetration(1.2e-4, "L2.1", "L1.1", time=1.0)
 )
 PULLED_OUT = replace(
     STANDING,
@@ -104,6 +107,15 @@ def outcome(claim: str, trace: Trace) -> Outcome:
         ("untouched: {except: [L2.1, L3.1]}", HIT, True, inf, ""),
         ("energy: {gain: <= 1 %}", HIT, True, 0.8, "%"),  # 1 mJ of 0.5 J are 0.2 %
         ("energy: {gain: < 0.1 %}", HIT, False, -0.1, "%"),
+        ("sway: {amplitude: <= 0.5 mm}", SWAYING, True, 0.1, "mm"),
+        ("sway: {amplitude: <= 0.3 mm}", SWAYING, False, -0.1, "mm"),
+        ("sway: {frequency: 4 Hz ± 1 Hz}", SWAYING, True, 0.0, "Hz"),
+        ("sway: {amplitude: <= 0.5 mm, frequency: '>= 6 Hz'}", SWAYING, False, -1.0, "Hz"),
+        ("sway: {amplitude: <= 0.3 mm}", STANDING, True, 0.3, "mm"),  # what does not come back does not sway
+        ("sway: {frequency: '>= 1 Hz'}", STANDING, False, -1.0, ""),
+        ("penetration: <= 0.2 mm", SWAYING, True, 0.08, "mm"),
+        ("penetration: {is: < 0.1 mm}", SWAYING, False, -0.02, "mm"),
+        ("penetration: < 0.1 mm", STANDING, False, -inf, "mm"),  # nothing was placed, or it was not looked for
         ("collapses: any", FALLEN, True, inf, ""),
         ("collapses: any", STANDING, False, -1.9, "mm"),
         ("collapses: {at: level 2 ± 1}", FALLEN, True, 0.0, "levels"),

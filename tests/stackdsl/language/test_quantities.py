@@ -17,6 +17,7 @@ from stackdsl.language.quantities import (
     ANGLE,
     DENSITY,
     DURATION,
+    FREQUENCY,
     LENGTH,
     MASS,
     SHARE,
@@ -29,7 +30,7 @@ from stackdsl.language.quantities import (
     unit_amount,
 )
 
-DIMENSIONS = [LENGTH, DURATION, ANGLE, DENSITY, MASS, ACCELERATION]
+DIMENSIONS = [LENGTH, DURATION, FREQUENCY, ANGLE, DENSITY, MASS, ACCELERATION]
 patient = settings(deadline=None)  # the first quantity imports pint
 
 
@@ -49,6 +50,7 @@ def mistake(written: object, dimension: Dimension) -> MistakeError:
         ("1e-3 km", LENGTH, 1.0),
         ("1.5 min", DURATION, 90.0),
         ("250 ms", DURATION, 0.25),
+        ("2.5 Hz", FREQUENCY, 2.5),
         ("180 deg", ANGLE, pi),
         ("180°", ANGLE, pi),
         ("1 rad", ANGLE, 1.0),

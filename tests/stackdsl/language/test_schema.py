@@ -12,8 +12,10 @@ from stackdsl.language.bricks import BrickKind
 from stackdsl.language.catalogue import CATALOGUE
 from stackdsl.language.claims.collapses import Collapses
 from stackdsl.language.claims.drift import Drift
+from stackdsl.language.claims.penetrates import Penetrates
 from stackdsl.language.claims.rests_on import RestsOn
 from stackdsl.language.claims.stands import Stands
+from stackdsl.language.claims.sways import Sways
 from stackdsl.language.editor_schema import json_schema, keys_at, schema_text
 from stackdsl.language.layouts.column import ColumnParams
 from stackdsl.language.layouts.registry import LAYOUTS
@@ -91,6 +93,8 @@ expect:
   - rests_on: {brick: L1.1, support: ground}
   - height: ">= 100 mm"
   - height: {is: 104 mm ± 1 mm, of: roof}
+  - sway: {amplitude: <= 0.1 mm, frequency: 1 Hz .. 5 Hz}
+  - penetration: <= 0.1 mm
 truth:
   - stands: {levels: 3}
     source: closed form
@@ -139,6 +143,7 @@ def test_a_scenario_may_use_everything() -> None:
     assert (leaning.until, leaning.layout[1].levels) == ("collapse", UNTIL_COLLAPSE)  # type: ignore[attr-defined]
     assert [expectation.kind for expectation in first.expect] == [
         *["stands"] * 2, *["collapses"] * 2, "displaced", *["drift"] * 2, *["rests_on"] * 2, *["height"] * 2,
+        "sway", "penetration",
     ]  # fmt: skip
     higher = ColumnParams.model_validate({"levels": 4, "step": "12 mm", "origin": origin})
     assert last.build[1].layout == ("column", higher)
@@ -175,6 +180,12 @@ def test_expectations_are_read_with_their_units() -> None:
     assert drift.within == between(0.0005, 0.0015, "1 ± 0.5 mm")
     assert isinstance(rests_on, RestsOn)
     assert rests_on.share == between(0.48, 0.52, "50 % ± 2 %")
+    sways, penetrates = expect[11], expect[12]
+    assert isinstance(sways, Sways)
+    assert sways.frequency == between(1.0, 5.0, "1 Hz .. 5 Hz")
+    assert isinstance(penetrates, Penetrates)
+    assert penetrates.depth.holds(1e-4)
+    assert not penetrates.depth.holds(1.1e-4)
 
 
 # --- bricks -----------------------------------------------------------------------------------------------------------

@@ -88,6 +88,9 @@ def told(text: str) -> list[tuple[str, str, str]]:
         (HEAD + "build: [{column: {levels: 1}, every: -1 s}]", "SD104", "-1 s", "not more", "write more than zero"),
         (HEAD + BUILD + "brick: {size: [-1 cm, 1 cm, 1 cm], mass: 1 g}", "SD104", "-1 cm", "not", "more than zero"),
         (HEAD + "build: [{harmonic: {bricks: 2, share: 3}}]", "SD104", "3", "out of range", "write between 0 and 2"),
+        (HEAD + BUILD + "expect: [{sway: {}}]", "SD102", "{}", "empty", "amplitude, frequency"),
+        (HEAD + BUILD + "expect: [{sway: {frequency: <= 5}}]", "SD105", "<= 5", "unit", "Hz"),
+        (HEAD + BUILD + "expect: [{penetration: <= 0.1}]", "SD105", "<= 0.1", "unit", "mm"),
         (HEAD + BUILD + "expect: [{displaced: {bricks: 1, by: 5 mm}}]", "SD107", "5 mm", "bound", 'write "> 5 mm"'),
         (
             HEAD + BUILD + "systems: [exact, tuned]\nexpect: [{verdict: stable}]",

@@ -285,6 +285,13 @@ def test_energy_that_an_engine_added_is_told_on_every_run() -> None:
     assert [result["energy_gained"] for result in json.loads(report_json(seen))["results"]] == [0.046, None]
 
 
+def test_a_scene_that_was_played_with_other_constants_is_told_with_them() -> None:
+    seen = report(replace(PASSED, modified="gravity 1 m/s2"), PASSED)
+    told = "played with gravity 1 m/s2, so nothing is said of the scene as written; lengths are told as written"
+    assert report_text(seen).count(told) == 1
+    assert [result["modified"] for result in json.loads(report_json(seen))["results"]] == ["gravity 1 m/s2", None]
+
+
 def test_wrong_edge_normals_after_a_collapse_put_only_its_debris_in_doubt() -> None:
     wrong = WrongEdges(contacts=1, upper="L3.1", lower="L2.2", angle=radians(28.0), time=3.0, first=2.0)
     assert wrong_edges_text(wrong, Collapse(1.0, 3, "L3.1")) == (

@@ -112,8 +112,8 @@ def test_an_unknown_system_is_told_with_what_there_is(beside: Played, tmp_path: 
     told = beside("check", "scene.yaml", "--system", "exmaple")
     assert told.code == 4
     assert told.err.endswith(
-        "'exmaple' is not one of 'exact', 'thesis', 'tuned', 'stock', 'mujoco', 'mujoco-stiff', 'mujoco-exact', "
-        "'sapien', 'example'\n"
+        "'exmaple' is not one of 'exact', 'thesis', 'tuned', 'stock', 'modified', 'mujoco', 'mujoco-stiff', "
+        "'mujoco-exact', 'mujoco-thesis', 'sapien', 'sapien-thesis', 'example'\n"
     )
 
 

@@ -1,0 +1,77 @@
+"""What the engine as it comes makes of the publication's structures when constants of the scene are changed.
+
+Its second system is of this kind: gravity, friction and size were changed until the engine stacked. A four-stack of 30
+levels stands by statics whatever they are; the slant tower falls at level 9, and the card house stands. Run it with
+`python -m benchmarks.modified`; two minutes.
+"""
+
+from dataclasses import replace
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+from benchmarks.figures.data import Row
+from benchmarks.figures.recording import parser, record
+from stackdsl.checking.gathering import gather
+from stackdsl.playing.runner import play
+from stackdsl.systems.modification import AS_WRITTEN, Modification
+from stackdsl.systems.systems import MODIFIED, SYSTEMS
+from stackdsl.timeline import Timeline
+from stackdsl.trace import Trace
+
+SCENARIOS = Path(__file__).parent.parent / "scenarios" / "capabilities"
+SCENES = {"four_stack": "four-stack", "slant_tower": "slant-tower", "card_house": "card-house"}  # key, scenario
+MODIFICATIONS = {
+    **{f"gravity {gravity:g} m/s2": Modification(gravity=gravity) for gravity in (0.1, 1.0, 3.0)},
+    "gravity 9.81 m/s2, as written": AS_WRITTEN,
+    "planks 10 times as large": Modification(size=10.0),
+    "gravity 1 m/s2, friction 1.5: `modified`": MODIFIED,
+    "gravity 1 m/s2, friction 1.5, planks 10 times as large": replace(MODIFIED, size=10.0),
+}
+
+
+def main() -> None:
+    """Play, print the table, and keep it if asked to."""
+    write = parser(__doc__).parse_args().write
+    timelines = {key: timeline(name) for key, name in SCENES.items()}
+    console = Console(stderr=True)
+    rows = {
+        name: row(modification, timelines)
+        for name, modification in track(MODIFICATIONS.items(), "modified scenes", console=console, transient=True)
+    }
+    table = Table("changed", *next(iter(rows.values())))
+    for name, values in rows.items():
+        table.add_row(name, *(f"{value:.3g}" if isinstance(value, float) else str(value) for value in values.values()))
+    Console(width=160).print(table)
+    if write:
+        record("modified", "python -m benchmarks.modified --write", {"scenes": rows})
+
+
+def timeline(scenario: str) -> Timeline:
+    """The scene of the publication that is called so."""
+    cases = gather([SCENARIOS / f"{scenario}.yaml"]).cases
+    return next(case.timeline for case in cases if case.scenario.scenario == f"capabilities-{scenario}")
+
+
+def row(modification: Modification, timelines: dict[str, Timeline]) -> Row:
+    """What comes of each structure."""
+    system = replace(SYSTEMS["stock"], modification=modification)
+    traces = {key: play(scene, system) for key, scene in timelines.items()}
+    told = {key: told_of(trace) for key, trace in traces.items()}
+    return {**told, "four_stack_drift_mm": 1000.0 * drift(traces["four_stack"])}
+
+
+def told_of(trace: Trace) -> str:
+    """Whether it stands, or where it falls."""
+    return "stands" if trace.collapse is None else f"falls at level {trace.collapse.level}"
+
+
+def drift(trace: Trace) -> float:
+    """How far a plank has crept; of what falls, before the plank came with which it did [m]."""
+    return trace.drift if trace.collapse is None else trace.shift_before
+
+
+if __name__ == "__main__":
+    main()

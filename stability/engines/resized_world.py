@@ -1,0 +1,145 @@
+"""A world whose engine meets larger bricks than it is told of: the same shapes and density, so many times as large.
+
+Model: lengths, and with them speeds, are `factor` times as large in the engine, and seconds are seconds. So masses are
+factor^3, forces and impulses factor^4 times as large, and gravity is weaker by the factor to who looks from outside.
+"""
+
+from collections.abc import Collection, Mapping, Sequence, Set
+from dataclasses import dataclass, field, replace
+
+from stability.engines.protocol import World
+from stability.engines.settings import EngineSettings
+from stability.geometry.vectors import scale
+from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, HalfSpace, Plane, Pose, Shape, Vec3
+from stability.shapes.box import Box, as_box
+
+
+@dataclass
+class ResizedWorld:
+    """Another world, seen in lengths that are smaller by a factor."""
+
+    engine: World
+    factor: float  # lengths of the engine in lengths of whoever asks
+    _bricks: dict[BodyId, Brick] = field(default_factory=dict, init=False)
+    _masses: Mapping[BodyId, float] = field(default_factory=dict, init=False)
+
+    @property
+    def settings(self) -> EngineSettings:
+        return self.engine.settings
+
+    # --- time ---------------------------------------------------------------------------------------------------------
+
+    def time(self) -> float:
+        return self.engine.time()
+
+    def step(self) -> None:
+        self.engine.step()
+
+    def limit_travel(self, fastest: float) -> None:
+        self.engine.limit_travel(self.factor * fastest)
+
+    def ease_in(self) -> None:
+        self.engine.ease_in()
+
+    def skip(self, duration: float) -> None:
+        self.engine.skip(duration)
+
+    # --- what is there ------------------------------------------------------------------------------------------------
+
+    def masses(self) -> Mapping[BodyId, float]:
+        return self._masses
+
+    def fixed(self) -> Set[BodyId]:
+        return self.engine.fixed()
+
+    def shape(self, body: BodyId) -> Shape:
+        if body in self._bricks:
+            return self._bricks[body].shape
+        shape = self.engine.shape(body)
+        return (
+            shape
+            if shape is None or isinstance(shape, HalfSpace)
+            else _resized(as_box(shape, WHERE), 1.0 / self.factor)
+        )
+
+    def near(self, brick: BodyId, within: float) -> Sequence[BodyId]:
+        return self.engine.near(brick, self.factor * within)
+
+    def states(self, bodies: Collection[BodyId]) -> Mapping[BodyId, BodyState]:
+        return {name: _moved(state, 1.0 / self.factor) for name, state in self.engine.states(bodies).items()}
+
+    def contacts(self, brick: BodyId) -> Sequence[ContactPoint]:
+        weaker = self.factor**-4
+        return [
+            replace(
+                point,
+                position_W=scale(1.0 / self.factor, point.position_W),
+                gap=1.0 / self.factor * point.gap,
+                normal_force=weaker * point.normal_force,
+                friction_W=scale(weaker, point.friction_W),
+            )
+            for point in self.engine.contacts(brick)
+        ]
+
+    # --- what comes, goes and changes ---------------------------------------------------------------------------------
+
+    def add_plane(self, plane: Plane) -> None:
+        self.engine.add_plane(replace(plane, point_W=scale(self.factor, plane.point_W)))
+
+    def add_brick(self, brick: Brick, pose: Pose, velocity_W: Vec3 = AT_REST) -> None:
+        shape = _resized(as_box(brick.shape, WHERE), self.factor)
+        resized = replace(brick, shape=shape, mass=self.factor**3 * brick.mass)
+        self.engine.add_brick(resized, _put(pose, self.factor), scale(self.factor, velocity_W))
+        self._bricks[brick.id] = brick
+        self._weigh()
+
+    def remove_brick(self, brick: BodyId) -> None:
+        self.engine.remove_brick(brick)
+        del self._bricks[brick]
+        self._weigh()
+
+    def _weigh(self) -> None:
+        self._masses = {name: brick.mass for name, brick in self._bricks.items()}
+
+    def freeze(self, brick: BodyId) -> None:
+        self.engine.freeze(brick)
+
+    def holds(self, brick: BodyId) -> bool:
+        return self.engine.holds(brick)
+
+    def wake(self, brick: BodyId) -> None:
+        self.engine.wake(brick)
+
+    def put_at(self, brick: BodyId, pose: Pose) -> None:
+        self.engine.put_at(brick, _put(pose, self.factor))
+
+    def set_state(self, brick: BodyId, state: BodyState) -> None:
+        self.engine.set_state(brick, _moved(state, self.factor))
+
+    def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:
+        self.engine.push(brick, scale(self.factor**4, impulse_W), scale(self.factor, at_W))
+
+    def join(self, bricks: Collection[BodyId]) -> None:
+        self.engine.join(bricks)
+
+    def part(self, brick: BodyId) -> tuple[BodyId, ...]:
+        return self.engine.part(brick)
+
+    def close(self) -> None:
+        self.engine.close()
+
+
+WHERE = "a world of another size"
+
+
+def _resized(box: Box, factor: float) -> Box:
+    return Box(scale(factor, box.size))
+
+
+def _put(pose: Pose, factor: float) -> Pose:
+    return replace(pose, position_W=scale(factor, pose.position_W))
+
+
+def _moved(state: BodyState, factor: float) -> BodyState:
+    """Angular velocities are those of seconds, and stay."""
+    return replace(state, pose=_put(state.pose, factor), velocity_W=scale(factor, state.velocity_W))

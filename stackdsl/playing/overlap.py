@@ -1,0 +1,52 @@
+"""How deep are bodies in each other? By their shapes alone, whatever an engine takes for a contact.
+
+Exact for boxes, and for any shape and a plane; of where bricks are at one time. What is not looked at does not move.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from stability.geometry.neighbours import Neighbours
+from stability.geometry.separation import Block, blocks_apart
+from stability.model import BodyId, Brick, Plane, Pose
+from stability.shapes.apart import apart_from_plane, solid_block
+from stackdsl.trace import Penetration
+
+
+@dataclass
+class OverlapMeter:
+    """Looks for the two bodies that are deepest in each other."""
+
+    planes: Sequence[Plane]
+    penetration: Penetration | None = None  # None before anything was placed
+    _blocks: dict[BodyId, Block] = field(default_factory=dict)
+    _near: Neighbours[BodyId] = field(default_factory=Neighbours)
+
+    def see(self, time: float, bricks: Mapping[BodyId, Brick], poses: Mapping[BodyId, Pose]) -> None:
+        """Take in the bricks that may have moved, of all by name."""
+        for name, pose in poses.items():
+            self._put(name, bricks[name], pose)
+        for name, pose in poses.items():
+            self._compare(time, bricks[name], pose, poses)
+
+    def _put(self, name: BodyId, brick: Brick, pose: Pose) -> None:
+        self.forget([name])
+        block = self._blocks[name] = solid_block(brick.shape, pose)
+        self._near.add(name, block.low_W, block.high_W)
+
+    def forget(self, bricks: Iterable[BodyId]) -> None:
+        """These were pulled out."""
+        for name in bricks:
+            if self._blocks.pop(name, None) is not None:
+                self._near.remove(name)
+
+    def _compare(self, time: float, brick: Brick, pose: Pose, moving: Mapping[BodyId, Pose]) -> None:
+        for plane in self.planes:
+            self._found(time, brick.id, plane.id, -apart_from_plane(brick.shape, pose, plane).gap)
+        for other in self._near.near(brick.id, 0.0):
+            if other not in moving or brick.id < other:  # each pair once
+                self._found(time, brick.id, other, -blocks_apart(self._blocks[brick.id], self._blocks[other]).gap)
+
+    def _found(self, time: float, brick: BodyId, other: BodyId, depth: float) -> None:
+        if depth > (self.penetration.depth if self.penetration is not None else -1.0):
+            self.penetration = Penetration(max(0.0, depth), brick, other, time)
