@@ -8,7 +8,7 @@ from enum import StrEnum
 from stackdsl.diagnostics import Diagnostic, Span
 from stackdsl.exits import ExitCode
 from stackdsl.observations import Change
-from stackdsl.trace import NUMERICAL_COLLAPSE, Collapse, Cost, WrongEdges
+from stackdsl.trace import NUMERICAL_COLLAPSE, Collapse, Cost, EarlyEnd, WrongEdges
 
 REFERENCE_SYSTEM = "tuned"  # what speed-ups are told against: PyBullet with the settings that stack best
 
@@ -87,6 +87,7 @@ class VariantResult:
     wrong_edges: WrongEdges | None = None  # None where no contact was seen to have a wrong normal
     energy_gained: float = 0.0  # share of energy that the engine added by itself, where that is a fault
     collapse: Collapse | None = None
+    early_end: EarlyEnd | None = None  # None where it went on for as long as it was to
     drift: float = 0.0  # [m]
     cost: Cost | None = None
     outcomes: tuple[Outcome, ...] = ()  # expectations

@@ -15,17 +15,22 @@ from stackdsl.trace import Trace
 
 
 def judge(trace: Trace, scenario: Scenario, variant: Variant, source: Source, system: str) -> tuple[Outcome, ...]:
-    """The outcome of every expectation that speaks of this system, in the order of the file.
+    """The outcome of every expectation that speaks of this system, in the order of the file."""
+    asked = [(("expect", number), claim) for number, claim in expected_of(scenario, system)]
+    return _outcomes(asked, trace, variant, source)
+
+
+def expected_of(scenario: Scenario, system: str) -> Sequence[tuple[int, Claim]]:
+    """The expectations that speak of a system, by number.
 
     What only statics can tell is not asked of a system that proves nothing: peers meet scenarios not meant for them.
     """
     proves = system_named(system).method is Method.PROVEN
-    asked = [
-        (("expect", number), claim)
+    return [
+        (number, claim)
         for number, claim in enumerate(scenario.expect)
         if (claim.system is None or system in claim.system) and (proves or not claim.stated.needs_statics)
     ]
-    return _outcomes(asked, trace, variant, source)
 
 
 def compare_with_truth(trace: Trace, scenario: Scenario, variant: Variant, source: Source) -> tuple[Outcome, ...]:

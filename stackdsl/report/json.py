@@ -10,7 +10,7 @@ from math import isfinite
 from stackdsl.diagnostics import Diagnostic, Span
 from stackdsl.observations import Change, Seen
 from stackdsl.outcome import GoldenResult, Outcome, Report, VariantResult, exit_code
-from stackdsl.trace import Collapse, Cost, WrongEdges
+from stackdsl.trace import Collapse, Cost, EarlyEnd, WrongEdges
 
 FORMAT = 1
 
@@ -65,6 +65,7 @@ def _result(report: Report, result: VariantResult) -> dict[str, object]:
         "wrong_edges": _wrong_edges(result.wrong_edges) if result.wrong_edges else None,
         "energy_gained": _number(result.energy_gained) or None,
         "collapse": _collapse(result.collapse) if result.collapse else None,
+        "early_end": _early_end(result.early_end) if result.early_end else None,
         "drift_m": _number(result.drift),
         "engine": result.engine or None,
         "cost": _cost(result.cost) if result.cost else None,
@@ -109,6 +110,10 @@ def _collapse(collapse: Collapse) -> dict[str, object]:
         "brick": collapse.brick,
         "gave_way": collapse.gave_way,
     }
+
+
+def _early_end(early: EarlyEnd) -> dict[str, object]:
+    return {"time_s": early.time, "planned_s": early.planned, "actions_left_out": len(early.undone)}
 
 
 def _cost(cost: Cost) -> dict[str, object]:

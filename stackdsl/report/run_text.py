@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 from stackdsl.outcome import VariantResult
 from stackdsl.report.edge_text import wrong_edges_text
+from stackdsl.report.ending_text import ending_text
 from stackdsl.report.energy_text import energy_text
 from stackdsl.report.outcome_text import outcome_text
 from stackdsl.trace import Trace
@@ -18,6 +19,8 @@ def _lines(trace: Trace, result: VariantResult) -> Iterator[str]:
     fell = trace.collapse and f"collapses at level {trace.collapse.level} after {trace.collapse.time:.3f} s"
     cost = f"{trace.cost.simulated_time:g} s played in {trace.cost.wall_time:.3f} s, {trace.cost.steps} steps"
     yield f"{fell or trace.verdict}; {cost}" + (f"; a numerical collapse: {trace.numerical}" * bool(trace.numerical))
+    if trace.early_end is not None:
+        yield ending_text(trace.early_end)
     if trace.energy_gained:
         yield energy_text(trace.energy_gained)
     if trace.wrong_edges is not None:

@@ -8,6 +8,7 @@ from stackdsl.report.blocks import Block, Row, Table, blocks_text, line, table, 
 from stackdsl.report.change_text import change_text
 from stackdsl.report.diagnostic_text import GUTTER, diagnostic_text
 from stackdsl.report.edge_text import wrong_edges_text
+from stackdsl.report.ending_text import ending_text
 from stackdsl.report.energy_text import energy_text
 from stackdsl.report.outcome_text import outcome_text, significant
 
@@ -56,6 +57,8 @@ def _blocks(report: Report) -> Iterator[Block]:
     stopped = [result for result in report.results if _stopped(result)]
     yield titled("Did not finish", [f"{r.file}: {r.name}: {r.status}: {r.message}" for r in stopped])
     yield titled("Skipped", list(_skipped(report)))
+    early = [(result.name, result.early_end) for result in report.results if result.early_end is not None]
+    yield titled("Ended early", [f"{name}: {ending_text(end)}" for name, end in early])
     yield titled("Numerical collapses", [f"{r.name}: {r.numerical}" for r in report.results if r.numerical])
     gained = [result for result in report.results if result.energy_gained]
     yield titled("Energy from nowhere", [f"{result.name}: {energy_text(result.energy_gained)}" for result in gained])

@@ -52,6 +52,14 @@ class ClaimKind(ABC):
     def judge(self, trace: Trace) -> Finding:
         """What the claim comes to, held against what happened."""
 
+    def is_decided(self, trace: Trace) -> bool:
+        """Whether it comes to the same whatever else happens, of a run that has collapsed, or is over.
+
+        Nothing is built any more. What has fallen has fallen, what moves may fall, and what is still to be done may
+        bring anything else down; what is to be pulled out counts as gone (`Trace.gone`).
+        """
+        return False
+
     @property
     def needed_margins(self) -> Collection[str]:
         """The margins of the proof that it asks for, such as `tilt`."""

@@ -8,6 +8,7 @@ from typing import TypeAlias
 from stackdsl.checking.gathering import Case, gather
 from stackdsl.checking.one_case import play_case
 from stackdsl.checking.results import snapshot_of
+from stackdsl.judging.known import known_of
 from stackdsl.snapshots.canonical import canonical_text
 from stackdsl.timeline import Timeline
 from stackdsl.trace import Trace
@@ -45,7 +46,7 @@ def with_golden(case: Case, trace: Trace) -> dict[str, str]:
 def played(cases: Iterable[Case]) -> Iterator[tuple[str, Bits]]:
     """One after the other in this process: the name of each, and its bits."""
     for case in cases:
-        yield case.name, with_golden(case, play_case(case.timeline, case.system))
+        yield case.name, with_golden(case, play_case(case.timeline, case.system, known_of(case.scenario, case.system)))
 
 
 def compiled_under(folder: Path) -> dict[str, Bits]:

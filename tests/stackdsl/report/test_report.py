@@ -24,7 +24,8 @@ from stackdsl.report.edge_text import wrong_edges_text
 from stackdsl.report.json import report_json
 from stackdsl.report.outcome_text import outcome_text
 from stackdsl.report.text import report_text
-from stackdsl.trace import Collapse, Cost, WrongEdges
+from stackdsl.timeline import Removal
+from stackdsl.trace import Collapse, Cost, EarlyEnd, WrongEdges
 from tests.paths import ROOT
 
 SPAN = Span("scenarios/slant.yaml", 14, 5, 14)
@@ -283,6 +284,15 @@ def test_energy_that_an_engine_added_is_told_on_every_run() -> None:
     told = "the engine added 4.6 % to the energy that there was; how bricks moved is not to be trusted"
     assert report_text(seen).count(told) == 1
     assert [result["energy_gained"] for result in json.loads(report_json(seen))["results"]] == [0.046, None]
+
+
+def test_a_run_that_ended_before_its_time_says_why_and_what_it_left_out() -> None:
+    early = EarlyEnd(9.25, 14.0, (Removal(12.0, ("L3.1",)),))
+    seen = report(replace(PASSED, early_end=early), PASSED)
+    told = "ended at 9.250 s of 14.000 s, as all that is asked is known; 1 action still to come left out"
+    assert report_text(seen).count(f"slant[step=11mm,thesis]: {told}") == 1
+    ends = [result["early_end"] for result in json.loads(report_json(seen))["results"]]
+    assert ends == [{"time_s": 9.25, "planned_s": 14.0, "actions_left_out": 1}, None]
 
 
 def test_wrong_edge_normals_after_a_collapse_put_only_its_debris_in_doubt() -> None:
