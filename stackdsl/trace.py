@@ -222,6 +222,7 @@ class Trace:
     landing: Landing | None = None  # None where nothing fell, or nobody asked
     wrong_edges: WrongEdges | None = None  # None where no contact was seen to have a wrong normal
     shift_before: float = 0.0  # largest of any brick when one was last set down before a collapse, or at all [m]
+    moving: tuple[BodyId, ...] = ()  # what was not at rest when the run ended, thrown bricks included
     early_end: EarlyEnd | None = None  # None where it went on for as long as it was to
     numerical: str = ""  # why the collapse is the solver's and none of physics; empty where nothing says so
 

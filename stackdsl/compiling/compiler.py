@@ -94,6 +94,7 @@ def _timeline(built: Built, impacts: Iterable[tuple[Moment, Action]], scenario: 
         watched=asked.watched,
         margins=asked.margins,
         closely=asked.closely,
+        followed=asked.followed,
     )
 
 

@@ -3,7 +3,9 @@
 from collections.abc import Sequence
 from math import inf
 
+from stackdsl.judging.still_moving import may_still_change, still_moving
 from stackdsl.language.claims.claim import Claim
+from stackdsl.language.claims.claim_kind import ClaimKind
 from stackdsl.language.claims.finding import Finding
 from stackdsl.language.schema import Scenario
 from stackdsl.language.variants import Variant, repeated
@@ -51,10 +53,17 @@ def _outcomes(
 
 def _outcome(path: Path, claim: Claim, trace: Trace, variant: Variant, source: Source) -> Outcome:
     kind, stated = claim.kind, claim.stated
-    found = _numerical(trace) if trace.numerical and stated.of_collapses else stated.judge(trace)
+    found = _found(stated, trace)
     place = (*path, kind)
     expected = as_written(repeated(_at(source.values, place), _at(variant.values, place)))
     return Outcome(kind, expected, found.measured, found.margin, found.unit, found.passed, source.key_span_of(place))
+
+
+def _found(stated: ClaimKind, trace: Trace) -> Finding:
+    if trace.numerical and stated.of_collapses:
+        return _numerical(trace)
+    found = stated.judge(trace)
+    return still_moving(found, trace) if may_still_change(stated, trace) else found
 
 
 def _numerical(trace: Trace) -> Finding:

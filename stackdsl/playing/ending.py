@@ -12,7 +12,7 @@ from stackdsl.playing.after_collapse import last_arrival, time_of
 from stackdsl.timeline import Action, Moment, Timeline
 from stackdsl.trace import Collapse, EarlyEnd, Trace
 
-AFTERMATH = 1.0  # [s] a collapse is followed; a plank falls from a metre in less than half of it
+KEPT = 1.0  # [s] after a collapse that are seen in any case: golden files keep what fell by then
 BETWEEN_QUESTIONS = 0.1  # [s] between asking whether all is known, which takes as long as some looks do
 Known: TypeAlias = Callable[[Trace], bool]  # whether nothing that may still happen changes what is asked of a run
 
@@ -44,7 +44,7 @@ class Ending:
             return self.early.time
         if collapse is None:
             return self.timeline.end
-        aftermath = self._followed_until(collapse)
+        aftermath = collapse.time + (self.timeline.followed if self.timeline.aftermath else 0.0)
         goes_on = hit or self.last_action > collapse.time
         return max(aftermath, self.last_arrival + self.timeline.hold) if goes_on else aftermath
 
@@ -52,7 +52,7 @@ class Ending:
         """Whether it is worth asking if all is known."""
         if collapse is None or self.early is not None:
             return False
-        return now >= max(self._followed_until(collapse), self._asked + BETWEEN_QUESTIONS)
+        return now >= max(collapse.time + KEPT, self._asked + BETWEEN_QUESTIONS)
 
     def ask(self, so_far: Trace, planned: float, to_come: Sequence[Moment]) -> None:
         """End now if all is known; `to_come` is what is still to be done, `planned` when it ends without that [s]."""
@@ -62,9 +62,6 @@ class Ending:
         early = EarlyEnd(now, planned, tuple(_actions(to_come)))
         if planned > now and self.is_known(replace(so_far, early_end=early)):
             self.early = early
-
-    def _followed_until(self, collapse: Collapse) -> float:
-        return collapse.time + (AFTERMATH if self.timeline.aftermath else 0.0)
 
 
 def _actions(moments: Iterable[Moment]) -> Iterable[Action]:

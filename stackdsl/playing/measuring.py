@@ -9,6 +9,7 @@ from stability.model import BodyId, BodyState
 from stability.statics.facts import Verdict
 from stackdsl.playing.energy import EnergyMeter
 from stackdsl.playing.landing import LandingWatch
+from stackdsl.playing.motion_watch import MotionWatch
 from stackdsl.playing.onset import OnsetWatch
 from stackdsl.playing.watch import NOT_MOVING, Watch
 from stackdsl.timeline import Placement, Timeline
@@ -23,12 +24,14 @@ class Measures:
     watch: Watch = field(init=False)
     energy: EnergyMeter = field(init=False)
     onset: OnsetWatch = field(default_factory=OnsetWatch)
+    motion: MotionWatch = field(init=False)
     _landing: LandingWatch = field(init=False)
 
     def __post_init__(self) -> None:
         gravity = self.timeline.world.gravity
         self.watch = Watch(not_moving=NOT_MOVING.scaled(lengths=1.0, times=sqrt(USUAL_GRAVITY / gravity)))
         self.energy = EnergyMeter(gravity, self.timeline.world.planes[0])
+        self.motion = MotionWatch(gravity)
         self._landing = LandingWatch(self.watch)
 
     @property
@@ -39,12 +42,14 @@ class Measures:
     def add(self, placement: Placement) -> None:
         """A brick has come."""
         self.watch.add(placement)
+        self.motion.add(placement.brick)
         self._see({placement.brick.id: BodyState(placement.pose, placement.velocity_W)})
 
     def remove(self, bricks: Iterable[BodyId]) -> None:
         """These were pulled out."""
         bricks = tuple(bricks)
         self.watch.remove(bricks)
+        self.motion.stopped(bricks)
         self.energy.forget(bricks)
 
     def acted(self, states: Mapping[BodyId, BodyState], verdict: Verdict | None) -> None:
@@ -56,13 +61,16 @@ class Measures:
 
     def judged(self, time: float, states: Mapping[BodyId, BodyState], frozen: Iterable[BodyId]) -> None:
         """These bricks may move, or did until now; what was frozen is not looked at any more."""
+        frozen = tuple(frozen)
         self.watch.see(time, states)
         self._see(states)
         self.watch.freeze(frozen)
+        self.motion.stopped(frozen)
 
     def look(self, time: float, states: Mapping[BodyId, BodyState]) -> None:
         """Take in all that moves."""
         self.watch.see(time, states)
+        self.motion.see(time, states)
         self._see(states)
         self.energy.look()
         self.look_closely(time, states)

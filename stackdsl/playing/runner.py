@@ -295,5 +295,6 @@ class _Run:
             wrong_edges=self.edges.wrong(),
             shift_before=self.shift_before,
             landing=self.measures.landing([n for n, track in tracks.items() if track.state is BrickState.FALLEN]),
+            moving=self.measures.motion.moving(self.world.time()),
             early_end=self.ending.early,
         )

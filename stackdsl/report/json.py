@@ -65,6 +65,7 @@ def _result(report: Report, result: VariantResult) -> dict[str, object]:
         "wrong_edges": _wrong_edges(result.wrong_edges) if result.wrong_edges else None,
         "energy_gained": _number(result.energy_gained) or None,
         "collapse": _collapse(result.collapse) if result.collapse else None,
+        "still_moving": list(result.moving),
         "early_end": _early_end(result.early_end) if result.early_end else None,
         "drift_m": _number(result.drift),
         "engine": result.engine or None,

@@ -8,6 +8,7 @@ from stackdsl.report.ending_text import ending_text
 from stackdsl.report.energy_text import energy_text
 from stackdsl.report.outcome_text import outcome_text
 from stackdsl.trace import Trace
+from stackdsl.wording import names_text
 
 
 def run_text(trace: Trace, result: VariantResult) -> str:
@@ -19,6 +20,8 @@ def _lines(trace: Trace, result: VariantResult) -> Iterator[str]:
     fell = trace.collapse and f"collapses at level {trace.collapse.level} after {trace.collapse.time:.3f} s"
     cost = f"{trace.cost.simulated_time:g} s played in {trace.cost.wall_time:.3f} s, {trace.cost.steps} steps"
     yield f"{fell or trace.verdict}; {cost}" + (f"; a numerical collapse: {trace.numerical}" * bool(trace.numerical))
+    if trace.moving:
+        yield f"still moving at the end: {names_text(trace.moving)}"
     if trace.early_end is not None:
         yield ending_text(trace.early_end)
     if trace.energy_gained:

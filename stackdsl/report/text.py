@@ -19,6 +19,7 @@ LEFT = ("scenario", "variant", "verdict", "engine", "truth", "golden")  # column
 DISPENSABLE = (
     "engine",
     "level",
+    "still moving",
     "truth",
     "golden",
     "moved",
@@ -92,6 +93,7 @@ def _row(report: Report, result: VariantResult) -> Row:
         "engine": result.engine if result.engine not in ("", USUAL_ENGINE) else NOTHING,
         "level": str(result.collapse.level) if result.collapse else NOTHING,
         "drift mm": significant(1000.0 * result.drift) if result.status is RunStatus.DONE else NOTHING,
+        "still moving": str(len(result.moving)) if result.moving else NOTHING,
         "met": f"{result.met}/{len(result.outcomes)}" if result.outcomes else NOTHING,
         "truth": {None: NOTHING, True: "agrees", False: "differs"}[result.truth_agrees],
         "golden": result.golden.status.value if result.golden else NOTHING,

@@ -61,6 +61,11 @@ class ClaimKind(ABC):
         return False
 
     @property
+    def of_the_watch(self) -> bool:
+        """Whether it speaks of what was seen as long as it was watched, so that nothing that follows changes it."""
+        return False
+
+    @property
     def needed_margins(self) -> Collection[str]:
         """The margins of the proof that it asks for, such as `tilt`."""
         return ()

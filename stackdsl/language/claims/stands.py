@@ -35,6 +35,10 @@ class Stands(Shorthand, ClaimKind):
     def fate(self) -> Fate | None:
         return Fate(stands=True) if self.bricks is None else None
 
+    @property
+    def of_the_watch(self) -> bool:
+        return self.for_ is not None
+
     def counts(self) -> Iterator[Count]:
         if self.levels is not None:
             yield Count("levels", self.levels, "levels")

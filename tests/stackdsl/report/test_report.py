@@ -295,6 +295,15 @@ def test_a_run_that_ended_before_its_time_says_why_and_what_it_left_out() -> Non
     assert ends == [{"time_s": 9.25, "planned_s": 14.0, "actions_left_out": 1}, None]
 
 
+def test_what_still_moves_is_counted_in_the_table_and_named_to_programs() -> None:
+    seen = report(replace(PASSED, moving=("d61", "d62")), PASSED)
+    header, moving, still = report_text(seen).splitlines()[:3]
+    at = header.index("still moving")
+    assert [row[at : at + len("still moving")].strip() for row in (moving, still)] == ["2", "-"]
+    assert [result["still_moving"] for result in json.loads(report_json(seen))["results"]] == [["d61", "d62"], []]
+    assert "still moving" not in report_text(report(PASSED))
+
+
 def test_wrong_edge_normals_after_a_collapse_put_only_its_debris_in_doubt() -> None:
     wrong = WrongEdges(contacts=1, upper="L3.1", lower="L2.2", angle=radians(28.0), time=3.0, first=2.0)
     assert wrong_edges_text(wrong, Collapse(1.0, 3, "L3.1")) == (
