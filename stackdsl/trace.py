@@ -101,6 +101,14 @@ class Collapse:
 
 
 @dataclass(frozen=True, slots=True)
+class Updates:
+    """What single updates of the extension took, each a wait for whoever moves bricks by hand."""
+
+    median: float  # [s]
+    worst: float  # [s]
+
+
+@dataclass(frozen=True, slots=True)
 class Cost:
     """What a run took."""
 
@@ -110,6 +118,7 @@ class Cost:
     judgements: int  # passes of the stability extension
     proofs: Mapping[str, int] = field(default_factory=dict)  # how many times bricks were proven to stand, by stage
     one_by_one: int = 0  # most bricks at a time that the engine moved one by one, rather than held or moved as one body
+    updates: Updates | None = None  # None where no extension was asked
 
 
 @dataclass(frozen=True, slots=True)

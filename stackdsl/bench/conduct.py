@@ -237,6 +237,8 @@ def recorded(job: Job, result: TaskResult, made_with: Mapping[str, str]) -> Reco
         judgements=cost.judgements,
         solves=sum(cost.proofs.values()),
         peak_memory=played.peak_memory,
+        update_median=played.updates.median if played.updates else None,
+        update_worst=played.updates.worst if played.updates else None,
     )
 
 

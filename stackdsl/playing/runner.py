@@ -5,15 +5,14 @@ A collapse ends the build, and is followed for a while to see what falls. Hits g
 until all that is asked is known.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
-from math import hypot
 from time import perf_counter
 
 from stability.engines.protocol import World
 from stability.engines.scene_scale import SAMPLING
 from stability.geometry.vectors import add
-from stability.model import BodyId, BodyState
+from stability.model import BodyId
 from stability.motion.known_motion import FallingParts
 from stability.statics.facts import Stability
 from stability.watching.extension import Extension, JudgesLandings, Update
@@ -25,6 +24,8 @@ from stackdsl.playing.ending import Ending, Known, nothing_is_known
 from stackdsl.playing.event_log import EventLog, OnEvent, edges_of
 from stackdsl.playing.measuring import Measures
 from stackdsl.playing.tracks import tracks_of
+from stackdsl.playing.travel import limit_travel
+from stackdsl.playing.update_clock import UpdateClock
 from stackdsl.systems.systems import System
 from stackdsl.systems.worlds import extension_for, load, opened_world
 from stackdsl.timeline import Moment, Placement, Push, Removal, Timeline
@@ -62,6 +63,7 @@ class _Run:
     ending: Ending
     collapse: Collapse | None = None
     gave_way: BodyId | None = None
+    updates: UpdateClock = field(default_factory=UpdateClock)
     forces: ForceMeter = field(default_factory=ForceMeter)
     ticks: int = 0  # time steps that passed while something could move
     steps: int = 0  # of them, those that an engine took
@@ -121,7 +123,7 @@ class _Run:
         states = self.world.states(self._moving())
         self.measures.acted(states, self.extension.verdict() if self.extension is not None else None)
         if self.watch.hit:
-            self._limit_travel(states)  # or what is fast would pass through something before the next look
+            limit_travel(self.world, states, self.timeline.world.gravity)  # until the next look
 
     def _only_an_engine_knows_more(self) -> bool:
         """Whether what was set down is not proven to stand."""
@@ -158,13 +160,13 @@ class _Run:
         self.forces = ForceMeter()  # what was measured before is of another structure
         self.log.tell(Event(removal.time, EventKind.REMOVED, removal.bricks))
         if self.extension is not None:
-            self._tell_update(self.extension.taken_out(removal.bricks))
+            self._tell_update(self.updates.timed(self.extension.taken_out, removal.bricks))
 
     def _push(self, push: Push) -> None:
         self.watch.struck()
         self.log.tell(Event(push.time, EventKind.PUSHED, (push.brick,)))
         if self.extension is not None:
-            self._tell_update(self.extension.struck(push.brick, push.impulse_W))
+            self._tell_update(self.updates.timed(self.extension.struck, push.brick, push.impulse_W))
             if self.extension.is_frozen(push.brick):
                 return
         centre_W = self.world.states([push.brick])[push.brick].pose.position_W
@@ -205,7 +207,7 @@ class _Run:
     def _land(self, bricks: Collection[BodyId]) -> None:
         if self.lands is None or not bricks:
             return
-        update = self.lands.landed(bricks)
+        update = self.updates.timed(self.lands.landed, bricks)
         self._hear(update, bricks)
         if len(update.frozen) < len(bricks):
             self.falling.end()
@@ -219,7 +221,7 @@ class _Run:
     def _judge(self, extension: Extension) -> bool:
         """One pass of the extension; whether it froze anything."""
         moving = extension.awake()
-        update = extension.update()
+        update = self.updates.timed(extension.update)
         self._hear(update, moving)
         return bool(update.frozen) and not update.woken
 
@@ -254,7 +256,7 @@ class _Run:
         self.one_by_one = max(self.one_by_one, len(moving) - riding)
         self.measures.look(now, states)
         self.edges.look(now, states)
-        self._limit_travel(states)
+        limit_travel(self.world, states, self.timeline.world.gravity)
         if self.extension is None and now >= self._end() - FORCE_WINDOW:
             for brick in moving:
                 self.forces.add(brick, self.world.contacts(brick))
@@ -264,17 +266,14 @@ class _Run:
             self.log.tell(Event(now, EventKind.COLLAPSED, (first,), f"level {level} under construction"))
         return self.collapse is not None
 
-    def _limit_travel(self, states: Mapping[BodyId, BodyState]) -> None:
-        fastest = max((hypot(*state.velocity_W) for state in states.values()), default=0.0)
-        self.world.limit_travel(fastest + SAMPLING * self.timeline.world.gravity)  # as fast as until the next look
-
     def trace(self, wall_time: float) -> Trace:
         """What happened, once it is over."""
         so_far = self._so_far()
         standing = [name for name, track in so_far.tracks.items() if track.state in STAND]
         shares = self.extension.shares() if self.extension is not None else self.forces.shares(standing)
         edges = tuple(edge for name in standing for edge in edges_of(name, shares.get(name, {})))
-        return replace(so_far, edges=edges, cost=replace(so_far.cost, wall_time=wall_time))
+        cost = replace(so_far.cost, wall_time=wall_time, updates=self.updates.updates())
+        return replace(so_far, edges=edges, cost=cost)
 
     def _so_far(self) -> Trace:
         """What has happened, but for who carries whom."""

@@ -125,6 +125,8 @@ def _cost(cost: Cost) -> dict[str, object]:
         "judgements": cost.judgements,
         "proofs": dict(cost.proofs),
         "one_by_one": cost.one_by_one,
+        "update_median_s": _number(cost.updates.median) if cost.updates else None,
+        "update_worst_s": _number(cost.updates.worst) if cost.updates else None,
     }
 
 

@@ -14,7 +14,12 @@ from stackdsl.timeline import Timeline
 from stackdsl.trace import Trace
 
 Bits: TypeAlias = Mapping[str, str]  # values by where they are, such as `.tracks[shot].final.position_W[2]`
-WALL_TIMES = (".cost.wall_time", ".statics.seconds")  # all in a trace that no physics decides
+WALL_TIMES = (
+    ".cost.wall_time",
+    ".cost.updates.median",
+    ".cost.updates.worst",
+    ".statics.seconds",
+)  # all in a trace that no physics decides
 
 
 def bits_of(value: Trace | Timeline) -> dict[str, str]:

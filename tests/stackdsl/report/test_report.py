@@ -25,7 +25,7 @@ from stackdsl.report.json import report_json
 from stackdsl.report.outcome_text import outcome_text
 from stackdsl.report.text import report_text
 from stackdsl.timeline import Removal
-from stackdsl.trace import Collapse, Cost, EarlyEnd, WrongEdges
+from stackdsl.trace import Collapse, Cost, EarlyEnd, Updates, WrongEdges
 from tests.paths import ROOT
 
 SPAN = Span("scenarios/slant.yaml", 14, 5, 14)
@@ -45,7 +45,14 @@ PASSED = VariantResult(
     verdict="collapses",
     collapse=Collapse(time=8.25, level=9, brick="L9.1", gave_way="L1.1"),
     drift=0.123456,
-    cost=Cost(wall_time=2.0, simulated_time=10.0, steps=9600, judgements=120, proofs={"load core": 8}),
+    cost=Cost(
+        wall_time=2.0,
+        simulated_time=10.0,
+        steps=9600,
+        judgements=120,
+        proofs={"load core": 8},
+        updates=Updates(0.002, 0.25),
+    ),
     outcomes=(HELD, HELD),
     golden=GOLDEN,
 )
@@ -378,6 +385,8 @@ def test_the_json_report_holds_all_that_the_report_holds() -> None:
         "judgements": 120,
         "proofs": {"load core": 8},
         "one_by_one": 0,
+        "update_median_s": 0.002,
+        "update_worst_s": 0.25,
     }
     assert (first["truths"][0]["passed"], first["truths"][0]["margin_unit"]) == (False, "levels")
     assert whole["results"][3]["message"] == "the worker was killed by SIGSEGV"
