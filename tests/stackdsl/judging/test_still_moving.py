@@ -1,7 +1,7 @@
 """Where bricks still move at the end of the watch, nobody knows how many fall: no count of them passes."""
 
 from dataclasses import replace
-from math import inf
+from math import cos, inf, sin
 
 import pytest
 
@@ -125,14 +125,16 @@ def test_what_fails_already_fails_and_says_so() -> None:
 # --- what moves -------------------------------------------------------------------------------------------------------
 
 
-def moving_at(speed: float) -> BodyState:
-    return BodyState(Pose((0.0, 0.0, 0.0)), velocity_W=(0.0, 0.0, -speed))
-
-
 def watch(times: float = 1.0, gravity: float = 9.81) -> MotionWatch:
     found = MotionWatch(gravity)
     found.add(Brick("plank", Box(tuple(times * side for side in SIZE)), 0.012))  # type: ignore[arg-type]  # three sides
     return found
+
+
+def looks(seen: MotionWatch, *heights: float) -> None:
+    """A look every 10 ms at a plank that is so high [m]."""
+    for number, height in enumerate(heights):
+        seen.see(0.01 * number, {"plank": BodyState(Pose((0.0, 0.0, height)))})
 
 
 @pytest.mark.parametrize(
@@ -148,23 +150,38 @@ def test_what_counts_as_motion_goes_with_the_speed_of_a_fall_by_its_own_size(
 ) -> None:
     for share, moves in ((0.9, ()), (1.1, ("plank",))):
         seen = watch(times, gravity)
-        seen.see(1.0, {"plank": moving_at(share * limit)})
-        assert seen.moving(1.0) == moves
+        looks(seen, 0.0, 0.01 * share * limit)
+        assert seen.moving(0.01) == moves
 
 
 def test_what_rocks_moves_while_it_turns_back_and_has_stopped_after_a_tenth_of_a_second() -> None:
     seen = watch()
-    seen.see(1.0, {"plank": moving_at(0.1)})
-    seen.see(1.05, {"plank": moving_at(0.0)})
-    assert seen.moving(1.05) == ("plank",)
-    assert seen.moving(1.11) == ()
+    looks(seen, 0.0, 0.001, 0.001, 0.001)
+    assert seen.moving(0.1) == ("plank",)
+    assert seen.moving(0.12) == ()
+
+
+def test_what_turns_on_the_spot_moves() -> None:
+    seen = watch()
+    for time, angle in ((0.0, 0.0), (0.01, 0.002)):  # 0.2 rad/s
+        turned = Pose((0.0, 0.0, 0.0), (0.0, 0.0, sin(0.5 * angle), cos(0.5 * angle)))
+        seen.see(time, {"plank": BodyState(turned)})
+    assert seen.moving(0.01) == ("plank",)
+
+
+def test_what_a_solver_shakes_within_a_step_gets_nowhere_and_does_not_move() -> None:
+    seen = watch()
+    for number in range(10):
+        shaken = BodyState(Pose((0.0, 0.0, 1e-5 * (-1) ** number)), velocity_W=(0.0, 0.0, 0.02))
+        seen.see(0.01 * number, {"plank": shaken})
+    assert seen.moving(0.09) == ()
 
 
 def test_what_is_held_fixed_moves_no_more() -> None:
     seen = watch()
-    seen.see(1.0, {"plank": moving_at(0.1)})
+    looks(seen, 0.0, 0.001)
     seen.stopped(["plank"])
-    assert seen.moving(1.0) == ()
+    assert seen.moving(0.01) == ()
 
 
 # --- for how long -----------------------------------------------------------------------------------------------------
