@@ -25,7 +25,7 @@ are.
   anything moves in a structure that should stand still, also by falling; and in one that should fall, how far before
   the brick comes with which it does. The other three are those of runs with the
   right verdict, from truths and from that reference, which has no distance from itself. `mm`: lengths, such as how
-  far away a fall lands, or how high what was hit stands. `deg`: angles, such as which way it falls. `s`: when it
+  far away a fall lands, or how far what is hit goes. `deg`: angles, such as which way it falls. `s`: when it
   falls, by more than the 10 ms between two looks at a run.
 - `energy`: the largest gain after the last action, as a share of what there was then, heights counted from the ground.
 - `wall s`: the time to the answer. A collapse is followed, by every system, only where something hits the structure

@@ -46,6 +46,7 @@ class ClaimKind(ABC):
     of_collapses: ClassVar[bool] = False  # void where the only collapse is the solver's
     of_what_is_gone: ClassVar[bool] = False  # may speak of bricks that are pulled out
     scored_apart: ClassVar[bool] = False  # a bench counts it as a verdict or as creep, and as no error beside these
+    of_creep: ClassVar[bool] = False  # scored apart as creep, unless something is hit: then it is a length as others
     same: ClassVar[tuple[str, ...]] = ()  # keys that two of a kind share if they speak of one and the same thing
 
     @abstractmethod

@@ -23,6 +23,7 @@ class Drift(Shorthand, ClaimKind):
     scalar_key: ClassVar[str] = "is"
     same: ClassVar[tuple[str, ...]] = ("bricks",)
     scored_apart: ClassVar[bool] = True
+    of_creep: ClassVar[bool] = True
 
     def is_decided(self, trace: Trace) -> bool:
         worst = self._worst(trace)
