@@ -165,6 +165,7 @@ class Landing:
 
     time: float  # [s]
     shift: tuple[float, float]  # of the common centre of mass of what fell, sideways from where it had been at rest [m]
+    over: bool = True  # whether what fell has come to move so little that no faster moment will follow
 
     @property
     def reach(self) -> float:

@@ -13,7 +13,7 @@ from stackdsl.judging.judge import judge
 from stackdsl.judging.known import known_of
 from stackdsl.outcome import Outcome
 from stackdsl.playing.motion_watch import MotionWatch
-from stackdsl.trace import BrickState, Trace
+from stackdsl.trace import BrickState, Landing, Trace
 from tests.paths import ROOT
 from tests.scenes import compiled, timeline_of
 from tests.stackdsl.judging.test_judge import FALLEN, SIZE, outcome
@@ -115,6 +115,12 @@ def test_what_still_moves_leaves_open_what_it_may_change(claim: str, passes: boo
     assert found.passed is passes
     assert ("still moving at the end of the watch: 1 brick;" in found.measured) is not passes
     assert (found.margin == -inf) is not passes
+
+
+@pytest.mark.parametrize("over", [True, False])
+def test_where_it_landed_is_known_once_the_ground_has_taken_all_but_a_hundredth_of_the_energy(over: bool) -> None:
+    landed = replace(MOVING, landing=Landing(2.7, (0.05, 0.0), over))
+    assert outcome("lands: {reach: 40 mm .. 60 mm}", landed).passed is over
 
 
 def test_what_fails_already_fails_and_says_so() -> None:
