@@ -33,15 +33,18 @@ test: $(READY)  ## set up, then run the tests
 test-slow: $(READY) ## the tests that take minutes
 	$(PYTEST) -m slow
 
-# Scenarios with a known answer that every system can play within the 20 minutes that a bench may take.
-BENCHED := $(addprefix scenarios/,four-stack.yaml slant-tower.yaml columns.yaml harmonic.yaml incline.yaml leaning.yaml \
-  drop.yaml) $(wildcard scenarios/hard)
+# Scenarios with a known answer that every system can play within the 20 minutes that a bench may take: 16 to 20, of which
+# the hits take 3, and other scenes of the publication 3. A four-stack of 25 levels would take 4 more: see bench-stack. What
+# is tagged `open` has no answer that is known well enough, and `comparison` is a scene again, as one system has it.
+BENCHED := $(addprefix scenarios/,slant-tower.yaml columns.yaml harmonic.yaml incline.yaml leaning.yaml drop.yaml) \
+  $(wildcard scenarios/hard) $(addprefix scenarios/capabilities/,card-house.yaml slant-tower.yaml impact-level-3.yaml impact-top.yaml) \
+  $(wildcard scenarios/user_test)
 BENCHED_ON := $(addprefix --system ,exact thesis tuned stock mujoco sapien cra rbe)
 BENCH_OPTIONS ?= --resolutions 1,1/2
 
 bench: $(READY) ## speed against error: every system at several time steps; table and plot in bench/, figures in docs
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --editable '.[bench,mujoco,sapien,cra]'
-	$(BIN)/stackdsl bench $(BENCHED) --tag '!long' $(BENCHED_ON) --time-limit 240 --output bench $(BENCH_OPTIONS)
+	$(BIN)/stackdsl bench $(BENCHED) --tag '!long' --tag '!open' --tag '!comparison' $(BENCHED_ON) --time-limit 240 --output bench $(BENCH_OPTIONS)
 	$(BIN)/python -m benchmarks.speed_against_error bench
 
 bench-stack: $(READY) ## the four-stack alone, every system in one run

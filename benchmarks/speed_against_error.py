@@ -103,8 +103,15 @@ def _point(point: Mapping[str, Any], fronts: Mapping[str, Sequence[str]]) -> Row
         "steps": point["steps"],
         "solves": point["solves"],
         "memory_mib": point["peak_memory_bytes"] / MEBIBYTE,
+        **_updates(point),
         "front": ", ".join(beaten_by_none),
     }
+
+
+def _updates(told: Mapping[str, Any]) -> Row:
+    """What one update of the extension took [ms]."""
+    taken = {f"update_{which}_ms": told[f"update_{which}_s"] for which in ("median", "worst")}
+    return {key: None if seconds is None else 1000.0 * seconds for key, seconds in taken.items()}
 
 
 def by_system(points: Sequence[Mapping[str, Any]]) -> Rows:
@@ -145,6 +152,7 @@ def _run(run: Mapping[str, Any], exact: float | None, bench: Mapping[str, Any]) 
         "steps": run["steps"] if done else None,
         "solves": run["solves"] if done else None,
         "memory_mib": run["peak_memory_bytes"] / MEBIBYTE if done else None,
+        **_updates(run),
         "times_exact": pace / exact if pace and exact else None,
     }
 
@@ -188,6 +196,8 @@ RUN_TABLE = Table(
         Column("steps", "{steps}"),
         Column("solves", "{solves}"),
         Column("MiB", "{memory_mib:.0f}"),
+        Column("update ms", "{update_median_ms:sig2}"),
+        Column("worst ms", "{update_worst_ms:sig2}"),
     ),
 )
 

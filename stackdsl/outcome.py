@@ -5,10 +5,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 
+from stability.model import BodyId
 from stackdsl.diagnostics import Diagnostic, Span
 from stackdsl.exits import ExitCode
 from stackdsl.observations import Change
-from stackdsl.trace import NUMERICAL_COLLAPSE, Collapse, Cost, WrongEdges
+from stackdsl.trace import NUMERICAL_COLLAPSE, Collapse, Cost, EarlyEnd, WrongEdges
 
 REFERENCE_SYSTEM = "tuned"  # what speed-ups are told against: PyBullet with the settings that stack best
 
@@ -87,6 +88,8 @@ class VariantResult:
     wrong_edges: WrongEdges | None = None  # None where no contact was seen to have a wrong normal
     energy_gained: float = 0.0  # share of energy that the engine added by itself, where that is a fault
     collapse: Collapse | None = None
+    moving: tuple[BodyId, ...] = ()  # what was not at rest at the end
+    early_end: EarlyEnd | None = None  # None where it went on for as long as it was to
     drift: float = 0.0  # [m]
     cost: Cost | None = None
     outcomes: tuple[Outcome, ...] = ()  # expectations

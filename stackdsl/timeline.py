@@ -103,6 +103,7 @@ class Timeline:
     margins: tuple[str, ...] = ()  # those of the proof that are asked for, such as `tilt`
     closely: bool = False  # whether it is asked how something begins to fall, or where it lands
     measures: tuple[str, ...] = ()  # what is measured only if it is asked for: `sway`, `penetration`
+    followed: float = 1.0  # how long a collapse is followed, at most [s]
     aftermath: bool = True  # whether a collapse is followed for a while; if not, a run ends as soon as it is known
 
     @property

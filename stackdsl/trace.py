@@ -1,6 +1,6 @@
 """What happened when a timeline was played: plain data that the judge, the snapshot and the report read."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from dataclasses import dataclass, field
 from enum import StrEnum
 from math import atan2, hypot, inf
@@ -8,7 +8,7 @@ from math import atan2, hypot, inf
 from stability.model import BodyId, Brick, Pose
 from stability.statics.facts import Motion
 from stability.statics.facts import Verdict as StaticsVerdict
-from stackdsl.timeline import World
+from stackdsl.timeline import Action, Removal, World
 
 # A brick that had come to rest has left its place beyond these (DESIGN, "collapse"). Its centre sank, or, as long as
 # nothing has hit the structure, shifted by more than this share of its smallest side (docs/decisions/0010).
@@ -101,6 +101,14 @@ class Collapse:
 
 
 @dataclass(frozen=True, slots=True)
+class Updates:
+    """What single updates of the extension took, each a wait for whoever moves bricks by hand."""
+
+    median: float  # [s]
+    worst: float  # [s]
+
+
+@dataclass(frozen=True, slots=True)
 class Cost:
     """What a run took."""
 
@@ -110,6 +118,7 @@ class Cost:
     judgements: int  # passes of the stability extension
     proofs: Mapping[str, int] = field(default_factory=dict)  # how many times bricks were proven to stand, by stage
     one_by_one: int = 0  # most bricks at a time that the engine moved one by one, rather than held or moved as one body
+    updates: Updates | None = None  # None where no extension was asked
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,6 +165,7 @@ class Landing:
 
     time: float  # [s]
     shift: tuple[float, float]  # of the common centre of mass of what fell, sideways from where it had been at rest [m]
+    over: bool = True  # whether what fell has come to move so little that no faster moment will follow
 
     @property
     def reach(self) -> float:
@@ -200,6 +210,15 @@ class WrongEdges:
     first: float  # when any of them was first seen [s]
 
 
+@dataclass(frozen=True, slots=True)
+class EarlyEnd:
+    """Why a run ended before its time: it had collapsed, and all that is asked of it was known."""
+
+    time: float  # [s]
+    planned: float  # until when it would have gone on [s]
+    undone: tuple[Action, ...] = ()  # what would still have been done
+
+
 NUMERICAL_COLLAPSE = "numerical-collapse"  # in place of a verdict: it fell, and nothing but the solver made it
 
 
@@ -235,6 +254,8 @@ class Trace:
     penetration: Penetration | None = None  # None where nothing was placed, or nobody asked
     wrong_edges: WrongEdges | None = None  # None where no contact was seen to have a wrong normal
     shift_before: float = 0.0  # largest of any brick when one was last set down before a collapse, or at all [m]
+    moving: tuple[BodyId, ...] = ()  # what was not at rest when the run ended, thrown bricks included
+    early_end: EarlyEnd | None = None  # None where it went on for as long as it was to
     numerical: str = ""  # why the collapse is the solver's and none of physics; empty where nothing says so
 
     @property
@@ -242,6 +263,16 @@ class Trace:
         """The share of energy that an engine has added by itself; 0 where that is no more than a watch may miss."""
         gain = self.energy.gain if self.energy is not None else 0.0
         return gain if gain > NOTABLE_GAIN else 0.0
+
+    @property
+    def undone(self) -> tuple[Action, ...]:
+        """What was still to be done when the run ended."""
+        return self.early_end.undone if self.early_end is not None else ()
+
+    @property
+    def gone(self) -> Set[BodyId]:
+        """What was still to be pulled out then: it counts as pulled out, so that ending early makes no difference."""
+        return {brick for action in self.undone if isinstance(action, Removal) for brick in action.bricks}
 
     @property
     def last_action(self) -> float:

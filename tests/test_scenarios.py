@@ -12,6 +12,7 @@ from stackdsl.checking.gathering import Case, gather
 from stackdsl.checking.one_case import play_case
 from stackdsl.checking.results import snapshot_of
 from stackdsl.judging.judge import judge
+from stackdsl.judging.known import known_of
 from stackdsl.pytest_plugin import Golden, OtherEngineWarning
 from stackdsl.snapshots.golden import golden_name
 from stackdsl.systems.known_systems import unplayable
@@ -48,9 +49,10 @@ def test_a_scenario_meets_its_expectations_and_its_snapshot_a_nanometre_off(case
     if why := unplayable(case.system):
         pytest.skip(why)
     disturb = is_modelled(case) and HAS_PYBULLET  # what MuJoCo makes of a hard hit hangs on a nanometre (decision 0027)
-    traces = [play_case(disturbed(case.timeline) if disturb else case.timeline, case.system)]
+    is_known = known_of(case.scenario, case.system)
+    traces = [play_case(disturbed(case.timeline) if disturb else case.timeline, case.system, is_known)]
     if disturb and not traces[0].cost.steps:
-        traces.append(play_case(case.timeline, case.system))
+        traces.append(play_case(case.timeline, case.system, is_known))
     for trace in traces:
         outcomes = judge(trace, case.scenario, case.variant, case.source, case.system)
         assert [outcome for outcome in outcomes if not outcome.passed] == []

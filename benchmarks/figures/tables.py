@@ -23,6 +23,7 @@ _POINT_COLUMNS = (
     Column("times s", "{time_s:sig3}"),
     Column("energy %", "{energy_percent:sig2}"),
     Column("pace in times of `exact`", "{times_exact:sig3}"),
+    Column("update of the extension, median and worst ms", "{update_median_ms:sig2}, {update_worst_ms:sig2}"),
     Column("nobody beats it in", "{front}"),
 )
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from stability.engines.protocol import World
 from stability.engines.settings import EngineSettings
 from stability.geometry.vectors import scale
+from stability.mechanics.rubbing import Pressed
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, HalfSpace, Plane, Pose, Shape, Vec3
 from stability.shapes.box import Box, as_box
 
@@ -118,6 +119,15 @@ class ResizedWorld:
 
     def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:
         self.engine.push(brick, scale(self.factor**4, impulse_W), scale(self.factor, at_W))
+
+    def press(self, brick: BodyId, pressed: Sequence[Pressed]) -> None:
+        self.engine.press(
+            brick,
+            [
+                replace(each, force_W=scale(self.factor**4, each.force_W), at_W=scale(self.factor, each.at_W))
+                for each in pressed
+            ],
+        )
 
     def join(self, bricks: Collection[BodyId]) -> None:
         self.engine.join(bricks)

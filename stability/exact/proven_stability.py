@@ -217,12 +217,15 @@ class ProvenStability:
 
     def _answer_disturbances(self, states: Mapping[BodyId, BodyState]) -> Update:
         """Wake bricks that are about to be hit or pressed away; part rigid groups that are hit or moved too far."""
-        if not states or not (self.assembly.bricks or self._rigid_groups.bricks):
+        if not states:
             return Update()
         for first in self._rigid_groups.moved_too_far(states):
             self._rigid_groups.part(first)
         found = Update()
-        if hits := self._disturbances.hits(states, Either(self.assembly.bricks, self._rigid_groups)):
+        # Where nothing is still, flights are followed all the same: what is far away changes nothing.
+        nothing_still = not self.assembly.bricks and not self._rigid_groups.bricks
+        still = () if nothing_still else Either(self.assembly.bricks, self._rigid_groups)
+        if hits := self._disturbances.hits(states, still):
             found = self._wake_struck(Disturbed({hit.brick: hit.normal_W for hit in hits}, in_words(hits)))
         stepped = self._awake.names - self._awake.announced
         pressing = stepped - self._rigid_groups.bricks

@@ -116,6 +116,8 @@ class Approaches(BrickObserver):
 
     def _near(self, flying: _Solid, still: Container[BodyId], within: float) -> list["_Near"]:
         """The bricks `still` that are near."""
+        if not still:
+            return []
         others = [other for other in self.engine.near(flying.id, within) if other in still]
         states, found = self.engine.states(others), []
         for other in others:

@@ -237,6 +237,8 @@ def recorded(job: Job, result: TaskResult, made_with: Mapping[str, str]) -> Reco
         judgements=cost.judgements,
         solves=sum(cost.proofs.values()),
         peak_memory=played.peak_memory,
+        update_median=played.updates.median if played.updates else None,
+        update_worst=played.updates.worst if played.updates else None,
     )
 
 
@@ -255,8 +257,9 @@ def _planned(job: Job, made_with: Mapping[str, str]) -> Record:
 
 
 def _truths(case: Case, trace: Trace) -> tuple[TruthHeld, ...]:
-    """What is known from outside, held against what moved."""
-    return tuple(_held(outcome) for outcome in compare_with_truth(trace, case.scenario, case.variant, case.source))
+    """What is known from outside, held against what moved, as it was when the run ended."""
+    seen = replace(trace, moving=())
+    return tuple(_held(outcome) for outcome in compare_with_truth(seen, case.scenario, case.variant, case.source))
 
 
 def _held(outcome: Outcome) -> TruthHeld:

@@ -25,7 +25,7 @@ are.
   anything moves in a structure that should stand still, also by falling; and in one that should fall, how far before
   the brick comes with which it does. The other three are those of runs with the
   right verdict, from truths and from that reference, which has no distance from itself. `mm`: lengths, such as how
-  far away a fall lands, or how high what was hit stands. `deg`: angles, such as which way it falls. `s`: when it
+  far away a fall lands, or how far what is hit goes. `deg`: angles, such as which way it falls. `s`: when it
   falls, by more than the 10 ms between two looks at a run.
 - `energy`: the largest gain after the last action, as a share of what there was then, heights counted from the ground.
 - `wall s`: the time to the answer. A collapse is followed, by every system, only where something hits the structure
@@ -33,11 +33,17 @@ are.
   rows have finished, but for rows that do not take them; a row that does not take all of these has none. `x exact`:
   the pace in times of that of `exact` at its own time step, over the scenarios that both have finished.
 - `steps`, `solves`: engine steps, and proofs and their answers, summed. `MiB`: the most memory that a run took.
+- `update ms`, `worst ms`: what one update of the extension takes, the wait of whoever plays with bricks while it
+  watches them: the median over the scenarios of the median update of each, and the worst update of any. `-` where no
+  extension takes part; a bare engine is felt by its steps alone.
 - `front`: the errors in which no row is both faster and nearer; `seconds` is that of the column `s`.
 
 What takes no engine step is played at one time step and copied to the others. `cra` and `rbe` (compas_cra) tell
 whether it stands after each placement, and nothing of motion: what they do not take is listed as not taken, and
 their time ends where they say that it falls."""
+
+KEPT = ("system", "verdict", "levels", "creep mm", "mm", "deg", "s")  # columns of a run that are told of each case
+COSTS = ("wall s", "steps", "solves", "MiB", "update ms", "worst ms")  # and these
 
 
 def bench_page(bench: Bench, drawn: bool) -> str:
@@ -94,8 +100,7 @@ def _cases(bench: Bench) -> Iterator[str]:
 def _case_row(score: Score, compared_with: float | None) -> Row:
     """One run, with its pace in times of another."""
     row = run_row(score)
-    kept = ("system", "verdict", "levels", "creep mm", "mm", "deg", "s", "wall s", "steps", "solves", "MiB")
-    told = {key: row[key] for key in kept}
+    told = {key: row[key] for key in (*KEPT, *COSTS)}
     told["verdict"] += ", wrong" if score.wrong else ""
     fell = score.record.seen("collapse level")
     pace = pace_of(score.record) if score.record.done else None

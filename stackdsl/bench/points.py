@@ -3,7 +3,7 @@
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from statistics import geometric_mean
+from statistics import geometric_mean, median
 
 from stackdsl.bench.run_record import Record, step_text
 from stackdsl.bench.scoring import Score
@@ -45,6 +45,8 @@ class Point:
     steps: int
     solves: int
     peak_memory: int  # [bytes], largest
+    update_median: float | None  # [s] of one update of the extension, median over the cases; None without one
+    update_worst: float | None  # [s] of any
 
     @property
     def name(self) -> str:
@@ -93,6 +95,8 @@ def _point(
         steps=sum(record.steps for record in records),
         solves=sum(record.solves for record in records),
         peak_memory=max(record.peak_memory for record in records),
+        update_median=median(medians) if (medians := _told(record.update_median for record in records)) else None,
+        update_worst=max(_told(record.update_worst for record in records), default=None),
     )
 
 
@@ -125,8 +129,11 @@ def pace_of(record: Record) -> float | None:
 
 
 def _largest(scores: Iterable[Score], measure: str) -> float | None:
-    values = (getattr(score, measure) for score in scores)
-    return max((value for value in values if value is not None), default=None)
+    return max(_told(getattr(score, measure) for score in scores), default=None)
+
+
+def _told(values: Iterable[float | None]) -> list[float]:
+    return [value for value in values if value is not None]
 
 
 def pareto_front(costs_and_errors: Sequence[tuple[float, float]]) -> list[int]:

@@ -9,7 +9,7 @@ from stackdsl.bench.entrants import NO_STEPS
 from stackdsl.observations import Seen
 
 NOT_TAKEN = "not taken"  # in place of a RunStatus: the entrant says nothing of such a case
-FORMAT = 2  # of a line; raise it whenever an older one can no longer be read
+FORMAT = 3  # of a line; raise it whenever an older one can no longer be read
 
 
 class MalformedRecordError(ValueError):
@@ -50,6 +50,8 @@ class Record:
     judgements: int = 0  # passes of a stability extension
     solves: int = 0  # bricks proven to stand, each as often as it was
     peak_memory: int = 0  # [bytes]
+    update_median: float | None = None  # [s]; None of what has no extension
+    update_worst: float | None = None  # [s]
 
     @property
     def name(self) -> str:

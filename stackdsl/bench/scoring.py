@@ -116,9 +116,9 @@ def _score(record: Record, fellows: Sequence[Record], answer: Answer | None, ref
         compared.append(("s", known.seconds_off(fell_after)))
     return replace(
         score,
-        mm=_furthest(record, compared, "mm"),
-        deg=_furthest(record, compared, "deg"),
-        seconds=_furthest(record, compared, "s"),
+        mm=_furthest(record, compared, "mm", known.undisturbed),
+        deg=_furthest(record, compared, "deg", known.undisturbed),
+        seconds=_furthest(record, compared, "s", known.undisturbed),
     )
 
 
@@ -145,16 +145,21 @@ def numerical_reason(score: Score) -> str:
     return score.record.numerical or f"it stands at a finer time step than {step_text(score.record.factor)}"
 
 
-def _furthest(record: Record, compared: Sequence[tuple[str, float]], unit: str) -> float | None:
+def _furthest(record: Record, compared: Sequence[tuple[str, float]], unit: str, undisturbed: bool) -> float | None:
     """The largest distance of this unit from truths and from the reference."""
-    off = [truth.off for truth in record.truths if truth.unit == unit and not _is_scored_apart(truth.kind)]
+    truths = [truth for truth in record.truths if not _is_scored_apart(truth.kind, undisturbed)]
+    off = [truth.off for truth in truths if truth.unit == unit]
     off += [difference for own, difference in compared if own == unit]
     return max((value for value in off if value is not None), default=None)
 
 
-def _is_scored_apart(kind: str) -> bool:
-    """Whether answer and creep speak for a kind of truth; a journal may know kinds that are no more."""
-    return kind in CLAIMS and CLAIMS[kind].model.scored_apart
+def _is_scored_apart(kind: str, undisturbed: bool) -> bool:
+    """Whether answer and creep speak for a kind of truth; a journal may know kinds that are no more.
+
+    How far something goes that is hit is no creep, but a length as any other.
+    """
+    model = CLAIMS[kind].model if kind in CLAIMS else None
+    return model is not None and model.scored_apart and (undisturbed or not model.of_creep)
 
 
 def _differences(record: Record, reference: Reference, known: Answer) -> list[tuple[str, float]]:

@@ -14,6 +14,13 @@ from stackdsl.bench.scoring import Score, numerical_reason
 from stackdsl.trace import NUMERICAL_COLLAPSE
 
 FORMAT = 1
+RENAMED = {
+    "wall_time": "wall_time_s",
+    "simulated_time": "simulated_time_s",
+    "peak_memory": "peak_memory_bytes",
+    "update_median": "update_median_s",
+    "update_worst": "update_worst_s",
+}  # with their units
 
 
 def bench_json(bench: Bench) -> str:
@@ -46,8 +53,7 @@ def _answer(answer: Answer | None) -> Mapping[str, object] | None:
 def _run(score: Score) -> Mapping[str, object]:
     kept = asdict(score.record)
     del kept["versions"]
-    renamed = {"wall_time": "wall_time_s", "simulated_time": "simulated_time_s", "peak_memory": "peak_memory_bytes"}
-    return {renamed.get(key, key): value for key, value in kept.items()} | {
+    return {RENAMED.get(key, key): value for key, value in kept.items()} | {
         "verdict": score.verdict or None,
         "numerical": numerical_reason(score) if score.verdict == NUMERICAL_COLLAPSE else None,
         "known_from": score.known.value if score.known is not None else None,
@@ -63,9 +69,7 @@ def _run(score: Score) -> Mapping[str, object]:
 
 def _point(point: Point) -> Mapping[str, object]:
     renamed = {
-        "wall_time": "wall_time_s",
-        "simulated_time": "simulated_time_s",
-        "peak_memory": "peak_memory_bytes",
+        **RENAMED,
         "pace": "wall_s_per_simulated_s",
         "energy": "energy_gain_percent",
         "times_exact": "pace_in_times_of_exact",

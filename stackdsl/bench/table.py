@@ -63,6 +63,8 @@ def run_row(score: Score) -> Row:
         "steps": str(record.steps) if record.done else NOTHING,
         "solves": str(record.solves) if record.done else NOTHING,
         "MiB": f"{record.peak_memory / MEBIBYTE:.0f}" if record.done else NOTHING,
+        "update ms": milliseconds(record.update_median),
+        "worst ms": milliseconds(record.update_worst),
     }
 
 
@@ -92,6 +94,8 @@ def _point_row(point: Point, fronts: Iterable[str]) -> Row:
         "steps": str(point.steps),
         "solves": str(point.solves),
         "MiB": f"{point.peak_memory / MEBIBYTE:.0f}",
+        "update ms": milliseconds(point.update_median),
+        "worst ms": milliseconds(point.update_worst),
         "front": ", ".join(measure for measure in MEASURES if measure in fronts) or NOTHING,
     }
 
@@ -112,6 +116,11 @@ def not_taken(scores: Iterable[Score]) -> list[str]:
 def number(value: float | None) -> str:
     """Three digits, or none where nothing is known."""
     return NOTHING if value is None else significant(value)
+
+
+def milliseconds(seconds: float | None) -> str:
+    """A short time, in three digits."""
+    return number(None if seconds is None else 1000.0 * seconds)
 
 
 def _stopped(score: Score) -> str:

@@ -6,7 +6,7 @@ most memory that a process ever had is that of one case.
 
 import resource
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from statistics import median
 
@@ -14,6 +14,7 @@ from stackdsl.bench.entrants import Result, entrant_named
 from stackdsl.checking.one_case import played_or_blocked
 from stackdsl.playing.clearance import Blocked
 from stackdsl.timeline import Timeline
+from stackdsl.trace import Cost, Updates
 
 ENOUGH = 0.25  # [s] of playing, so that a run of a millisecond is not timed by its first time alone
 MOST_RUNS = 9
@@ -28,6 +29,7 @@ class Played:
     result: Result
     wall_time: float  # [s], median of the runs
     runs: int
+    updates: Updates | None  # medians of the runs, each of its median and its worst update
     peak_memory: int  # [bytes] of the whole process, Python and libraries included
 
 
@@ -40,19 +42,32 @@ def measured(timeline: Timeline, system: str, factor: float) -> Played:
     """Play a timeline at so many times the time step; what takes no time is played several times."""
     entrant = entrant_named(system)
 
+    costs: list[Cost] = []
+
     def walls() -> Iterator[float]:
         while True:
-            yield entrant.play(timeline, factor).cost.wall_time
+            costs.append(entrant.play(timeline, factor).cost)
+            yield costs[-1].wall_time
 
     entrant.load()
     loaded = len(sys.modules)
     first = entrant.play(timeline, factor)
-    took = first.cost.wall_time
-    if len(sys.modules) > loaded and took < WORTH_REPEATING:
+    if len(sys.modules) > loaded and first.cost.wall_time < WORTH_REPEATING:
         took = next(walls())  # what is imported on the way, as solvers are, is no part of a run
+    else:
+        costs.append(first.cost)
+        took = first.cost.wall_time
     times = enough(took, walls())
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * BYTES_PER_UNIT
-    return Played(entrant.checked(first, timeline), median(times), len(times), peak)
+    return Played(entrant.checked(first, timeline), median(times), len(times), usual_updates(costs), peak)
+
+
+def usual_updates(costs: Sequence[Cost]) -> Updates | None:
+    """The median and the worst update of one run after the other, each as it is in the median of them."""
+    updates = [cost.updates for cost in costs if cost.updates is not None]
+    if not updates:
+        return None
+    return Updates(median(each.median for each in updates), median(each.worst for each in updates))
 
 
 def enough(first: float, more: Iterator[float]) -> list[float]:

@@ -11,6 +11,7 @@ from stackdsl.checking.one_case import play_case, play_refined, played_or_blocke
 from stackdsl.checking.processes import OnWait, run_supervised
 from stackdsl.checking.results import checked, skipped
 from stackdsl.checking.worker import Task, TaskResult
+from stackdsl.judging.known import known_of
 from stackdsl.outcome import Report, VariantResult
 from stackdsl.snapshots.golden import golden_name, obsolete, remove_obsolete
 from stackdsl.systems.known_systems import unplayable
@@ -64,7 +65,8 @@ class _Played:
 
     def _task(self, case: Case) -> Task:
         playing, runs = (play_refined, REFINED_COST) if self.terms.refine else (play_case, 1.0)
-        return Task(played_or_blocked, (playing, case.timeline, case.system), runs * self.terms.time_limit)
+        is_known = known_of(case.scenario, case.system)
+        return Task(played_or_blocked, (playing, case.timeline, case.system, is_known), runs * self.terms.time_limit)
 
     def _checked(self, index: int, result: TaskResult) -> VariantResult:
         return checked(self.selected[index], result, self.terms.golden, self.terms.update)

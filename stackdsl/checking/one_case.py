@@ -6,6 +6,7 @@ from typing import TypeVar
 
 from stackdsl.judging.numerical import Refinement, held_against_refined, with_numerical_collapse
 from stackdsl.playing.clearance import Blocked, BlockedPlacementError
+from stackdsl.playing.ending import Known, nothing_is_known
 from stackdsl.playing.runner import play
 from stackdsl.systems.known_systems import system_named
 from stackdsl.systems.modification import as_played
@@ -15,9 +16,15 @@ from stackdsl.trace import Event, Trace
 Played = TypeVar("Played")
 
 
-def play_case(timeline: Timeline, system: str, on_event: Callable[[Event], None] = lambda event: None) -> Trace:
+def play_case(
+    timeline: Timeline,
+    system: str,
+    is_known: Known = nothing_is_known,
+    on_event: Callable[[Event], None] = lambda event: None,
+) -> Trace:
     """What a worker does. The engine is imported there, where a scene needs it, and nowhere before."""
-    trace = with_numerical_collapse(play(timeline, system_named(system), on_event), timeline, system_named(system))
+    played = play(timeline, system_named(system), on_event, is_known)
+    trace = with_numerical_collapse(played, timeline, system_named(system))
     if not timeline.margins or trace.statics is None:
         return trace
     from stackdsl.judging.margins import margins_of  # noqa: PLC0415 -- programs bring numpy
@@ -33,14 +40,14 @@ def played_or_blocked(playing: Callable[..., Played], *arguments: object) -> Pla
         return error.blocked
 
 
-def play_refined(timeline: Timeline, name: str) -> Refinement:
+def play_refined(timeline: Timeline, name: str, is_known: Known = nothing_is_known) -> Refinement:
     """What a worker does to see what of a run is the solver's; where no step was taken, nothing is."""
-    trace = play_case(timeline, name)
+    trace = play_case(timeline, name, is_known)
     if trace.cost.steps == 0:
         return Refinement(trace)
     system = system_named(name).refined()
     try:
-        fine = play(timeline, system)
+        fine = play(timeline, system, is_known=is_known)
     except BlockedPlacementError as error:
         raise BlockedPlacementError(replace(error.blocked, refined=True)) from error
     fine = with_numerical_collapse(fine, timeline, system)

@@ -95,6 +95,8 @@ def judged(case: Case, trace: Trace) -> VariantResult:
         wrong_edges=trace.wrong_edges,
         energy_gained=trace.energy_gained,
         collapse=trace.collapse,
+        moving=trace.moving,
+        early_end=trace.early_end,
         drift=trace.drift,
         engine=system_named(case.system).engine.package.name if trace.cost.steps else "",
         modified=system_named(case.system).modification.summary,

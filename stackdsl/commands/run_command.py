@@ -11,6 +11,7 @@ from stackdsl.checking.selection import Selection
 from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE
 from stackdsl.commands.selecting import complain, selected_of
 from stackdsl.commands.terminal import write
+from stackdsl.judging.known import known_of
 from stackdsl.outcome import Report, VariantResult, exit_code
 from stackdsl.playing.clearance import BlockedPlacementError
 from stackdsl.report.event_text import event_text
@@ -37,7 +38,8 @@ def _run(case: Case) -> VariantResult:
         write(f"  skipped: {why}\n\n")
         return skipped(case, why)
     try:
-        trace = play_case(case.timeline, case.system, lambda event: write(event_text(event)))
+        is_known = known_of(case.scenario, case.system)
+        trace = play_case(case.timeline, case.system, is_known, lambda event: write(event_text(event)))
     except BlockedPlacementError as error:
         result = held_up(case, error.blocked)
         complain(filter(None, [result.mistake]))

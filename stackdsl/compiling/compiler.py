@@ -95,6 +95,7 @@ def _timeline(built: Built, impacts: Iterable[tuple[Moment, Action]], scenario: 
         margins=asked.margins,
         measures=asked.measures,
         closely=asked.closely,
+        followed=asked.followed,
     )
 
 

@@ -3,7 +3,9 @@
 from collections.abc import Sequence
 from math import inf
 
+from stackdsl.judging.still_moving import may_still_change, still_moving
 from stackdsl.language.claims.claim import Claim
+from stackdsl.language.claims.claim_kind import ClaimKind
 from stackdsl.language.claims.finding import Finding
 from stackdsl.language.schema import Scenario
 from stackdsl.language.variants import Variant, repeated
@@ -15,17 +17,22 @@ from stackdsl.trace import Trace
 
 
 def judge(trace: Trace, scenario: Scenario, variant: Variant, source: Source, system: str) -> tuple[Outcome, ...]:
-    """The outcome of every expectation that speaks of this system, in the order of the file.
+    """The outcome of every expectation that speaks of this system, in the order of the file."""
+    asked = [(("expect", number), claim) for number, claim in expected_of(scenario, system)]
+    return _outcomes(asked, trace, variant, source)
+
+
+def expected_of(scenario: Scenario, system: str) -> Sequence[tuple[int, Claim]]:
+    """The expectations that speak of a system, by number.
 
     What only statics can tell is not asked of a system that proves nothing: peers meet scenarios not meant for them.
     """
     proves = system_named(system).method is Method.PROVEN
-    asked = [
-        (("expect", number), claim)
+    return [
+        (number, claim)
         for number, claim in enumerate(scenario.expect)
         if (claim.system is None or system in claim.system) and (proves or not claim.stated.needs_statics)
     ]
-    return _outcomes(asked, trace, variant, source)
 
 
 def compare_with_truth(trace: Trace, scenario: Scenario, variant: Variant, source: Source) -> tuple[Outcome, ...]:
@@ -46,10 +53,17 @@ def _outcomes(
 
 def _outcome(path: Path, claim: Claim, trace: Trace, variant: Variant, source: Source) -> Outcome:
     kind, stated = claim.kind, claim.stated
-    found = _numerical(trace) if trace.numerical and stated.of_collapses else stated.judge(trace)
+    found = _found(stated, trace)
     place = (*path, kind)
     expected = as_written(repeated(_at(source.values, place), _at(variant.values, place)))
     return Outcome(kind, expected, found.measured, found.margin, found.unit, found.passed, source.key_span_of(place))
+
+
+def _found(stated: ClaimKind, trace: Trace) -> Finding:
+    if trace.numerical and stated.of_collapses:
+        return _numerical(trace)
+    found = stated.judge(trace)
+    return still_moving(found, trace) if may_still_change(stated, trace) else found
 
 
 def _numerical(trace: Trace) -> Finding:

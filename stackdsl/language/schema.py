@@ -136,6 +136,9 @@ class Scenario(AuthorModel):
         description="what is built, step by step"
     )
     impacts: Annotated[tuple[Impact, ...], Field(max_length=1000)] = Field((), description="what is done to it")
+    watch: t.PositiveDuration | None = Field(
+        None, description="how long it is watched after the last action, and a collapse is followed, at most"
+    )
     systems: t.Systems = Field(("exact",), description="what the scenario is played on")
     expect: Annotated[tuple[Expectation, ...], Field(max_length=1000)] = Field((), description="what must come of it")
     truth: Annotated[tuple[Truth, ...], Field(max_length=1000)] = Field((), description="what is known from outside")

@@ -42,6 +42,11 @@ class Tolerance:
         low, high = max(self.low, other.low), min(self.high, other.high)
         return low < high or (low == high and self.holds(low) and other.holds(low))
 
+    def same_for(self, least: float, most: float) -> bool:
+        """Whether all values between two hold, or none does."""
+        between = Tolerance(least, most, low_open=False, high_open=False, text="")
+        return (self.holds(least) and self.holds(most)) or not self.meets(between)
+
     def margin(self, value: float) -> float:
         """Signed distance to the nearest bound, positive inside; 0 at a bound, also at an open one."""
         return min(value - self.low, self.high - value)

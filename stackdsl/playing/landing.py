@@ -13,6 +13,7 @@ from stackdsl.playing.energy import kinetic_energy
 from stackdsl.playing.watch import Watch
 from stackdsl.trace import Landing
 
+OVER = 0.01  # share of the largest kinetic energy; with less, what fell rocks and slides on, and brings nothing down
 LANDED = 0.5  # share of the largest kinetic energy so far; below, the ground has taken the rest
 
 
@@ -22,6 +23,7 @@ class LandingWatch:
 
     watch: Watch
     falling: bool = False  # whether the peak may be near
+    _now: float = 0.0  # kinetic energy of what has left its place [J]
     _most: float = 0.0  # kinetic energy of what had left its place, at the peak so far [J]
     _time: float = 0.0  # of the peak [s]
     _at: dict[BodyId, Vec3] = field(default_factory=dict)  # where all that moved was then
@@ -30,6 +32,7 @@ class LandingWatch:
         """Take in all that moves."""
         bricks = self.watch.bricks
         energy = sum(kinetic_energy(bricks[name].placement.brick, states[name]) for name in self.watch.left(states))
+        self._now = energy
         self.falling = energy > LANDED * self._most
         if energy > self._most:
             self._most, self._time = energy, time
@@ -47,4 +50,4 @@ class LandingWatch:
             mass += watched.placement.brick.mass
             x += watched.placement.brick.mass * (then[0] - before[0])
             y += watched.placement.brick.mass * (then[1] - before[1])
-        return Landing(self._time, (x / mass, y / mass))
+        return Landing(self._time, (x / mass, y / mass), self._now < OVER * self._most)

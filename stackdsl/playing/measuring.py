@@ -9,12 +9,13 @@ from stability.model import BodyId, BodyState
 from stability.statics.facts import Verdict
 from stackdsl.playing.energy import EnergyMeter
 from stackdsl.playing.landing import LandingWatch
+from stackdsl.playing.motion_watch import MotionWatch
 from stackdsl.playing.onset import OnsetWatch
 from stackdsl.playing.overlap import OverlapMeter
 from stackdsl.playing.sway import SwayMeter
 from stackdsl.playing.watch import NOT_MOVING, Watch
 from stackdsl.timeline import Placement, Timeline
-from stackdsl.trace import Landing
+from stackdsl.trace import Landing, Penetration, Sway
 
 
 @dataclass
@@ -25,6 +26,7 @@ class Measures:
     watch: Watch = field(init=False)
     energy: EnergyMeter = field(init=False)
     onset: OnsetWatch = field(default_factory=OnsetWatch)
+    motion: MotionWatch = field(init=False)
     _landing: LandingWatch = field(init=False)
     sway: SwayMeter | None = None  # None unless it is asked for
     overlap: OverlapMeter | None = None  # likewise
@@ -33,11 +35,22 @@ class Measures:
         gravity = self.timeline.world.gravity
         self.watch = Watch(not_moving=NOT_MOVING.scaled(lengths=1.0, times=sqrt(USUAL_GRAVITY / gravity)))
         self.energy = EnergyMeter(gravity, self.timeline.world.planes[0])
+        self.motion = MotionWatch(gravity)
         self._landing = LandingWatch(self.watch)
         if "sway" in self.timeline.measures:
             self.sway = SwayMeter(self.watch)
         if "penetration" in self.timeline.measures:
             self.overlap = OverlapMeter(self.timeline.world.planes)
+
+    @property
+    def swayed(self) -> Sway | None:
+        """The largest swing, if it was asked for."""
+        return self.sway.sway if self.sway is not None else None
+
+    @property
+    def overlapped(self) -> Penetration | None:
+        """The deepest overlap, if it was asked for."""
+        return self.overlap.penetration if self.overlap is not None else None
 
     @property
     def close(self) -> bool:
@@ -47,6 +60,7 @@ class Measures:
     def add(self, placement: Placement) -> None:
         """A brick has come."""
         self.watch.add(placement)
+        self.motion.add(placement.brick)
         self._see({placement.brick.id: BodyState(placement.pose, placement.velocity_W)})
         if self.overlap is not None:
             self.overlap.see(placement.time, self.watch.made_of, {placement.brick.id: placement.pose})
@@ -55,6 +69,7 @@ class Measures:
         """These were pulled out."""
         bricks = tuple(bricks)
         self.watch.remove(bricks)
+        self.motion.stopped(bricks)
         self.energy.forget(bricks)
         if self.overlap is not None:
             self.overlap.forget(bricks)
@@ -68,13 +83,16 @@ class Measures:
 
     def judged(self, time: float, states: Mapping[BodyId, BodyState], frozen: Iterable[BodyId]) -> None:
         """These bricks may move, or did until now; what was frozen is not looked at any more."""
+        frozen = tuple(frozen)
         self.watch.see(time, states)
         self._see(states)
         self.watch.freeze(frozen)
+        self.motion.stopped(frozen)
 
     def look(self, time: float, states: Mapping[BodyId, BodyState]) -> None:
         """Take in all that moves."""
         self.watch.see(time, states)
+        self.motion.see(time, states)
         self._see(states)
         self.energy.look()
         if self.sway is not None:

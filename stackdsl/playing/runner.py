@@ -1,28 +1,31 @@
 """Timeline -> trace: the one stage that steps a world.
 
 Time in which nothing can move is skipped: before the first brick, and whenever the extension has frozen all there are.
-A collapse ends the build, and is followed for a while to see what falls. Hits go on, and so does pulling bricks out.
+A collapse ends the build, and is followed for a while to see what falls. Hits go on, and so does pulling bricks out,
+until all that is asked is known.
 """
 
-from collections.abc import Collection, Mapping, Sequence, Set
-from dataclasses import dataclass, field
-from math import hypot
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, field, replace
 from time import perf_counter
 
 from stability.engines.protocol import World
 from stability.engines.scene_scale import SAMPLING
 from stability.geometry.vectors import add
-from stability.model import BodyId, BodyState
+from stability.model import BodyId
 from stability.motion.known_motion import FallingParts
 from stability.statics.facts import Stability
 from stability.watching.extension import Extension, JudgesLandings, Update
-from stackdsl.playing.after_collapse import after_collapse, last_arrival, time_of
+from stackdsl.playing.after_collapse import after_collapse, time_of
 from stackdsl.playing.carrying import ForceMeter
 from stackdsl.playing.clearance import keep_clear
 from stackdsl.playing.edges import EdgeWatch
+from stackdsl.playing.ending import Ending, Known, nothing_is_known
 from stackdsl.playing.event_log import EventLog, OnEvent, edges_of
 from stackdsl.playing.measuring import Measures
 from stackdsl.playing.tracks import tracks_of
+from stackdsl.playing.travel import limit_travel
+from stackdsl.playing.update_clock import UpdateClock
 from stackdsl.systems.modification import as_played
 from stackdsl.systems.systems import System
 from stackdsl.systems.worlds import extension_for, load, opened_world
@@ -30,18 +33,23 @@ from stackdsl.timeline import Moment, Placement, Push, Removal, Timeline
 from stackdsl.trace import STAND, BrickState, Collapse, Cost, Event, EventKind, Trace
 
 CLOSE_SAMPLING = 0.002  # [s] between looks while it is asked how something begins to fall, or where it lands
-AFTERMATH = 1.0  # [s] a collapse is followed; a plank falls from a metre in less than half of it
 FORCE_WINDOW = 0.25  # [s] at the end over which a bare engine's contact forces are averaged
 
 
-def play(timeline: Timeline, system: System, on_event: OnEvent = lambda event: None) -> Trace:
-    """Play a timeline on a system, in a world of its own."""
+def play(
+    timeline: Timeline,
+    system: System,
+    on_event: OnEvent = lambda event: None,
+    is_known: Known = nothing_is_known,
+) -> Trace:
+    """Play a timeline on a system, in a world of its own; once it has collapsed, until all that is asked is known."""
     load(system)
     timeline = as_played(timeline, system.modification)
     started = perf_counter()
     world = opened_world(timeline, system)
     try:
-        run = _Run(timeline, world, extension_for(timeline, system, world), EventLog(on_event))
+        extension = extension_for(timeline, system, world)
+        run = _Run(timeline, world, extension, EventLog(on_event), Ending(timeline, is_known))
         run.play()
         return run.trace(perf_counter() - started)
     finally:
@@ -54,18 +62,20 @@ class _Run:
     world: World
     extension: Extension | None
     log: EventLog
+    ending: Ending
     collapse: Collapse | None = None
     gave_way: BodyId | None = None
+    updates: UpdateClock = field(default_factory=UpdateClock)
     forces: ForceMeter = field(default_factory=ForceMeter)
     ticks: int = 0  # time steps that passed while something could move
     steps: int = 0  # of them, those that an engine took
     judgements: int = 0
     one_by_one: int = 0
-    last_action: float = 0.0  # [s]
     shift_before: float = 0.0  # largest of any brick when something was last done before a collapse [m]
-    last_arrival: float = 0.0  # of what has to fly to the structure [s]
+    passed: int = 0  # moments
 
     def __post_init__(self) -> None:
+        self.moments = tuple(self.timeline.moments())
         self.measures = Measures(self.timeline)
         self.watch = self.measures.watch
         scene = self.timeline.world
@@ -74,13 +84,14 @@ class _Run:
         self.falling = FallingParts(self.world, scene.planes, scene.friction, scene.gravity)
 
     def play(self) -> None:
-        for moment in self.timeline.moments():
+        for moment in self.moments:
             for _ in range(2):  # a collapse stops the first
                 if self._takes_place(moment) is not None:
                     self._advance(time_of(moment))
-            doing = self._takes_place(moment)
+            doing = None if self._all_is_known() else self._takes_place(moment)
             if doing is not None:
                 self._act(doing)
+            self.passed += 1
             if self._only_an_engine_knows_more() and not self.timeline.watched:
                 return
         self._advance(self._end())
@@ -90,6 +101,8 @@ class _Run:
         self._close_placement()
 
     def _takes_place(self, moment: Moment) -> Moment | None:
+        if self.ending.early is not None:
+            return None
         return moment if self.collapse is None else after_collapse(moment, self.watch.present)
 
     def _act(self, moment: Moment) -> None:
@@ -108,12 +121,11 @@ class _Run:
                 self._place(moment)
         if self.lands is not None:
             self.falling.let_go(self._moving())
-        self.last_action = time_of(moment)
-        self.last_arrival = max(self.last_arrival, last_arrival(moment))
+        self.ending.acted(moment)
         states = self.world.states(self._moving())
         self.measures.acted(states, self.extension.verdict() if self.extension is not None else None)
         if self.watch.hit:
-            self._limit_travel(states)  # or what is fast would pass through something before the next look
+            limit_travel(self.world, states, self.timeline.world.gravity)  # until the next look
 
     def _only_an_engine_knows_more(self) -> bool:
         """Whether what was set down is not proven to stand."""
@@ -122,11 +134,14 @@ class _Run:
 
     def _end(self) -> float:
         """Until when there is something to see, as far as is known by now."""
-        if self.collapse is None:
-            return self.timeline.end
-        aftermath = self.collapse.time + (AFTERMATH if self.timeline.aftermath else 0.0)
-        goes_on = self.watch.hit or self.last_action > self.collapse.time
-        return max(aftermath, self.last_arrival + self.timeline.hold) if goes_on else aftermath
+        return self.ending.until(self.collapse, self.watch.hit)
+
+    def _all_is_known(self) -> bool:
+        """Whether nothing that may still happen changes what is asked."""
+        if self.ending.may_be_early(self.world.time(), self.collapse):
+            to_come = (self._takes_place(moment) for moment in self.moments[self.passed :])
+            self.ending.ask(self._so_far(), self._end(), [moment for moment in to_come if moment is not None])
+        return self.ending.early is not None
 
     def _place(self, group: Sequence[Placement]) -> None:
         for placement in group:
@@ -147,13 +162,13 @@ class _Run:
         self.forces = ForceMeter()  # what was measured before is of another structure
         self.log.tell(Event(removal.time, EventKind.REMOVED, removal.bricks))
         if self.extension is not None:
-            self._tell_update(self.extension.taken_out(removal.bricks))
+            self._tell_update(self.updates.timed(self.extension.taken_out, removal.bricks))
 
     def _push(self, push: Push) -> None:
         self.watch.struck()
         self.log.tell(Event(push.time, EventKind.PUSHED, (push.brick,)))
         if self.extension is not None:
-            self._tell_update(self.extension.struck(push.brick, push.impulse_W))
+            self._tell_update(self.updates.timed(self.extension.struck, push.brick, push.impulse_W))
             if self.extension.is_frozen(push.brick):
                 return
         centre_W = self.world.states([push.brick])[push.brick].pose.position_W
@@ -164,17 +179,19 @@ class _Run:
             self.log.close_placement(self.extension, self.watch)
 
     def _advance(self, until: float) -> None:
-        """Let time pass up to a time, or to the first collapse."""
+        """Let time pass up to a time, or to the first collapse, or until all is known."""
         had_collapsed = self.collapse is not None
-        while (left := until - self.world.time()) > 0.5 * (step := self.world.settings.time_step):
+        while (left := until - self.world.time()) > 0.0:
             if self._nothing_can_move():
                 self.world.skip(left)
+                return
+            if left <= 0.5 * (step := self.world.settings.time_step):
                 return
             every, closely = (max(1, round(s / step)) for s in (SAMPLING, CLOSE_SAMPLING))
             look = closely if self.measures.close else every
             self._pass(min(look - self.ticks % look, round(left / step)))
             if self.ticks % every == 0:
-                if self._look() and not had_collapsed:
+                if self._look() and (not had_collapsed or self._all_is_known()):
                     return
             elif self.ticks % closely == 0 and self.measures.close:
                 self.measures.look_closely(self.world.time(), self.world.states(self._moving()))
@@ -194,7 +211,7 @@ class _Run:
     def _land(self, bricks: Collection[BodyId]) -> None:
         if self.lands is None or not bricks:
             return
-        update = self.lands.landed(bricks)
+        update = self.updates.timed(self.lands.landed, bricks)
         self._hear(update, bricks)
         if len(update.frozen) < len(bricks):
             self.falling.end()
@@ -208,7 +225,7 @@ class _Run:
     def _judge(self, extension: Extension) -> bool:
         """One pass of the extension; whether it froze anything."""
         moving = extension.awake()
-        update = extension.update()
+        update = self.updates.timed(extension.update)
         self._hear(update, moving)
         return bool(update.frozen) and not update.woken
 
@@ -243,7 +260,7 @@ class _Run:
         self.one_by_one = max(self.one_by_one, len(moving) - riding)
         self.measures.look(now, states)
         self.edges.look(now, states)
-        self._limit_travel(states)
+        limit_travel(self.world, states, self.timeline.world.gravity)
         if self.extension is None and now >= self._end() - FORCE_WINDOW:
             for brick in moving:
                 self.forces.add(brick, self.world.contacts(brick))
@@ -253,40 +270,36 @@ class _Run:
             self.log.tell(Event(now, EventKind.COLLAPSED, (first,), f"level {level} under construction"))
         return self.collapse is not None
 
-    def _limit_travel(self, states: Mapping[BodyId, BodyState]) -> None:
-        fastest = max((hypot(*state.velocity_W) for state in states.values()), default=0.0)
-        self.world.limit_travel(fastest + SAMPLING * self.timeline.world.gravity)  # as fast as until the next look
-
     def trace(self, wall_time: float) -> Trace:
-        unproven = not self.timeline.watched and self._only_an_engine_knows_more()
-        tracks = tracks_of(self.timeline, self.watch, self._is_frozen, unproven, self._giving_way())
-        standing = [name for name, track in tracks.items() if track.state in STAND]
+        """What happened, once it is over."""
+        so_far = self._so_far()
+        standing = [name for name, track in so_far.tracks.items() if track.state in STAND]
         shares = self.extension.shares() if self.extension is not None else self.forces.shares(standing)
+        edges = tuple(edge for name in standing for edge in edges_of(name, shares.get(name, {})))
+        cost = replace(so_far.cost, wall_time=wall_time, updates=self.updates.updates())
+        return replace(so_far, edges=edges, cost=cost)
+
+    def _so_far(self) -> Trace:
+        """What has happened, but for who carries whom."""
+        unproven = not self.timeline.watched and self._only_an_engine_knows_more()
+        tracks = tracks_of(self.timeline, self.watch, self.extension, unproven, self.collapse is not None)
         return Trace(
             events=tuple(self.log.events),
             tracks=tracks,
-            edges=tuple(edge for name in standing for edge in edges_of(name, shares.get(name, {}))),
+            edges=(),
             collapse=self.collapse,
-            cost=Cost(wall_time, self.world.time(), self.steps, self.judgements, self.log.proofs(), self.one_by_one),
+            cost=Cost(0.0, self.world.time(), self.steps, self.judgements, self.log.proofs(), self.one_by_one),
             edges_when_placed=self.log.carried_at_first,
             world=self.timeline.world,
-            last_arrival=self.last_arrival,
+            last_arrival=self.ending.last_arrival,
             statics=self.extension.verdict() if self.extension is not None else None,
             energy=self.measures.energy.energy(),
             onset=self.measures.onset.onset,
             wrong_edges=self.edges.wrong(),
             shift_before=self.shift_before,
-            sway=self.measures.sway.sway if self.measures.sway is not None else None,
-            penetration=self.measures.overlap.penetration if self.measures.overlap is not None else None,
+            sway=self.measures.swayed,
+            penetration=self.measures.overlapped,
             landing=self.measures.landing([n for n, track in tracks.items() if track.state is BrickState.FALLEN]),
+            moving=self.measures.motion.moving(self.world.time()),
+            early_end=self.ending.early,
         )
-
-    def _giving_way(self) -> Set[BodyId]:
-        """What is proven to fall where nothing was seen to: in weak gravity the run may end before."""
-        verdict = self.extension.verdict() if self.extension is not None else None
-        if self.extension is None or verdict is None or verdict.motion is None or self.collapse is not None:
-            return set()
-        return verdict.motion.velocity.keys() & set(self.extension.awake())
-
-    def _is_frozen(self, brick: BodyId) -> bool:
-        return self.extension is not None and self.extension.is_frozen(brick)

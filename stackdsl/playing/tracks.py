@@ -1,29 +1,30 @@
 """What became of every brick of a timeline, whether it was placed or not."""
 
-from collections.abc import Callable, Container
+from collections.abc import Set
 from dataclasses import replace
 
 from stability.model import BodyId
+from stability.watching.extension import Extension
 from stackdsl.playing.watch import Watch
 from stackdsl.timeline import Placement, Timeline
 from stackdsl.trace import BrickState, BrickTrack
 
 
 def tracks_of(
-    timeline: Timeline, watch: Watch, is_frozen: Callable[[BodyId], bool], unproven: bool, giving_way: Container[BodyId]
+    timeline: Timeline, watch: Watch, extension: Extension | None, unproven: bool, collapsed: bool
 ) -> dict[BodyId, BrickTrack]:
     """The track of each, in the order of the timeline.
 
     `unproven`: what is not frozen was not played, as only a proof was asked for, and there was none that it stands.
-    `giving_way`: what is proven to fall, and was still on its way when the run ended.
     """
+    giving_way = _giving_way(extension) if extension is not None and not collapsed else set()
     found = {}
     for placement in timeline.placements:
         name = placement.brick.id
         if name not in watch.bricks:
             found[name] = _unplaced(placement)
             continue
-        frozen = is_frozen(name)
+        frozen = extension is not None and extension.is_frozen(name)
         track = watch.bricks[name].track(frozen)
         if unproven and not frozen:
             track = replace(track, state=BrickState.UNWATCHED)
@@ -31,6 +32,12 @@ def tracks_of(
             track = replace(track, state=BrickState.UNSETTLED)
         found[name] = track
     return found
+
+
+def _giving_way(extension: Extension) -> Set[BodyId]:
+    """What is proven to fall where nothing was seen to: in weak gravity the run may end before."""
+    verdict = extension.verdict()
+    return set() if verdict is None or verdict.motion is None else verdict.motion.velocity.keys() & extension.awake()
 
 
 def _unplaced(placement: Placement) -> BrickTrack:

@@ -10,7 +10,7 @@ from math import isfinite
 from stackdsl.diagnostics import Diagnostic, Span
 from stackdsl.observations import Change, Seen
 from stackdsl.outcome import GoldenResult, Outcome, Report, VariantResult, exit_code
-from stackdsl.trace import Collapse, Cost, WrongEdges
+from stackdsl.trace import Collapse, Cost, EarlyEnd, WrongEdges
 
 FORMAT = 1
 
@@ -65,6 +65,8 @@ def _result(report: Report, result: VariantResult) -> dict[str, object]:
         "wrong_edges": _wrong_edges(result.wrong_edges) if result.wrong_edges else None,
         "energy_gained": _number(result.energy_gained) or None,
         "collapse": _collapse(result.collapse) if result.collapse else None,
+        "still_moving": list(result.moving),
+        "early_end": _early_end(result.early_end) if result.early_end else None,
         "drift_m": _number(result.drift),
         "engine": result.engine or None,
         "modified": result.modified or None,
@@ -112,6 +114,10 @@ def _collapse(collapse: Collapse) -> dict[str, object]:
     }
 
 
+def _early_end(early: EarlyEnd) -> dict[str, object]:
+    return {"time_s": early.time, "planned_s": early.planned, "actions_left_out": len(early.undone)}
+
+
 def _cost(cost: Cost) -> dict[str, object]:
     return {
         "wall_time_s": _number(cost.wall_time),
@@ -120,6 +126,8 @@ def _cost(cost: Cost) -> dict[str, object]:
         "judgements": cost.judgements,
         "proofs": dict(cost.proofs),
         "one_by_one": cost.one_by_one,
+        "update_median_s": _number(cost.updates.median) if cost.updates else None,
+        "update_worst_s": _number(cost.updates.worst) if cost.updates else None,
     }
 
 

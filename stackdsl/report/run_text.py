@@ -4,10 +4,12 @@ from collections.abc import Iterator
 
 from stackdsl.outcome import VariantResult
 from stackdsl.report.edge_text import wrong_edges_text
+from stackdsl.report.ending_text import ending_text
 from stackdsl.report.energy_text import energy_text
 from stackdsl.report.modified_text import modified_text
 from stackdsl.report.outcome_text import outcome_text
 from stackdsl.trace import Trace
+from stackdsl.wording import names_text
 
 
 def run_text(trace: Trace, result: VariantResult) -> str:
@@ -21,6 +23,10 @@ def _lines(trace: Trace, result: VariantResult) -> Iterator[str]:
     yield f"{fell or trace.verdict}; {cost}" + (f"; a numerical collapse: {trace.numerical}" * bool(trace.numerical))
     if result.modified:
         yield modified_text(result.modified)
+    if trace.moving:
+        yield f"still moving at the end: {names_text(trace.moving)}"
+    if trace.early_end is not None:
+        yield ending_text(trace.early_end)
     if trace.energy_gained:
         yield energy_text(trace.energy_gained)
     if trace.wrong_edges is not None:

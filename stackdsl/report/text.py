@@ -8,6 +8,7 @@ from stackdsl.report.blocks import Block, Row, Table, blocks_text, line, table, 
 from stackdsl.report.change_text import change_text
 from stackdsl.report.diagnostic_text import GUTTER, diagnostic_text
 from stackdsl.report.edge_text import wrong_edges_text
+from stackdsl.report.ending_text import ending_text
 from stackdsl.report.energy_text import energy_text
 from stackdsl.report.modified_text import modified_text
 from stackdsl.report.outcome_text import outcome_text, significant
@@ -19,6 +20,7 @@ LEFT = ("scenario", "variant", "verdict", "engine", "truth", "golden")  # column
 DISPENSABLE = (
     "engine",
     "level",
+    "still moving",
     "truth",
     "golden",
     "moved",
@@ -58,6 +60,8 @@ def _blocks(report: Report) -> Iterator[Block]:
     yield titled("Did not finish", [f"{r.file}: {r.name}: {r.status}: {r.message}" for r in stopped])
     yield titled("Skipped", list(_skipped(report)))
     yield titled("Modified scenes", list(_modified(report)))
+    early = [(result.name, result.early_end) for result in report.results if result.early_end is not None]
+    yield titled("Ended early", [f"{name}: {ending_text(end)}" for name, end in early])
     yield titled("Numerical collapses", [f"{r.name}: {r.numerical}" for r in report.results if r.numerical])
     gained = [result for result in report.results if result.energy_gained]
     yield titled("Energy from nowhere", [f"{result.name}: {energy_text(result.energy_gained)}" for result in gained])
@@ -91,6 +95,7 @@ def _row(report: Report, result: VariantResult) -> Row:
         "engine": result.engine if result.engine not in ("", USUAL_ENGINE) else NOTHING,
         "level": str(result.collapse.level) if result.collapse else NOTHING,
         "drift mm": significant(1000.0 * result.drift) if result.status is RunStatus.DONE else NOTHING,
+        "still moving": str(len(result.moving)) if result.moving else NOTHING,
         "met": f"{result.met}/{len(result.outcomes)}" if result.outcomes else NOTHING,
         "truth": {None: NOTHING, True: "agrees", False: "differs"}[result.truth_agrees],
         "golden": result.golden.status.value if result.golden else NOTHING,

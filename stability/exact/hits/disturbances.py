@@ -72,7 +72,7 @@ class Disturbances(BrickObserver):
 
     def overloaded(self, assembly: Assembly, moving: Collection[BodyId]) -> Disturbed | None:
         """The frozen bricks that are pressed away, if any are."""
-        if not assembly.bricks or not moving:
+        if not moving:
             return None
         step = self.engine.time() - self._looked
         period = PERIOD * min(self.limits_of(brick).hold_off for brick in moving)

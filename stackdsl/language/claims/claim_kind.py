@@ -47,11 +47,25 @@ class ClaimKind(ABC):
     of_collapses: ClassVar[bool] = False  # void where the only collapse is the solver's
     of_what_is_gone: ClassVar[bool] = False  # may speak of bricks that are pulled out
     scored_apart: ClassVar[bool] = False  # a bench counts it as a verdict or as creep, and as no error beside these
+    of_creep: ClassVar[bool] = False  # scored apart as creep, unless something is hit: then it is a length as others
     same: ClassVar[tuple[str, ...]] = ()  # keys that two of a kind share if they speak of one and the same thing
 
     @abstractmethod
     def judge(self, trace: Trace) -> Finding:
         """What the claim comes to, held against what happened."""
+
+    def is_decided(self, trace: Trace) -> bool:
+        """Whether it comes to the same whatever else happens, of a run that has collapsed, or is over.
+
+        Nothing is built any more. What has fallen has fallen, what moves may fall, and what is still to be done may
+        bring anything else down; what is to be pulled out counts as gone (`Trace.gone`).
+        """
+        return False
+
+    @property
+    def of_the_watch(self) -> bool:
+        """Whether it speaks of what was seen as long as it was watched, so that nothing that follows changes it."""
+        return False
 
     @property
     def needed_margins(self) -> Collection[str]:

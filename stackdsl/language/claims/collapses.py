@@ -39,6 +39,9 @@ class Collapses(Shorthand, ClaimKind):
     def goes(self, levels: Mapping[BodyId, int]) -> Iterable[Collection[BodyId]]:
         yield [name for name in levels if self.brick in (None, name)]  # every brick that may be the first
 
+    def is_decided(self, trace: Trace) -> bool:
+        return trace.collapse is not None  # there is one first
+
     def judge(self, trace: Trace) -> Finding:
         """Whether something fell, and when, and what first."""
         if trace.collapse is None:

@@ -20,7 +20,13 @@ class Displaced(AuthorModel, ClaimKind):
 
     same: ClassVar[tuple[str, ...]] = ("by",)
 
+    def is_decided(self, trace: Trace) -> bool:
+        return self.bricks.same_for(self._count(trace), len(placed(trace)))  # the largest shift of each only grows
+
     def judge(self, trace: Trace) -> Finding:
         """How many bricks moved by so much."""
-        count = sum(self.by.holds(track.shift) for track in placed(trace))
+        count = self._count(trace)
         return within(self.bricks, count, "bricks", f"{count} bricks")
+
+    def _count(self, trace: Trace) -> int:
+        return sum(self.by.holds(track.shift) for track in placed(trace))

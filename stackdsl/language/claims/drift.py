@@ -1,5 +1,6 @@
 """The largest shift of a brick after it came to rest."""
 
+from math import inf
 from typing import ClassVar
 
 from pydantic import Field
@@ -8,7 +9,7 @@ from stackdsl.language import author_types as t
 from stackdsl.language.author_models import Shorthand
 from stackdsl.language.claims.claim_kind import ClaimKind, claim
 from stackdsl.language.claims.finding import Finding, placed, within
-from stackdsl.trace import Trace
+from stackdsl.trace import BrickTrack, Trace
 from stackdsl.wording import mm
 
 
@@ -22,12 +23,20 @@ class Drift(Shorthand, ClaimKind):
     scalar_key: ClassVar[str] = "is"
     same: ClassVar[tuple[str, ...]] = ("bricks",)
     scored_apart: ClassVar[bool] = True
+    of_creep: ClassVar[bool] = True
+
+    def is_decided(self, trace: Trace) -> bool:
+        worst = self._worst(trace)
+        return worst is None or self.within.same_for(worst.shift, inf)  # it only grows
 
     def judge(self, trace: Trace) -> Finding:
         """The largest shift of a brick."""
-        named = frozenset(trace.tracks if self.bricks is None else self.bricks)
-        meant = [track for track in placed(trace) if track.brick.id in named]
-        worst = max(meant, key=lambda track: track.shift, default=None)
+        worst = self._worst(trace)
         if worst is None:
             return Finding("never placed", 0.0, "mm", passed=False)
         return within(self.within, worst.shift, "mm", f"{mm(worst.shift)} ({worst.brick.id})")
+
+    def _worst(self, trace: Trace) -> BrickTrack | None:
+        named = frozenset(trace.tracks if self.bricks is None else self.bricks)
+        meant = [track for track in placed(trace) if track.brick.id in named]
+        return max(meant, key=lambda track: track.shift, default=None)

@@ -19,6 +19,10 @@ class EnergyChange(AuthorModel, ClaimKind):
         description="how much it rises, as a share of what there was, heights above the ground"
     )
 
+    @property
+    def of_the_watch(self) -> bool:
+        return True
+
     def judge(self, trace: Trace) -> Finding:
         """How much kinetic + potential energy rose after the last action, as a share of both just after it."""
         if trace.energy is None:

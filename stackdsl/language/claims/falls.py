@@ -9,7 +9,7 @@ from stability.model import BodyId
 from stackdsl.language import author_types as t
 from stackdsl.language.author_models import Choice
 from stackdsl.language.claims.claim_kind import ClaimKind, Count, claim
-from stackdsl.language.claims.finding import Finding, remaining, within
+from stackdsl.language.claims.finding import Finding, placed, remaining, within
 from stackdsl.trace import BrickState, Trace
 from stackdsl.wording import names_text
 
@@ -31,11 +31,22 @@ class Falls(Choice, ClaimKind):
     def goes(self, levels: Mapping[BodyId, int]) -> Iterable[Collection[BodyId]]:
         return ([name] for name in self.bricks or () if name in levels)
 
+    def is_decided(self, trace: Trace) -> bool:
+        fallen, able = set(_fallen(trace)), {track.brick.id for track in placed(trace)}
+        if self.count is not None:
+            return self.count.same_for(len(fallen), len(able))
+        wanted = frozenset(self.bricks or ())
+        return not fallen <= wanted <= able or fallen == able
+
     def judge(self, trace: Trace) -> Finding:
         """Which bricks fell, or how many."""
-        fallen = [name for name, track in remaining(trace) if track.state is BrickState.FALLEN]
+        fallen = _fallen(trace)
         measured = f"{names_text(fallen)} fell" if fallen else "nothing fell"
         if self.count is not None:
             return within(self.count, len(fallen), "bricks", f"{len(fallen)} bricks fell")
         wrong = set(fallen).symmetric_difference(self.bricks or ())
         return Finding(measured, -float(len(wrong)), "bricks", passed=not wrong)
+
+
+def _fallen(trace: Trace) -> list[BodyId]:
+    return [name for name, track in remaining(trace) if track.state is BrickState.FALLEN]

@@ -35,8 +35,9 @@ class Finding:
 
 
 def remaining(trace: Trace) -> Collection[tuple[BodyId, BrickTrack]]:
-    """The structure: all bricks but those that were pulled out or thrown, of which nothing is expected."""
-    return [(name, track) for name, track in trace.tracks.items() if track.state not in NO_PART]
+    """The structure: all bricks but those that were thrown, pulled out or are to be, of which nothing is expected."""
+    gone = trace.gone
+    return [(name, track) for name, track in trace.tracks.items() if track.state not in NO_PART and name not in gone]
 
 
 def placed(trace: Trace) -> Collection[BrickTrack]:

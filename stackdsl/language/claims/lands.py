@@ -25,6 +25,9 @@ class Lands(Asking, ClaimKind):
     needs_close_looks: ClassVar[bool] = True
     of_collapses: ClassVar[bool] = True
 
+    def is_decided(self, trace: Trace) -> bool:
+        return trace.landing is not None and trace.landing.over and not trace.undone
+
     def judge(self, trace: Trace) -> Finding:
         """How far sideways, and which way, the centre of mass of what fell gets until the ground takes it."""
         landing = trace.landing

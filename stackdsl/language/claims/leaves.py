@@ -1,7 +1,7 @@
 """How much of the structure stands at the end."""
 
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Set
 from itertools import takewhile
 from typing import ClassVar
 
@@ -11,7 +11,7 @@ from stackdsl.language import author_types as t
 from stackdsl.language.author_models import Choice
 from stackdsl.language.claims.claim_kind import ClaimKind, Count, claim
 from stackdsl.language.claims.finding import Finding, remaining, within
-from stackdsl.trace import STAND, Trace
+from stackdsl.trace import STAND, BrickState, Trace
 
 
 @claim("leaves", "how much of the structure stands at the end")
@@ -30,19 +30,31 @@ class Leaves(Choice, ClaimKind):
         if self.bricks is not None:
             yield Count("bricks", self.bricks.least_count, "bricks")
 
+    def is_decided(self, trace: Trace) -> bool:
+        # All that stands may fall, and of what has not stood as yet, only what is on its way may come to stand.
+        may_stand = STAND | {BrickState.UNSETTLED}
+        if self.levels is not None:
+            return self.levels.same_for(0.0, _levels_standing(trace, may_stand))
+        assert self.bricks is not None  # it is a choice
+        return self.bricks.same_for(0.0, _bricks_standing(trace, may_stand))
+
     def judge(self, trace: Trace) -> Finding:
         """How much stands at the end."""
         if self.levels is not None:
-            count = _levels_standing(trace)
+            count = _levels_standing(trace, STAND)
             return within(self.levels, count, "levels", f"{count} levels stand")
         assert self.bricks is not None  # it is a choice
-        count = sum(track.state in STAND for _, track in remaining(trace))
+        count = _bricks_standing(trace, STAND)
         return within(self.bricks, count, "bricks", f"{count} bricks stand")
 
 
-def _levels_standing(trace: Trace) -> int:
-    """How many levels, counted from the ground, have all their bricks standing."""
+def _bricks_standing(trace: Trace, states: Set[BrickState]) -> int:
+    return sum(track.state in states for _, track in remaining(trace))
+
+
+def _levels_standing(trace: Trace, states: Set[BrickState]) -> int:
+    """How many levels, counted from the ground, have all their bricks in one of some states."""
     levels = defaultdict[int, list[bool]](list)
     for _, track in remaining(trace):
-        levels[track.level].append(track.state in STAND)
+        levels[track.level].append(track.state in states)
     return sum(1 for _ in takewhile(lambda level: all(levels[level]), sorted(levels)))

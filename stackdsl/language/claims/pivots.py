@@ -26,6 +26,9 @@ class Pivots(Asking, ClaimKind):
     needs_close_looks: ClassVar[bool] = True
     of_collapses: ClassVar[bool] = True
 
+    def is_decided(self, trace: Trace) -> bool:
+        return trace.onset is not None  # the first is kept
+
     def judge(self, trace: Trace) -> Finding:
         """Whether what falls begins to as the proof says: about what, in which directions, in which proportions."""
         if trace.onset is None:

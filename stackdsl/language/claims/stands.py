@@ -35,6 +35,10 @@ class Stands(Shorthand, ClaimKind):
     def fate(self) -> Fate | None:
         return Fate(stands=True) if self.bricks is None else None
 
+    @property
+    def of_the_watch(self) -> bool:
+        return self.for_ is not None
+
     def counts(self) -> Iterator[Count]:
         if self.levels is not None:
             yield Count("levels", self.levels, "levels")
@@ -45,11 +49,24 @@ class Stands(Shorthand, ClaimKind):
         named = levels.keys() if self.bricks is None else levels.keys() & self.bricks
         return {name for name in named if self.levels is None or levels[name] <= self.levels}
 
+    def is_decided(self, trace: Trace) -> bool:
+        lost = (BrickState.FALLEN, BrickState.UNPLACED)
+        return any(track.state in lost for track in self._in_time(self._meant(trace), trace)) or self._is_over(trace)
+
+    def _is_over(self, trace: Trace) -> bool:
+        """Whether the time is over that it speaks of."""
+        if self.for_ is None or trace.undone:
+            return False
+        return trace.cost.simulated_time >= max(trace.last_action, trace.last_arrival) + self.for_
+
     def judge(self, trace: Trace) -> Finding:
         """Whether bricks are where they came to rest, or were shifted to by a hit."""
-        named = frozenset(trace.tracks if self.bricks is None else self.bricks)
-        meant = [track for name, track in remaining(trace) if name in named and self._reaches(track.level)]
+        meant = self._meant(trace)
         return self._missing(meant, trace) or _stand(self._in_time(meant, trace))
+
+    def _meant(self, trace: Trace) -> Sequence[BrickTrack]:
+        named = frozenset(trace.tracks if self.bricks is None else self.bricks)
+        return [track for name, track in remaining(trace) if name in named and self._reaches(track.level)]
 
     def _reaches(self, level: int) -> bool:
         return self.levels is None or level <= self.levels

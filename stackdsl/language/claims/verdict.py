@@ -35,6 +35,9 @@ class Verdict(ClaimKind):
     def is_apart_from(self, other: Self) -> bool:
         return self.word != other.word
 
+    def is_decided(self, trace: Trace) -> bool:
+        return not trace.gone  # it is asked anew when something is pulled out
+
     def judge(self, trace: Trace) -> Finding:
         """What statics says."""
         if trace.statics is None:

@@ -170,7 +170,7 @@ def on_the_spot(entrants: Mapping[str, Entrant]) -> Callable[..., PoolResult]:
             assert isinstance(factor, float)
             entrant = entrants[str(name)]
             told = entrant.checked(entrant.play(timeline, factor), timeline)
-            results.append(TaskResult(TaskStatus.DONE, Played(told, 0.5, 1, 2**20)))
+            results.append(TaskResult(TaskStatus.DONE, Played(told, 0.5, 1, None, 2**20)))
             on_done(index, results[-1])
         return PoolResult(tuple(results), interrupted=False)
 

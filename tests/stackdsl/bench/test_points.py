@@ -6,6 +6,7 @@ import pytest
 
 from stackdsl.bench.points import fronts_of, pareto_front, points_of
 from stackdsl.bench.scoring import scores_of
+from stackdsl.bench.table import point_rows
 from tests.stackdsl.bench.runs import FELL, SHOULD_STAND, run
 
 
@@ -34,6 +35,18 @@ def test_a_point_counts_wrong_verdicts_and_tells_the_largest_errors() -> None:
     assert point.errors["deg"] is None
     assert point.pace == pytest.approx(0.5)  # 2 s for 4 s
     assert point.wall_time == 6.0
+
+
+def test_a_point_tells_the_usual_update_and_the_worst_of_all() -> None:
+    updates = {"a": (0.001, 0.5), "b": (0.002, 0.1), "c": (0.009, 0.2), "d": (None, None)}
+    runs = [replace(run(), case=case, update_median=one, update_worst=most) for case, (one, most) in updates.items()]
+    (point,) = points_of(scores_of(runs, dict.fromkeys("abcd")))
+    assert (point.update_median, point.update_worst) == (0.002, 0.5)
+    (row,) = point_rows([point])
+    assert (row["update ms"], row["worst ms"]) == ("2", "500")
+    (none,) = points_of(scores_of([run()], {"tower": None}))
+    assert (none.update_median, none.update_worst) == (None, None)
+    assert point_rows([none])[0]["worst ms"] == "-"
 
 
 def test_paces_are_of_the_cases_that_all_have_done() -> None:

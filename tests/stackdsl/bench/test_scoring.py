@@ -104,3 +104,12 @@ def test_a_collapse_that_the_next_finer_step_lets_stand_is_numerical() -> None:
 def test_a_collapse_that_is_true_is_not_numerical_however_wrong_a_finer_run_is() -> None:
     coarse, fine = scores_of([run(FELL, factor=2.0), run(factor=1.0)], {"tower": SHOULD_FALL})
     assert (coarse.verdict, coarse.wrong, fine.wrong) == ("collapses", False, True)
+
+
+def test_how_far_something_goes_is_creep_where_nothing_moves_it_and_a_length_where_it_is_hit() -> None:
+    truths = (TruthHeld("drift", "mm", 0.75, False), TruthHeld("stands", "mm", 3.0, False))
+    for undisturbed, length in ((True, None), (False, 0.75)):
+        answer = replace(SHOULD_STAND, undisturbed=undisturbed)
+        (score,) = scores_of([replace(run(), truths=truths)], {"tower": answer})
+        assert score.mm == length
+        assert (score.creep is None) is not undisturbed

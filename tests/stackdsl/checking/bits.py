@@ -8,12 +8,18 @@ from typing import TypeAlias
 from stackdsl.checking.gathering import Case, gather
 from stackdsl.checking.one_case import play_case
 from stackdsl.checking.results import snapshot_of
+from stackdsl.judging.known import known_of
 from stackdsl.snapshots.canonical import canonical_text
 from stackdsl.timeline import Timeline
 from stackdsl.trace import Trace
 
 Bits: TypeAlias = Mapping[str, str]  # values by where they are, such as `.tracks[shot].final.position_W[2]`
-WALL_TIMES = (".cost.wall_time", ".statics.seconds")  # all in a trace that no physics decides
+WALL_TIMES = (
+    ".cost.wall_time",
+    ".cost.updates.median",
+    ".cost.updates.worst",
+    ".statics.seconds",
+)  # all in a trace that no physics decides
 
 
 def bits_of(value: Trace | Timeline) -> dict[str, str]:
@@ -45,7 +51,7 @@ def with_golden(case: Case, trace: Trace) -> dict[str, str]:
 def played(cases: Iterable[Case]) -> Iterator[tuple[str, Bits]]:
     """One after the other in this process: the name of each, and its bits."""
     for case in cases:
-        yield case.name, with_golden(case, play_case(case.timeline, case.system))
+        yield case.name, with_golden(case, play_case(case.timeline, case.system, known_of(case.scenario, case.system)))
 
 
 def compiled_under(folder: Path) -> dict[str, Bits]:

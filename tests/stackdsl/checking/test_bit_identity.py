@@ -165,7 +165,7 @@ def test_a_run_that_was_interrupted_leaves_nothing(cases: tuple[Case, ...], bits
     chosen = [case for case in cases if case.scenario.scenario in {"collapse", "hit"}]
     for case in chosen:
         with pytest.raises(KeyboardInterrupt):
-            play_case(case.timeline, case.system, interrupt)
+            play_case(case.timeline, case.system, on_event=interrupt)
     again = [case for case in cases if case.scenario.scenario in {"drop", "v-slips"}]
     assert_same(dict(played(again)), bits)
 

@@ -194,3 +194,23 @@ def test_nothing_holds_for_a_value_that_is_not_known() -> None:
 def test_a_tolerance_is_a_fact() -> None:
     with pytest.raises(FrozenInstanceError):
         parse_tolerance("12", COUNT).low = 0.0  # type: ignore[misc]  # what must not work
+
+
+@pytest.mark.parametrize(
+    ("text", "least", "most", "same"),
+    [
+        ("2 .. 4", 2.0, 4.0, True),
+        ("2 .. 4", 3.0, 5.0, False),
+        ("2 .. 4", 5.0, 9.0, True),
+        ("2 .. 4", 0.0, 1.0, True),
+        ("2 .. 4", 0.0, 9.0, False),  # neither end holds, and what is between does
+        (">= 2", 2.0, inf, True),
+        ("> 2", 2.0, inf, False),
+        ("< 2", 2.0, 3.0, True),
+        ("<= 2", 2.0, 3.0, False),
+    ],
+)
+def test_a_number_that_is_not_known_yet_is_judged_where_all_that_it_may_be_comes_to_the_same(
+    text: str, least: float, most: float, same: bool
+) -> None:
+    assert parse_tolerance(text, COUNT).same_for(least, most) is same

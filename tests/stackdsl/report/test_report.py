@@ -24,7 +24,8 @@ from stackdsl.report.edge_text import wrong_edges_text
 from stackdsl.report.json import report_json
 from stackdsl.report.outcome_text import outcome_text
 from stackdsl.report.text import report_text
-from stackdsl.trace import Collapse, Cost, WrongEdges
+from stackdsl.timeline import Removal
+from stackdsl.trace import Collapse, Cost, EarlyEnd, Updates, WrongEdges
 from tests.paths import ROOT
 
 SPAN = Span("scenarios/slant.yaml", 14, 5, 14)
@@ -44,7 +45,14 @@ PASSED = VariantResult(
     verdict="collapses",
     collapse=Collapse(time=8.25, level=9, brick="L9.1", gave_way="L1.1"),
     drift=0.123456,
-    cost=Cost(wall_time=2.0, simulated_time=10.0, steps=9600, judgements=120, proofs={"load core": 8}),
+    cost=Cost(
+        wall_time=2.0,
+        simulated_time=10.0,
+        steps=9600,
+        judgements=120,
+        proofs={"load core": 8},
+        updates=Updates(0.002, 0.25),
+    ),
     outcomes=(HELD, HELD),
     golden=GOLDEN,
 )
@@ -292,6 +300,24 @@ def test_a_scene_that_was_played_with_other_constants_is_told_with_them() -> Non
     assert [result["modified"] for result in json.loads(report_json(seen))["results"]] == ["gravity 1 m/s2", None]
 
 
+def test_a_run_that_ended_before_its_time_says_why_and_what_it_left_out() -> None:
+    early = EarlyEnd(9.25, 14.0, (Removal(12.0, ("L3.1",)),))
+    seen = report(replace(PASSED, early_end=early), PASSED)
+    told = "ended at 9.250 s of 14.000 s, as all that is asked is known; 1 action still to come left out"
+    assert report_text(seen).count(f"slant[step=11mm,thesis]: {told}") == 1
+    ends = [result["early_end"] for result in json.loads(report_json(seen))["results"]]
+    assert ends == [{"time_s": 9.25, "planned_s": 14.0, "actions_left_out": 1}, None]
+
+
+def test_what_still_moves_is_counted_in_the_table_and_named_to_programs() -> None:
+    seen = report(replace(PASSED, moving=("d61", "d62")), PASSED)
+    header, moving, still = report_text(seen).splitlines()[:3]
+    at = header.index("still moving")
+    assert [row[at : at + len("still moving")].strip() for row in (moving, still)] == ["2", "-"]
+    assert [result["still_moving"] for result in json.loads(report_json(seen))["results"]] == [["d61", "d62"], []]
+    assert "still moving" not in report_text(report(PASSED))
+
+
 def test_wrong_edge_normals_after_a_collapse_put_only_its_debris_in_doubt() -> None:
     wrong = WrongEdges(contacts=1, upper="L3.1", lower="L2.2", angle=radians(28.0), time=3.0, first=2.0)
     assert wrong_edges_text(wrong, Collapse(1.0, 3, "L3.1")) == (
@@ -366,6 +392,8 @@ def test_the_json_report_holds_all_that_the_report_holds() -> None:
         "judgements": 120,
         "proofs": {"load core": 8},
         "one_by_one": 0,
+        "update_median_s": 0.002,
+        "update_worst_s": 0.25,
     }
     assert (first["truths"][0]["passed"], first["truths"][0]["margin_unit"]) == (False, "levels")
     assert whole["results"][3]["message"] == "the worker was killed by SIGSEGV"
