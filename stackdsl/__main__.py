@@ -1,12 +1,18 @@
 """`python -m stackdsl` is `stackdsl`. The imports take longest, so an interrupt must end them as it ends the rest."""
 
+import os
+import signal
 import sys
+from contextlib import suppress
+from types import FrameType
 
 INTERRUPTED = 130  # ExitCode.INTERRUPTED, which may be just what was not imported in time
 
 
 def main() -> None:
     """Run the command, and import it first."""
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, _end)
     try:
         from stackdsl.commands.main import main as run  # noqa: PLC0415 -- see above
 
@@ -14,6 +20,13 @@ def main() -> None:
     except KeyboardInterrupt:
         sys.stderr.write("interrupted\n")
         sys.exit(INTERRUPTED)
+
+
+def _end(number: int, frame: FrameType | None) -> None:
+    """End at once: nothing is begun yet, and where Python forgets things an error would be told, and passed over."""
+    with suppress(OSError):
+        os.write(2, b"interrupted\n")
+    os._exit(INTERRUPTED)
 
 
 if __name__ == "__main__":

@@ -3,7 +3,7 @@
 import signal
 from enum import IntEnum
 
-INTERRUPTS = (signal.SIGINT, signal.SIGTERM)  # what a listener may turn into KeyboardInterrupt
+INTERRUPTS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)  # what a listener may turn into KeyboardInterrupt
 
 
 class ExitCode(IntEnum):

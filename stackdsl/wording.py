@@ -1,6 +1,7 @@
-"""How every part of StackDSL writes a length, and a list of names that may be long."""
+"""How every part of StackDSL writes a length, a limit, and a list of names that may be long."""
 
 from collections.abc import Sequence
+from math import ceil, floor, log10
 from typing import Final, TypeVar
 
 MILLIMETRES: Final = 1000.0  # in a metre
@@ -12,6 +13,18 @@ Name = TypeVar("Name")
 def mm(length: float, digits: int = 4) -> str:
     """A length [m] as it is shown, in so many digits at most: `3.9 mm`."""
     return f"{MILLIMETRES * length:.{digits}g} mm"
+
+
+def rounded_down(number: float) -> str:
+    """Three digits of it, so that what is told to be allowed is."""
+    unit = 10.0 ** (floor(log10(number)) - 2)
+    return f"{floor(number / unit) * unit:g}"
+
+
+def rounded_up(number: float) -> str:
+    """The same of a lower limit."""
+    unit = 10.0 ** (floor(log10(number)) - 2)
+    return f"{ceil(number / unit) * unit:g}"
 
 
 def shortened(names: Sequence[Name], least: int = 2) -> tuple[Sequence[Name], int]:

@@ -114,7 +114,5 @@ def is_whole_set(paths: Sequence[Path], golden: Path) -> bool:
     # Not Path.resolve, which raises where links form a loop.
     home = Path(os.path.realpath(golden)).parent
     scenarios = home / "scenarios"
-    # What is gathered from around follows no links.
-    around = [] if scenarios.is_symlink() else [home, *home.parents]
-    wholes = [Path(os.path.realpath(scenarios)), *around]
+    wholes = [Path(os.path.realpath(scenarios)), home, *home.parents]
     return any(path.is_dir() and Path(os.path.realpath(path)) in wholes for path in paths)

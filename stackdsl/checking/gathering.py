@@ -2,7 +2,7 @@
 
 import os
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,7 +16,7 @@ from stackdsl.reading.source import Loaded, Source, load
 from stackdsl.snapshots.record import Identity
 from stackdsl.timeline import Timeline
 
-SUFFIXES = (".yaml", ".yml")
+SUFFIXES = (".yaml", ".yml")  # or in capitals
 MAX_BRICKS = 100_000  # in all variants of a scenario; some seconds of compiling, and some hundred megabytes
 
 
@@ -92,10 +92,24 @@ def _inside(folder: Path, unreadable: list[Diagnostic]) -> list[Path]:
         why = f"cannot read the directory: {error.strerror}"
         unreadable.append(_unreadable(str(error.filename), why, "let it be read, or name the files that are meant"))
 
-    for parent, folders, names in os.walk(folder, onerror=missed):
-        named_alike = [name for name in folders if Path(name).suffix in SUFFIXES]  # a mistake worth telling
-        found += [Path(parent, name) for name in (*names, *named_alike) if Path(name).suffix in SUFFIXES]
+    for parent, folders, names in _folders(folder, missed):
+        # A directory that is called like a scenario is a mistake worth telling.
+        found += [file for name in (*names, *folders) if _is_named_alike(file := Path(parent, name))]
     return [file for file in sorted(found) if _can_be_read(file, unreadable)]
+
+
+def _folders(folder: Path, missed: Callable[[OSError], None]) -> Iterator[tuple[str, list[str], list[str]]]:
+    """What `os.walk` tells, each directory once: where it is, rather than where links lead to it, if that is inside."""
+    seen: set[str] = set()
+    waiting = [folder]
+    while waiting:
+        for parent, folders, names in os.walk(waiting.pop(0), onerror=missed):
+            if (true := os.path.realpath(parent)) in seen:
+                folders.clear()
+                continue
+            seen.add(true)
+            yield parent, folders, names
+            waiting += [link for name in sorted(folders) if (link := Path(parent, name)).is_symlink()]
 
 
 def _can_be_read(file: Path, unreadable: list[Diagnostic]) -> bool:
@@ -111,8 +125,11 @@ def _unreadable(file: str, why: str, hint: str) -> Diagnostic:
 
 
 def _is_folder(path: Path) -> bool:
-    # A directory that is called like a scenario is a mistake worth telling.
-    return path.is_dir() and path.suffix not in SUFFIXES
+    return path.is_dir() and not _is_named_alike(path)
+
+
+def _is_named_alike(path: Path) -> bool:
+    return path.suffix.lower() in SUFFIXES
 
 
 def cases_of(loaded: Loaded) -> tuple[list[Case], list[Diagnostic]]:

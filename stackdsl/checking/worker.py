@@ -163,6 +163,7 @@ def _serve(connection: Connection) -> None:
     """What a worker does: one order after the other, until nobody is left to give any."""
     # The parent decides what Ctrl-C means; held back so far, it would stay so in whatever a task starts.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)  # likewise
     signal.signal(signal.SIGTERM, signal.SIG_DFL)  # in a copy of the parent, it would mean what it means there
     signal.pthread_sigmask(signal.SIG_UNBLOCK, INTERRUPTS)
     gc.freeze()  # looking for garbage in what the parent has made would copy its memory

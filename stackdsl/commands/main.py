@@ -14,7 +14,7 @@ from typing import Final
 
 import click
 
-from stackdsl.commands.terminal import show_error, silence, tell
+from stackdsl.commands.terminal import occupy_standard_streams, show_error, silence, tell
 from stackdsl.exits import INTERRUPTS, ExitCode
 
 # What each does, as its own help says in its first sentence. It is `<name>_command` of the module of that name beside
@@ -69,11 +69,13 @@ def app() -> None:
 
 def main() -> None:
     """Run the command; no traceback reaches a user."""
+    occupy_standard_streams()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):  # None, if it was closed from the start
             stream.reconfigure(errors="replace")
     for number in INTERRUPTS:
-        signal.signal(number, _interrupt)
+        if number != signal.SIGHUP or signal.getsignal(number) != signal.SIG_IGN:  # as `nohup` asks for
+            signal.signal(number, _interrupt)
     # Whatever plugins of pydantic are installed, a scenario means the same; looking for them takes time, too.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     sys.exit(_code_of_run())

@@ -40,6 +40,19 @@ class Bar(Protocol):
         """Nothing is done, yet time goes on."""
 
 
+def occupy_standard_streams() -> None:
+    """Let streams that were closed from the start lead nowhere: a pipe or file opened later would come in their place.
+
+    What is said to them, by native libraries too, would end up there.
+    """
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            nowhere = os.open(os.devnull, os.O_RDWR)  # the least number that is free, which is this one
+            os.set_inheritable(nowhere, True)
+
+
 def write(text: str) -> None:
     """Print on the output stream; a reader who has seen enough ends the reading, not the work nor its exit code."""
     try:

@@ -25,6 +25,7 @@ from stackdsl.compiling.name_checks import (
     unknown_bricks,
 )
 from stackdsl.compiling.site import planes_of, tilt_of, turned_plane, turned_pose
+from stackdsl.compiling.slivers import slivers
 from stackdsl.diagnostics import Diagnostic, Span, first_of
 from stackdsl.language.schema import Scenario
 from stackdsl.reading.source import Source
@@ -38,6 +39,7 @@ CHECKS: Final[Sequence[Check]] = (
     shared_names,
     shared_with_missiles,
     lofty_levels,
+    slivers,
     lambda built, _scenario, _source: built.mistimed,
     unknown_bricks,
     missed_bricks,

@@ -2,9 +2,10 @@
 
 from typing import Annotated, ClassVar
 
-from pydantic import Field
+from pydantic import Field, ValidationInfo, field_validator
 
 from stability.model import Vec3
+from stability.statics.admission import LIGHTEST
 from stackdsl.diagnostics import did_you_mean
 from stackdsl.language import author_types as t
 from stackdsl.language.author_models import AuthorModel, Choice, Shorthand, default
@@ -33,6 +34,20 @@ class BrickKind(Shorthand, Choice):
     @classmethod
     def scalar_schema(cls, _properties: dict[str, t.JsonSchema]) -> t.JsonSchema:
         return {"type": "string", "anyOf": [{"enum": list(CATALOGUE)}, {"pattern": t.EXPRESSION_PATTERN}]}
+
+    @field_validator("density", "mass")
+    @classmethod
+    def _outweighs_nothing(cls, written: float, info: ValidationInfo) -> float:
+        """What statics cannot tell from nothing is no brick."""
+        size = info.data.get("size")
+        if size is None:  # it is told by itself
+            return written
+        mass = written * size[0] * size[1] * size[2] if info.field_name == "density" else written
+        if mass < LIGHTEST:
+            message = f"a brick of {mass:.3g} kg is lighter than any that can be weighed"
+            hint = f"write a {info.field_name} that makes it at least {LIGHTEST:g} kg"
+            raise MistakeError("SD104", message, hint)
+        return written
 
     def mass_of(self, size: Vec3) -> float:
         """Mass of a piece of this size, of the same material [kg]."""

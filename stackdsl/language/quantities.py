@@ -13,6 +13,7 @@ from functools import cache
 from math import inf, nextafter, prod, radians
 from typing import TYPE_CHECKING, Final, TypeAlias
 
+from stability.statics.admission import SHORTEST
 from stackdsl.diagnostics import did_you_mean
 from stackdsl.language.mistakes import MistakeError, shown
 
@@ -82,7 +83,7 @@ def _degrees(angle: int) -> float:
 # Beyond 10 km, a day or a hundred turns there is a typo, which should not cost a day to find.
 LENGTH: Final = Dimension("a length", ("mm", "cm", "m", "km"), "13.5 mm", -1e4, 1e4)
 EXTENT: Final = replace(LENGTH, least=0.0)
-SIDE: Final = replace(LENGTH, least=1e-9, positive=True)  # the least that statics tells from nothing
+SIDE: Final = replace(LENGTH, least=SHORTEST, positive=True)  # the least that statics tells from nothing
 DURATION: Final = Dimension("a duration", ("ms", "s", "min"), "1.5 s", 0.0, 86_400.0)
 FREQUENCY: Final = Dimension("a frequency", ("Hz",), "5 Hz", 0.0, 1e6)
 ANGLE: Final = Dimension("an angle", ("deg", "rad"), "30 deg", -_degrees(36_000), _degrees(36_000))
@@ -199,12 +200,21 @@ def exact_quantity(text: str, dimension: Dimension) -> Fraction:
 
 def parse_quantity(written: object, dimension: Dimension) -> float:
     """A quantity in SI (angles in rad), within the range of its dimension."""
-    exact = exact_quantity(as_text(written, dimension), dimension)
-    if dimension.positive and exact <= 0:
+    value = nearest_double(exact_quantity(as_text(written, dimension), dimension))
+    if dimension.positive and value <= 0.0:
         raise MistakeError("SD104", f"{dimension.noun} of {written} is not more than zero", "write more than zero")
-    if not dimension.least <= exact <= dimension.most:
+    # The limits are doubles too: the exact 1e-9 is less than the double that is called so.
+    if not dimension.least <= value <= dimension.most:
         raise MistakeError("SD104", f"{dimension.noun} of {written} is out of range", range_advice(dimension))
-    return float(exact)
+    return value
+
+
+def nearest_double(exact: Fraction) -> float:
+    """The double nearest to a number; infinite beyond all doubles."""
+    try:
+        return float(exact)
+    except OverflowError:
+        return inf if exact > 0 else -inf
 
 
 def quantity_pattern(dimension: Dimension) -> str:

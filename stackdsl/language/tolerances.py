@@ -6,7 +6,7 @@ One that can never hold, or that a measured value could only meet by luck, is a 
 import re
 from dataclasses import dataclass
 from fractions import Fraction
-from math import ceil, floor, inf
+from math import ceil, floor, inf, isfinite
 
 from stackdsl.language.mistakes import MistakeError
 from stackdsl.language.quantities import (
@@ -16,6 +16,7 @@ from stackdsl.language.quantities import (
     advice,
     as_text,
     exact_quantity,
+    nearest_double,
     quantity_text,
     range_advice,
     si_unit,
@@ -110,7 +111,14 @@ def _after_prefix(text: str, dimension: Dimension) -> str:
 
 
 def _bounds(body: str, text: str, dimension: Dimension) -> tuple[Fraction | float, Fraction | float, bool]:
-    """Lower and upper bound, and whether they are open."""
+    """Lower and upper bound, and whether they are open; what is written is no more than a double can hold."""
+    low, high, is_open = _exact_bounds(body, text, dimension)
+    if any(isinstance(bound, Fraction) and not isfinite(nearest_double(bound)) for bound in (low, high)):
+        raise MistakeError("SD104", f"the tolerance '{text}' is out of range", range_advice(dimension))
+    return low, high, is_open
+
+
+def _exact_bounds(body: str, text: str, dimension: Dimension) -> tuple[Fraction | float, Fraction | float, bool]:
     if match := _ONE_SIDED.fullmatch(body):
         bound = _part(match[2], text, dimension)
         low, high = (bound, inf) if match[1] in {">", ">=", "≥"} else (-inf, bound)

@@ -4,7 +4,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
-from typing import TypeAlias, TypeGuard
+from typing import TypeAlias
 
 from stackdsl.outcome import GoldenDifference
 from stackdsl.snapshots.canonical import document
@@ -27,13 +27,12 @@ from stackdsl.snapshots.record import (
     Quantity,
     Snapshot,
 )
+from stackdsl.snapshots.unclear import IsValue, is_count, is_excused, is_name_or_none, is_number, is_undecided_state
 from stackdsl.trace import BrickState
 
 ABSENT = "none"
 PROVEN_OR_NOT = (BrickState.FROZEN.value, BrickState.STANDING.value)  # no set: a file may hold what cannot be hashed
-MAYBE_UNCLEAR = ("state", "gave way", "levels standing")  # besides numbers
 NUMERICAL_NOISE = 1e-9  # of a difference of two rounded decimals, so that a tolerance includes its limit
-LARGEST = 1e300  # of a number that is compared as one
 
 Differences: TypeAlias = Iterator[GoldenDifference]
 Object: TypeAlias = Mapping[str, object]  # of JSON
@@ -77,9 +76,11 @@ def _moved(expected: Object, got: Object) -> Differences:
     """What came of the whole as it moved."""
     was, now = _object(expected, "collapse"), _object(got, "collapse")
     yield from _value("structure", "collapse time", was.get("time_s"), now.get("time_s"), COLLAPSE_TIME)
-    yield from _value("structure", "gave way", was.get("gave_way"), now.get("gave_way"))
-    yield from _value("structure", "height", expected.get("height_mm"), got.get("height_mm"), HEIGHT)
-    yield from _value("structure", "levels standing", expected.get("levels_standing"), got.get("levels_standing"))
+    yield from _value("structure", "gave way", was.get("gave_way"), now.get("gave_way"), unclear=is_name_or_none)
+    heights = expected.get("height_mm"), got.get("height_mm")
+    yield from _value("structure", "height", *heights, HEIGHT, unclear=is_number)
+    levels = expected.get("levels_standing"), got.get("levels_standing")
+    yield from _value("structure", "levels standing", *levels, unclear=is_count)
 
 
 def _world(expected: Object, got: Object) -> Differences:
@@ -182,10 +183,10 @@ def _brick(brick: str, expected: Object, got: Object, fell: bool) -> Differences
     yield from _value(brick, "level", expected.get("level"), got.get("level"))
     # Whether what a collapse left has been proven by the end hangs on when the last splinter came to rest.
     if not (fell and was in PROVEN_OR_NOT and now in PROVEN_OR_NOT):
-        yield from _value(brick, "state", was, now)
+        yield from _value(brick, "state", was, now, unclear=is_undecided_state)
     # Where and on what a brick ended says something new only if both runs agree on how it ended.
     if was == now != UNCLEAR:
-        yield from _place(brick, "", expected, got)
+        yield from _place(brick, "", expected, got, unclear=is_number)
 
 
 def _make(brick: str, expected: Object, got: Object) -> Differences:
@@ -195,28 +196,32 @@ def _make(brick: str, expected: Object, got: Object) -> Differences:
     yield from _value(brick, "mass", expected.get("mass_g"), got.get("mass_g"), MASS)
 
 
-def _place(brick: str, when: str, expected: Object, got: Object) -> Differences:
-    yield from _vector(brick, when, (expected, got), "at_mm", POSITION)
+def _place(brick: str, when: str, expected: Object, got: Object, unclear: IsValue | None = None) -> Differences:
+    yield from _vector(brick, when, (expected, got), "at_mm", POSITION, unclear)
     yield from _supports(brick, when, _object(expected, "rests_on"), _object(got, "rests_on"))
 
 
 def _supports(brick: str, when: str, expected: Object, got: Object) -> Differences:
     for lower in sorted({*expected, *got}):
         if lower in expected and lower in got:
-            yield from _value(brick, f"share on {lower}{when}", expected[lower], got[lower], SHARE)
+            shares = expected[lower], got[lower]
+            yield from _value(brick, f"share on {lower}{when}", *shares, SHARE, unclear=is_number)
         else:
             held = f"{lower} (share {_shown(expected.get(lower, got.get(lower)), SHARE)})"
             shown = (held, ABSENT) if lower in expected else (ABSENT, held)
             yield GoldenDifference(brick, f"rests on{when}", *shown, tolerance="exact")
 
 
-def _value(
-    subject: str, name: str, expected: object, got: object, quantity: Quantity | None = None
+def _value(  # noqa: PLR0913, PLR0917 -- both sides, what they are called, and what they may be
+    subject: str,
+    name: str,
+    expected: object,
+    got: object,
+    quantity: Quantity | None = None,
+    unclear: IsValue | None = None,
 ) -> Sequence[GoldenDifference]:
-    # Numbers and what is named here may be too close to call; of a verdict a file cannot say that it is.
-    if (quantity is not None or name in MAYBE_UNCLEAR) and UNCLEAR in (expected, got):
-        return ()
-    if _same(expected, got, quantity):
+    """The difference of two values, if they differ; `unclear` says which may be too close to call, if any may."""
+    if _same(expected, got, quantity) or is_excused(expected, got, unclear):
         return ()
     tolerance = f"± {quantity.tolerance:g} {quantity.unit}".rstrip() if quantity is not None else "exact"
     return (GoldenDifference(subject, name, _shown(expected, quantity), _shown(got, quantity), tolerance),)
@@ -225,29 +230,31 @@ def _value(
 def _same(expected: object, got: object, quantity: Quantity | None) -> bool:
     if type(expected) is type(got) and expected == got:  # as nearly all are
         return True
-    if quantity is not None and _is_number(expected) and _is_number(got):
+    if quantity is not None and is_number(expected) and is_number(got):
         return abs(expected - got) <= quantity.tolerance + NUMERICAL_NOISE
     # JSON's `true` is not its 1, though Python's is.
     return expected == got and isinstance(expected, bool) is isinstance(got, bool)
 
 
-def _is_number(value: object) -> TypeGuard[float]:
-    # The bound keeps out NaN, infinities, and integers too large to become floats.
-    return isinstance(value, int | float) and not isinstance(value, bool) and -LARGEST < value < LARGEST
-
-
 def _shown(value: object, quantity: Quantity | None) -> str:
     if value is None:
         return ABSENT
-    if quantity is not None and _is_number(value):
+    if quantity is not None and is_number(value):
         return f"{value:.{quantity.digits}f} {quantity.unit}".rstrip()
     return str(value)
 
 
-def _vector(subject: str, what: str, holders: tuple[Object, Object], key: str, quantity: Quantity) -> Differences:
+def _vector(  # noqa: PLR0913, PLR0917 -- as `_value`
+    subject: str,
+    what: str,
+    holders: tuple[Object, Object],
+    key: str,
+    quantity: Quantity,
+    unclear: IsValue | None = None,
+) -> Differences:
     was, now = (_components(subject, key, holder) for holder in holders)
     for axis in "xyz":
-        yield from _value(subject, axis + what, was.get(axis), now.get(axis), quantity)
+        yield from _value(subject, axis + what, was.get(axis), now.get(axis), quantity, unclear)
 
 
 def _components(subject: str, key: str, holder: Object) -> Mapping[str, object]:

@@ -167,7 +167,7 @@ def write_golden(path: Path, text: str) -> None:
     temporary = path.with_name(f".{token_hex(16)}{TEMPORARY}")
     try:
         with temporary.open("xb") as file:
-            file.write(text.encode("ascii"))
+            file.write(text.encode("utf-8"))  # what people write into a file that agrees stays
             file.flush()
             os.fsync(file.fileno())
         temporary.replace(path)

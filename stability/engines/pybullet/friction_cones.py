@@ -39,9 +39,10 @@ class FrictionCones:
         bodies = self.bricks.bodies
         for name in sorted(self.bricks.rounded & bodies.numbers.keys()):
             too_much_W = self._held_beyond(name)
-            if too_much_W != NOTHING and not self.bricks.holds(name):
+            strength = norm(too_much_W)  # 0 also of forces whose squares are: those hold nothing
+            if strength > 0.0 and not self.bricks.holds(name):
                 velocity, angular_velocity = bodies.raw_motion(name)
-                slips = add_scaled(velocity, -NUDGE / norm(too_much_W), too_much_W)
+                slips = add_scaled(velocity, -NUDGE / strength, too_much_W)
                 bodies.set_raw_motion(name, slips, angular_velocity)
 
     def _held_beyond(self, name: BodyId) -> Vec3:

@@ -1,7 +1,5 @@
 """Pushes of bricks that are there, at points that are on them."""
 
-from math import floor, log10
-
 from stability.geometry.rotations import rotate
 from stability.geometry.vectors import dot, norm
 from stability.model import BodyId, Vec3
@@ -12,7 +10,7 @@ from stackdsl.compiling.moment import Moment
 from stackdsl.language.impacts.push import Push as WrittenPush
 from stackdsl.language.quantities import SPEED
 from stackdsl.timeline import Push
-from stackdsl.wording import mm
+from stackdsl.wording import mm, rounded_down
 
 TURNED = 1e-12  # how much longer the rounding of a turn may make an impulse
 
@@ -54,11 +52,5 @@ def limit_push(push: Push, scene: Scene) -> None:
     if 0.0 < speed <= most * (1.0 + TURNED):
         return
     message = f"the push gives brick '{push.brick}' {speed:.4g} m/s, and it must be more than 0, at most {most:g} m/s"
-    hint = f"write more than 0, at most {_rounded_down(1000.0 * mass * most)} mN*s"
+    hint = f"write more than 0, at most {rounded_down(1000.0 * mass * most)} mN*s"
     raise MissError("impulse", "SD104", message, hint)
-
-
-def _rounded_down(number: float) -> str:
-    """Three digits of it, so that what is told to be allowed is."""
-    unit = 10.0 ** (floor(log10(number)) - 2)
-    return f"{floor(number / unit) * unit:g}"

@@ -3,7 +3,7 @@
 So it hits what it is aimed at from however far away it comes. It does not turn on its way.
 """
 
-from math import cos, hypot, sin
+from math import cos, hypot, inf, sin, sqrt
 
 from stability.geometry.rotations import rotate
 from stability.geometry.separation import Block, meeting
@@ -16,7 +16,11 @@ from stackdsl.compiling.impacts.scene import MissError, Scene, aimed_at, keep_ou
 from stackdsl.compiling.site import turned_pose
 from stackdsl.compiling.written_bricks import about_z
 from stackdsl.language.impacts.throw import Throw
+from stackdsl.language.quantities import SPEED
 from stackdsl.timeline import Arrival, Placement
+from stackdsl.wording import MILLIMETRES, rounded_down, rounded_up
+
+ROUNDING = 1e-12  # of the speed, so that what is told to be allowed is
 
 
 @actions_of.register
@@ -26,11 +30,31 @@ def thrown(throw: Throw, scene: Scene) -> tuple[Placement, ...]:
     assert brick is not None  # the kind says that it has one
     towards = _direction_from(throw.from_.bearing)
     start = _start(brick, throw, towards, scene)
+    ahead_W = rotate(scene.tilt, towards)
+    _limit_height(throw, ahead_W, scene)
     # After a time t it is at start + v t + g t^2 / 2, which at the end shall be straight ahead by the distance.
     duration, gravity_W = throw.from_.distance / throw.speed, (0.0, 0.0, -scene.gravity)
-    velocity_W = subtract(scale(throw.speed, rotate(scene.tilt, towards)), scale(0.5 * duration, gravity_W))
+    velocity_W = subtract(scale(throw.speed, ahead_W), scale(0.5 * duration, gravity_W))
     pose = turned_pose(start, scene.tilt)
     return (Placement(scene.moment.time, brick, 0, pose, Arrival.THROWN, velocity_W, duration),)
+
+
+def _limit_height(throw: Throw, ahead_W: Vec3, scene: Scene) -> None:
+    """Raise MissError for a throw that rises or falls, as it leaves or arrives, faster than one may be thrown."""
+    assert scene.missile is not None
+    speed, distance, gravity = throw.speed, throw.from_.distance, scene.gravity
+    climb, most = abs(ahead_W[2]), float(SPEED.most)
+    fastest = climb * speed + 0.5 * gravity * (distance / speed)
+    if fastest <= most * (1.0 + ROUNDING):
+        return
+    # Slower than the lesser root of climb s^2 - most s + g d / 2 = 0, it is in the air for too long.
+    under_root = most * most - 2.0 * climb * gravity * distance
+    slowest = gravity * distance / (most + sqrt(under_root)) if under_root >= 0.0 else inf
+    nearest = 2.0 * (most - climb * speed) * speed / gravity
+    remedies = [f"throw it at {rounded_up(slowest)} m/s or faster"] if speed < slowest <= most else []
+    remedies += [f"from {rounded_down(MILLIMETRES * nearest)} mm or nearer"] if nearest > 0.0 else []
+    message = f"brick '{scene.missile.id}' would rise and fall at up to {fastest:.4g} m/s, and {most:g} m/s is the most"
+    raise MissError("speed", "SD104", message, ", or ".join(remedies) or "throw it more slowly, or from nearer")
 
 
 def _may_meet(flying: Block, other: Block, towards: Vec3) -> bool:

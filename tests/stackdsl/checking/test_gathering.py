@@ -62,3 +62,21 @@ def test_files_come_by_name_within_a_directory_and_each_once(tmp_path: Path) -> 
     found, unreadable = files_under([tmp_path, tmp_path / "b" / "2.yaml"])
     assert [file.relative_to(tmp_path).as_posix() for file in found] == ["a.yaml", "b/1.yml", "b/2.yaml", "c.yaml"]
     assert unreadable == []
+
+
+def test_links_between_directories_are_followed_and_each_file_is_called_by_where_it_is(tmp_path: Path) -> None:
+    for name in ("scenarios/z/here.yaml", "elsewhere/deep/there.YML"):
+        write(tmp_path, GOOD, name)
+    for link, target in [
+        ("scenarios/a", "z"),  # inside, and before it in the alphabet
+        ("scenarios/out", "../elsewhere"),
+        ("scenarios/z/loop", ".."),
+        ("elsewhere/deep/back", "../../scenarios"),
+        ("elsewhere/self", "self"),
+        ("scenarios/nowhere", "gone"),
+    ]:
+        (tmp_path / link).symlink_to(target)
+    found, unreadable = files_under([tmp_path / "scenarios"])
+    names = [file.relative_to(tmp_path).as_posix() for file in found]
+    assert names == ["scenarios/out/deep/there.YML", "scenarios/z/here.yaml"]
+    assert unreadable == []

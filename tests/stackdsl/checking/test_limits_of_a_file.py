@@ -6,6 +6,7 @@ No time is measured here: what would take minutes if it were not refused makes t
 import pytest
 
 from stability.geometry.separation import Block, Separation, blocks_apart
+from stability.statics.admission import LIGHTEST
 from stackdsl.diagnostics import MOST_TOLD
 from tests.scenes import compiled, mistakes_of
 
@@ -85,3 +86,31 @@ def test_a_side_below_a_nanometre_is_told_in_its_place(side: str) -> None:
     assert (mistake.code, mistake.span.line) == ("SD104", 3)
     assert mistake.span.column == 3 + brick.index(side)
     assert "1e-09" in mistake.hint
+
+
+@pytest.mark.parametrize(
+    ("makes", "kilograms"),
+    [("mass: 1e-100 g", "1e-103"), ("density: 1e-58 kg/m3", "1e-67"), ("density: 1e-320 kg/m3", "0")],
+)
+def test_a_brick_too_light_to_be_weighed_is_told_where_its_weight_is_written(makes: str, kilograms: str) -> None:
+    brick = f"- bricks: [{{name: a, brick: {{size: [1 mm, 1 mm, 1 mm], {makes}}}, at: [0 m, 0 m, 0.5 mm]}}]"
+    (mistake,) = mistakes_of(brick)
+    assert (mistake.code, mistake.span.line) == ("SD104", 3)
+    assert mistake.span.column == 3 + brick.index(makes.partition(": ")[2])
+    assert f"a brick of {kilograms} kg" in mistake.message
+    assert f"at least {LIGHTEST:g} kg" in mistake.hint
+
+
+@pytest.mark.parametrize(
+    ("wall", "rest"),
+    [
+        ("{levels: 2, bricks: 2, gap: 117.5999999999 mm}", ""),
+        ("{levels: 2, bricks: 2}", f"brick: {{size: [90 mm, 20 mm, 6 mm], mass: {1.5 * LIGHTEST} kg}}"),
+    ],
+    ids=["too short", "too light"],
+)
+def test_half_planks_too_small_for_statics_are_told_at_their_wall(wall: str, rest: str) -> None:
+    mistake = mistakes_of(f"- wall: {wall}", rest)[0]
+    assert (mistake.code, str(mistake.span)) == ("SD104", "scene.yaml:3:11")
+    assert "'L2.1' is cut to" in mistake.message
+    assert mistake.hint

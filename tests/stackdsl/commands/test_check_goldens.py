@@ -73,7 +73,7 @@ def test_the_whole_set_is_known_by_where_it_is_and_holds_a_case(stackdsl: Stackd
     assert gone.exists()
 
 
-def test_links_that_are_not_followed_remove_no_golden(stackdsl: Stackdsl, tmp_path: Path) -> None:
+def test_links_are_followed_and_remove_no_golden(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, GOOD, "elsewhere/good.yaml")
     write(tmp_path, GOOD.replace("good", "other"), "project/other.yaml")
     (tmp_path / "project" / "scenarios").symlink_to("../elsewhere")
@@ -81,6 +81,21 @@ def test_links_that_are_not_followed_remove_no_golden(stackdsl: Stackdsl, tmp_pa
     assert stackdsl("check", "project/scenarios", *golden).code == 0
     assert stackdsl("check", "project", *golden).code == 0
     assert (tmp_path / "project" / "golden" / "good[exact].json").exists()
+
+
+def test_what_stands_behind_links_and_under_capitals_belongs_to_the_whole_set(
+    stackdsl: Stackdsl, tmp_path: Path
+) -> None:
+    write(tmp_path, GOOD, "scenarios/good.yaml")
+    write(tmp_path, GOOD.replace("good", "linked"), "elsewhere/linked.yaml")
+    write(tmp_path, GOOD.replace("good", "capital"), "scenarios/capital.YAML")
+    (tmp_path / "scenarios" / "sub").symlink_to("../elsewhere")
+    assert stackdsl("check", "scenarios/sub", "scenarios/capital.YAML", "scenarios/good.yaml", "--update").code == 0
+    written = sorted(entry.name for entry in (tmp_path / "golden").iterdir())
+    assert written == [f"{name}[exact].json" for name in ("capital", "good", "linked")]
+    result = stackdsl("check", "--update")
+    assert (result.code, "removed" in result.out) == (0, False)
+    assert sorted(entry.name for entry in (tmp_path / "golden").iterdir()) == written
 
 
 def test_goldens_that_the_disk_keeps_stay_obsolete_in_a_whole_report(project: Path) -> None:

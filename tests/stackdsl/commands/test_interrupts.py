@@ -66,6 +66,45 @@ def test_progress_that_nobody_hears_of_stops_nothing(tmp_path: Path, redirected:
     assert "3 failed" in out
 
 
+@pytest.mark.parametrize("closed", ["<&- >&-", "<&- >&- 2>&-", ">&-"])
+def test_a_run_whose_streams_were_closed_from_the_start_comes_out_as_any_other(tmp_path: Path, closed: str) -> None:
+    write(tmp_path, GOOD)
+    shell = f"exec '{sys.executable}' -m stackdsl check scene.yaml --update {closed}"
+    process = started(tmp_path, program=("-c", shell), executable="/bin/bash")
+    _, err = process.communicate(timeout=AMPLE)
+    assert (process.returncode, "crashed" in err) == (0, False)
+    assert (tmp_path / "golden" / "good[exact].json").exists()
+
+
+# The command, with a signal that comes while a golden file is half written.
+INTERRUPTED_WRITING = """
+import os, signal
+from stackdsl.commands.main import main
+sync = os.fsync
+
+def interrupted(file: int) -> None:
+    signal.raise_signal(signal.SIGHUP)
+    sync(file)
+
+os.fsync = interrupted
+if IGNORED:
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+main()
+"""
+
+
+@pytest.mark.parametrize(("ignored", "code"), [(False, 130), (True, 0)], ids=["heard", "nohup"])
+def test_a_terminal_that_is_closed_interrupts_and_leaves_nothing_half_written(
+    tmp_path: Path, ignored: bool, code: int
+) -> None:
+    write(tmp_path, GOOD)
+    program = ("-c", INTERRUPTED_WRITING.replace("IGNORED", str(ignored)))
+    process = started(tmp_path, "check", "scene.yaml", "--update", program=program)
+    _, err = process.communicate(timeout=AMPLE)
+    assert (process.returncode, "Traceback" in err) == (code, False)
+    assert [entry.name for entry in (tmp_path / "golden").iterdir()] == ["good[exact].json"]
+
+
 @pytest.mark.parametrize("command", ["check", "run", "schema"])
 def test_a_full_disk_is_no_fault_of_ours(tmp_path: Path, command: str) -> None:
     write(tmp_path, GOOD)
@@ -80,7 +119,9 @@ def test_a_full_disk_is_no_fault_of_ours(tmp_path: Path, command: str) -> None:
 
 
 @needs_pybullet
-@pytest.mark.parametrize(("number", "times"), [(signal.SIGINT, 30), (signal.SIGTERM, 1), (signal.SIGTERM, 30)])
+@pytest.mark.parametrize(
+    ("number", "times"), [(signal.SIGINT, 30), (signal.SIGTERM, 1), (signal.SIGTERM, 30), (signal.SIGHUP, 1)]
+)
 def test_whatever_the_impatience_the_report_is_out(tmp_path: Path, number: signal.Signals, times: int) -> None:
     write(tmp_path, GOOD, "s/a.yaml")
     write(tmp_path, GOOD.replace("good", "slow").replace("1 s", "1000 s") + "systems: [tuned]\n", "s/b.yaml")
@@ -103,6 +144,16 @@ def test_an_interrupt_of_the_imports_is_one_like_any_other(tmp_path: Path, progr
     # A package that is imported early, and interrupts as a key pressed meanwhile would.
     write(tmp_path, "import signal\nsignal.raise_signal(signal.SIGINT)\n", "early/click/__init__.py")
     process = started(tmp_path, "schema", program=program, path=str(tmp_path / "early"))
+    out, err = process.communicate(timeout=AMPLE)
+    assert (process.returncode, out, err) == (130, "", "interrupted\n")
+
+
+def test_an_interrupt_of_the_imports_is_heard_where_python_lets_none_through(tmp_path: Path) -> None:
+    # As of what it calls when something is forgotten, such as the locks of modules.
+    forgotten = "import signal, weakref\nheld = type('Held', (), {})()\n"
+    told = "told = weakref.ref(held, lambda _: signal.raise_signal(signal.SIGINT))\ndel held\n"
+    write(tmp_path, forgotten + told + "raise SystemExit('too late')\n", "early/click/__init__.py")
+    process = started(tmp_path, "schema", path=str(tmp_path / "early"))
     out, err = process.communicate(timeout=AMPLE)
     assert (process.returncode, out, err) == (130, "", "interrupted\n")
 

@@ -21,7 +21,9 @@ from stackdsl.language.quantities import (
     LENGTH,
     MASS,
     SHARE,
+    SIDE,
     SLOPE,
+    SPEED,
     UNITS,
     Dimension,
     in_si,
@@ -99,8 +101,9 @@ def test_what_is_no_quantity_is_refused(written: object) -> None:
 
 @pytest.mark.parametrize(
     ("written", "dimension"),
-    [("11 km", LENGTH), ("1e999 m", LENGTH), ("-1 s", DURATION), ("2 km", ANGLE), ("0 kg/m3", DENSITY), ("-1 g", MASS)],
-)
+    [("11 km", LENGTH), ("1e999 m", LENGTH), ("-1 s", DURATION), ("2 km", ANGLE), ("0 kg/m3", DENSITY), ("-1 g", MASS),
+     ("1e-999 kg", MASS), ("1e-999 m/s", SPEED)],
+)  # fmt: skip
 def test_a_quantity_out_of_range_is_refused(written: str, dimension: Dimension) -> None:
     assert mistake(written, dimension).code == ("SD106" if dimension is ANGLE else "SD104")
 
@@ -124,7 +127,8 @@ def test_a_quantity_out_of_range_is_told_the_range(written: str, dimension: Dime
 
 
 @pytest.mark.parametrize(
-    ("written", "dimension"), [("90 deg", SLOPE), ("0 deg", SLOPE), ("-36000 deg", ANGLE), ("10 km", LENGTH)]
+    ("written", "dimension"),
+    [("90 deg", SLOPE), ("0 deg", SLOPE), ("-36000 deg", ANGLE), ("10 km", LENGTH), ("1e-9 m", SIDE)],
 )
 def test_the_ends_of_a_range_belong_to_it(written: str, dimension: Dimension) -> None:
     parse_quantity(written, dimension)

@@ -105,6 +105,31 @@ def test_a_tolerance_that_says_nothing_clear_is_refused(written: object, dimensi
 
 
 @pytest.mark.parametrize(
+    ("written", "dimension"),
+    [
+        ("1e400 mm", EXTENT),
+        (">= 1e400 mm", EXTENT),
+        ("< 1e400 mm", EXTENT),
+        ("0 mm .. 1e400 mm", EXTENT),
+        ("1 mm ± 1e400 mm", EXTENT),
+        ("1e308 m ± 1e308 m", EXTENT),  # each would do alone
+        ("<= 1e400 %", SHARE),
+        ("1 ± 1e400", SHARE),
+    ],
+)
+def test_a_tolerance_beyond_all_doubles_is_out_of_range(written: str, dimension: Dimension) -> None:
+    found = mistake(written, dimension)
+    assert (found.code, found.message) == ("SD104", f"the tolerance '{written}' is out of range")
+    assert found.hint.startswith("write between 0 and ")
+
+
+@pytest.mark.parametrize("written", ["> 1e400 mm", "< 1e400 mm"])
+def test_a_lower_bound_beyond_all_doubles_is_out_of_range(written: str) -> None:
+    with pytest.raises(MistakeError, match="out of range"):
+        parse_lower_bound(written, EXTENT)
+
+
+@pytest.mark.parametrize(
     ("written", "fault"),
     [
         ("7 .. 5", "has its bounds the wrong way round"),

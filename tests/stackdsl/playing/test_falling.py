@@ -237,6 +237,18 @@ def test_small_first_steps_make_the_kick_smaller_with_which_contacts_begin() -> 
     assert sunk(MOVING) < 0.5 * sunk(replace(MOVING, first_steps=0))
 
 
+@pytest.mark.parametrize("system", ["exact", "tuned"])
+@pytest.mark.parametrize("friction", [1e-160, 1e-200, 1e-300])
+def test_a_plank_falls_with_next_to_no_friction_when_it_falls_with_none(system: str, friction: float) -> None:
+    def falls_at(friction: float) -> float:
+        build = "- column: {levels: 2, step: 60 mm}\n  every: 1 s"
+        trace = play(timeline_of(build, f"friction: {friction}"), SYSTEMS[system])
+        assert trace.collapse is not None
+        return trace.collapse.time
+
+    assert falls_at(friction) == pytest.approx(falls_at(0.0), abs=0.02)
+
+
 def test_what_is_proven_to_fall_does_not_stand_because_the_run_ended_before_it_was_seen() -> None:
     #   18 mm a plank: the seventh is 108 mm out, and the six above the first balance 63 mm out, beyond its 58.8 mm. At
     #   0.001 m/s2 a plank falls by half a millimetre in a second.

@@ -192,3 +192,69 @@ def test_another_scene_is_never_the_same(change: Callable[[Any], object], told: 
 def test_a_verdict_is_never_too_close_to_call(key: str) -> None:
     expected = {**document(STANDS), key: "unclear"}
     assert [found.expected for found in compare(expected, STANDS)] == ["unclear"]
+
+
+NEVER_UNCLEAR = [
+    ("gravity", put("world", "gravity", value="unclear")),
+    ("friction", put("world", "friction", value="unclear")),
+    ("friction", put("world", "planes", "ground", "friction", value="unclear")),
+    ("x", put("world", "planes", "ground", "at_mm", 0, value="unclear")),
+    ("z of the normal", put("world", "planes", "ground", "normal", 2, value="unclear")),
+    ("x size", put(*PLACED, "size_mm", 0, value="unclear")),
+    ("mass", put(*PLACED, "mass_g", value="unclear")),
+    ("z of the turn", put(*PLACED, "turn_deg", 2, value="unclear")),
+    ("x when placed", put(*PLACED, "at_mm", 0, value="unclear")),
+    ("placed at", put("events", 1, "time_s", value="unclear")),
+    ("margin", put("events", 1, "margin_mm", value="unclear")),
+    ("collapse time", put("collapse", "time_s", value="unclear")),
+]
+
+
+@pytest.mark.parametrize(("quantity", "change"), NEVER_UNCLEAR)
+def test_what_no_run_finds_too_close_to_call_a_file_cannot_call_so(quantity: str, change: Change) -> None:
+    snapshot = FALLS if quantity == "collapse time" else STANDS
+    (found,) = compare(changed(change, snapshot), snapshot)
+    assert (found.quantity, found.expected) == (quantity, "unclear")
+
+
+@pytest.mark.parametrize("state", ["removed", "thrown"])
+def test_whether_a_brick_was_pulled_out_or_thrown_is_never_too_close_to_call(state: str) -> None:
+    whole: Document = {"bricks": {"a": {"state": "unclear"}}}
+    assert [found.got for found in compare_documents(whole, {"bricks": {"a": {"state": state}}})] == [state]
+
+
+JUNK: list[object] = [True, [], {}, "nowhere", ["unclear"], None]
+NUMBERS: list[object] = [10**30, -1.5]
+UNCLEAR_NUMBERS: list[tuple[str | int, ...]] = [("height_mm",), (*BRICK, "at_mm", 0), (*BRICK, "rests_on", "L1.1")]
+
+
+@pytest.mark.parametrize(
+    ("place", "junk"),
+    [
+        *((place, JUNK) for place in UNCLEAR_NUMBERS),
+        (("levels_standing",), [*JUNK, -1, 1.5]),
+        ((*BRICK, "state"), [*JUNK, *NUMBERS]),
+    ],
+)
+def test_what_is_too_close_to_call_agrees_with_nothing_that_is_no_value_of_it(
+    place: tuple[str | int, ...], junk: list[object]
+) -> None:
+    unclear = changed(put(*place, value="unclear"))
+    for value in junk:
+        assert len(compare_documents(changed(put(*place, value=value)), unclear)) == 1, value
+
+
+@pytest.mark.parametrize("place", UNCLEAR_NUMBERS)
+@pytest.mark.parametrize("value", NUMBERS)
+def test_what_is_too_close_to_call_agrees_with_every_value_of_it(place: tuple[str | int, ...], value: object) -> None:
+    assert compare_documents(changed(put(*place, value=value)), changed(put(*place, value="unclear"))) == ()
+
+
+def test_what_gave_way_is_the_name_of_a_brick_or_none_where_it_is_too_close_to_call() -> None:
+    unclear = changed(put("collapse", "gave_way", value="unclear"), FALLS)
+    assert compare_documents(changed(put("collapse", "gave_way", value="L2.1"), FALLS), unclear) == ()
+    assert compare_documents(changed(drop("collapse", "gave_way"), FALLS), unclear) == ()
+    odd: list[object] = [7, [], {}, True]
+    for junk in odd:
+        (found,) = compare_documents(changed(put("collapse", "gave_way", value=junk), FALLS), unclear)
+        assert found.quantity == "gave way"

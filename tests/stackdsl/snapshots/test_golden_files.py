@@ -152,6 +152,17 @@ def test_accepting_what_comes_out_brings_the_stamp_up_to_date_and_leaves_what_ag
     assert path.read_text(encoding="utf-8") == near
 
 
+def test_what_people_wrote_otherwise_than_we_do_stays_when_only_the_stamp_is_accepted(tmp_path: Path) -> None:
+    snapshot = replace(STANDS, identity=replace(IDENTITY, variant="a=5 °,thesis"), stamp={"python": "3.11"})
+    text = canonical_text(snapshot)
+    by_hand = text.replace("\\u00b0", "°").replace('"3.11"', '"3.10"')
+    path = tmp_path / golden_name(snapshot.identity)
+    path.write_text(by_hand, encoding="utf-8")
+    assert check_golden(snapshot, tmp_path, update=False).status is GoldenStatus.SAME
+    assert check_golden(snapshot, tmp_path, update=True).status is GoldenStatus.WRITTEN
+    assert path.read_text(encoding="utf-8") == text.replace("\\u00b0", "°") != text
+
+
 def test_a_file_whose_stamp_cannot_be_read_is_written_anew(tmp_path: Path) -> None:
     path = golden_file(tmp_path, json.dumps(changed(put("stamp", value=7))))
     assert check_golden(STANDS, tmp_path, update=True).status is GoldenStatus.WRITTEN

@@ -53,6 +53,40 @@ def test_a_thrown_brick_arrives_at_the_height_of_its_aim_whatever_the_distance(d
     assert name == "L3.2"
 
 
+@pytest.mark.parametrize(
+    ("speed", "distance", "fastest", "remedy"),
+    [
+        #  up at g T / 2, T = distance / speed
+        ("1e-3 m/s", "100 mm", "490.5", "throw it at 0.0246 m/s or faster, or from 4.07 mm or nearer"),
+        ("1 m/s", "10 m", "49.05", "throw it at 2.46 m/s or faster, or from 4070 mm or nearer"),
+        ("20 m/s", "100 m", "24.53", "from 81500 mm or nearer"),
+        ("1e-300 m/s", "100 mm", "4.905e+299", "throw it at 0.0246 m/s or faster, or from 4.07e-297 mm or nearer"),
+    ],
+)
+def test_a_throw_so_slow_that_it_would_rise_faster_than_it_may_be_thrown_is_told_with_the_remedy(
+    speed: str, distance: str, fastest: str, remedy: str
+) -> None:
+    throw = f"{{throw: {{at: L2.1, from: {{bearing: 0 deg, distance: {distance}}}, speed: ^{speed}}}}}"
+    assert_told_in_its_place(throw, "SD104", f"would rise and fall at up to {fastest} m/s, and 20 m/s is the most")
+    (mistake,) = mistakes_of("- column: {levels: 2}", f"impacts: [{throw.replace('^', '')}]")
+    assert mistake.hint == remedy
+
+
+@pytest.mark.parametrize("towards", [0, 70, 180])
+@pytest.mark.parametrize("speed", [0.3, 10.0, 20.0])
+def test_a_throw_at_the_limits_that_it_is_told_is_let_pass_and_no_faster_than_they_say(
+    towards: int, speed: float
+) -> None:
+    tilt = f"world: {{tilt: {{angle: 20 deg, towards: {towards} deg}}}}"
+    throw = "{throw: {at: L2.1, from: {bearing: 0 deg, distance: DISTANCE}, speed: SPEED}}"
+    far = throw.replace("DISTANCE", "300 m").replace("SPEED", f"{speed} m/s")
+    (mistake,) = mistakes_of("- column: {levels: 2}", f"impacts: [{far}]\n{tilt}")
+    near = throw.replace("DISTANCE", mistake.hint.split("from ")[1].removesuffix(" or nearer"))
+    brick, _ = hit(near.replace("SPEED", f"{speed} m/s"), "- column: {levels: 2}", tilt)
+    leaving, arriving = brick.velocity_W[2], brick.velocity_W[2] - 9.81 * brick.flight
+    assert 19.8 < max(abs(leaving), abs(arriving)) <= 20.0 + 1e-9
+
+
 @pytest.mark.parametrize("bearing", [0, 45, 90, 200, 359])
 def test_a_thrown_brick_flies_end_on_from_its_bearing(bearing: float) -> None:
     brick, _ = hit(f"{{throw: {{at: L13.1, from: {{bearing: {bearing} deg}}, speed: 2 m/s}}}}")
