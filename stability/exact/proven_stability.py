@@ -23,7 +23,7 @@ from stability.exact.release import Judgement, release_until_stable
 from stability.geometry.vectors import norm, scale
 from stability.model import EARTH, BodyId, BodyState, Plane, Pose, Vec3
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Placed, Stability, Verdict
+from stability.statics.facts import Placed, Stability, Stage, Verdict
 from stability.watching.extension import Update
 from stability.watching.held_bodies import HeldBodies
 from stability.watching.life_cycle import Observers
@@ -206,7 +206,9 @@ class ProvenStability:
         fallen = {brick: pose for brick, pose in judgement.released.items() if brick not in refused}
         woken = self._give_back(fallen) + tuple(brick for brick in refused if brick in announced)
         self._awake.refuse(refused)
-        proof = judgement.last.stage.value if frozen and judgement.last.stage is not None else ""
+        # Of what was proven before something else was released, the last verdict names no stage.
+        stages = {judgement.last.stage} if judgement.last.stage else {self.assembly.stage(brick) for brick in frozen}
+        proof = next((stage.value for stage in reversed(Stage) if frozen and stage in stages), "")
         return Update(
             frozen,
             tuple(sorted(woken)),
