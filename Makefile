@@ -55,6 +55,7 @@ bench-start: $(READY) ## what it costs to start, in units of importing click
 
 bench-motion: $(READY) ## hits, collapses and slips of exact against converged runs and equations of motion
 	$(BIN)/python -m benchmarks.hits
+	$(BIN)/python -m benchmarks.wall_hits
 	$(BIN)/python -m benchmarks.collapse
 	$(BIN)/python -m benchmarks.slips
 

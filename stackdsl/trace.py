@@ -118,7 +118,7 @@ class Cost:
     judgements: int  # passes of the stability extension
     proofs: Mapping[str, int] = field(default_factory=dict)  # how many times bricks were proven to stand, by stage
     one_by_one: int = 0  # most bricks at a time that the engine moved one by one, rather than held or moved as one body
-    updates: Updates | None = None  # None where no extension was asked
+    updates: Updates | None = field(default=None, compare=False)  # None where no extension was asked
 
 
 @dataclass(frozen=True, slots=True)

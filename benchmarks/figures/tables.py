@@ -39,6 +39,19 @@ TABLES: Mapping[str, Table] = {
             Column("times faster than `tuned`, for a simulated second", "{times_faster:sig2}"),
         ),
     ),
+    "wall-hits": Table(
+        "wall-hits",
+        "runs",
+        (
+            Column("wall and hit", "{row}"),
+            Column("`exact`, mm", "{hit_mm:sig3}"),
+            Column("closed form, mm", "{truth_mm:sig3}"),
+            Column("error", "{error_percent:+.1f} %"),
+            Column("one by one", "{one_by_one}"),
+            Column("s", "{wall_s:sig2}"),
+            Column("times faster than SAPIEN, all awake", "{times_faster:sig2}"),
+        ),
+    ),
     "published-falls": Table(
         "published-falls",
         "runs",

@@ -14,7 +14,7 @@ from stability.engines.protocol import Engine, Joining, Pressing
 from stability.exact.awake_bricks import AwakeBricks
 from stability.exact.candidates import clear_of_strangers, fixed_bodies, solids
 from stability.exact.hits.dead_loads import DeadLoads
-from stability.exact.hits.disturbances import Disturbances, Disturbed, Either, in_words
+from stability.exact.hits.disturbances import Disturbances, Disturbed, Either, in_words, is_level
 from stability.exact.hits.region import region
 from stability.exact.hits.rigid_groups import RigidGroups
 from stability.exact.hits.waking import wake
@@ -144,7 +144,7 @@ class ProvenStability:
         if brick in self._rigid_groups:
             self._rigid_groups.part(brick)  # a push moves one brick of a group, however gently
         speed = norm(impulse_W) / self.engine.masses()[brick]
-        if speed < self._disturbances.least_speed(brick) or not self.is_frozen(brick):
+        if speed < self._disturbances.least_push(brick) or not self.is_frozen(brick):
             return Update()
         along_W = scale(1.0 / norm(impulse_W), impulse_W)
         return self._wake_struck(Disturbed({brick: along_W}, f"{brick} pushed to {speed:.3g} m/s"))
@@ -246,7 +246,7 @@ class ProvenStability:
         reached = region(self.assembly, struck, ride=self.joiner is not None)
         woken = wake(self.assembly, reached, presses=self.presser is not None)
         poses = {brick: placed.pose for brick, placed in woken.placed.items()}
-        self._awake.rest_poses.remember(poses)
+        self._awake.rest_poses.remember(poses, {brick for brick, along_W in struck.items() if is_level(along_W)})
         for group in woken.riding:
             side = min(woken.placed[brick].brick.shape.least_thickness for brick in group)
             self._rigid_groups.join({brick: poses[brick] for brick in group}, woken.touched, side)

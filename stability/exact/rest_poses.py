@@ -1,4 +1,8 @@
-"""Puts bricks that were woken and hardly moved back where they were, because engines let every brick creep a little."""
+"""Puts bricks that were woken and hardly moved back where they were, because engines let every brick creep a little.
+
+What was struck is the exception: a tap moves it by little, and a hundred taps by a lot. It stays where it comes to
+rest.
+"""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -13,6 +17,7 @@ from stability.watching.life_cycle import BrickObserver
 # moved nothing; if something did move, only what the engine's creep has moved goes back.
 HIT_NOTHING = 0.04
 CREPT = 0.0026
+NOTHING = 1e-4  # a micrometre: what was struck and did not move even so far was not moved
 
 
 @dataclass
@@ -20,18 +25,21 @@ class RestPoses(BrickObserver):
     """Where bricks stood when a hit woke them."""
 
     _poses: dict[BodyId, Pose] = field(default_factory=dict, init=False)
+    _struck: set[BodyId] = field(default_factory=set, init=False)  # those of them that were pushed along the ground
 
-    def remember(self, poses: Mapping[BodyId, Pose]) -> None:
-        """Remember where bricks stand that a hit wakes.
+    def remember(self, poses: Mapping[BodyId, Pose], struck: Collection[BodyId] = ()) -> None:
+        """Remember where bricks stand that a hit wakes, and which of them it meant to move along the ground.
 
         A brick that has not come to rest since an earlier hit keeps the rest pose that it had before that one.
         """
         self._poses = {**poses, **self._poses}
+        self._struck.update(struck)
 
     def frozen(self, bricks: Collection[BodyId]) -> None:
         """Where bricks are frozen again is where they stand."""
         for brick in bricks:
             self._poses.pop(brick, None)
+        self._struck.difference_update(bricks)
 
     def gone(self, bricks: Collection[BodyId]) -> None:
         """What is gone has no place to go back to."""
@@ -41,12 +49,13 @@ class RestPoses(BrickObserver):
         return brick in self._poses
 
     def put_back(self, coming: Sequence[Placed]) -> list[Placed]:
-        """The bricks that come to rest; each that hardly moved is at its rest pose."""
+        """The bricks that come to rest; each that hardly moved, and was not struck, is at its rest pose."""
         moves = {placed.brick.id: self._moved(placed) for placed in coming if placed.brick.id in self._poses}
         limit = HIT_NOTHING if all(move <= HIT_NOTHING for move in moves.values()) else CREPT
+        limits = {brick: NOTHING if brick in self._struck else limit for brick in moves}
         return [
             replace(placed, pose=self._poses[placed.brick.id])
-            if moves.get(placed.brick.id, 2.0 * limit) <= limit
+            if placed.brick.id in moves and moves[placed.brick.id] <= limits[placed.brick.id]
             else placed
             for placed in coming
         ]

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Collection, Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from math import hypot
 
 from stability.engines.protocol import Engine
 from stability.exact.hits.overload import Overloads
@@ -19,6 +20,7 @@ PERIOD = 0.02
 PRESSES = 0.1  # a load must last so long: forces that have just begun say little
 # Times the speed at rest. A plank that is hit at 20 mm/s and slides on wood moves by 0.05 mm.
 HITS = 4.0
+PUSHES = 1.0  # likewise: at less than 5 mm/s a plank that is pushed slides by less than three micrometres
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,8 +61,12 @@ class Disturbances(BrickObserver):
         self._observers = Observers((self._approaches, self._overloads))
 
     def least_speed(self, brick: BodyId) -> float:
-        """The speed [m/s] below which a brick that hits does nothing, and a push leaves it where it is."""
+        """The speed [m/s] below which a brick that hits does nothing."""
         return HITS * self.limits_of(brick).speed
+
+    def least_push(self, brick: BodyId) -> float:
+        """The speed [m/s] below which a push leaves a brick where it is."""
+        return PUSHES * self.limits_of(brick).speed
 
     def _attention(self, brick: BodyId) -> Attention:
         hold_off = self.limits_of(brick).hold_off
@@ -93,6 +99,11 @@ class Disturbances(BrickObserver):
     def gone(self, bricks: Collection[BodyId]) -> None:
         """What is gone neither hits nor is disturbed."""
         self._observers.gone(bricks)
+
+
+def is_level(along_W: Vec3) -> bool:
+    """Whether a hit is more along the ground than up or down: it is meant to move what it strikes."""
+    return hypot(along_W[0], along_W[1]) > abs(along_W[2])
 
 
 def in_words(hits: Iterable[Hit]) -> str:
