@@ -17,6 +17,7 @@ from stability.statics.certificate import Tally
 from stability.statics.facts import Placed
 
 FEW = 40  # bricks whose motion costs about a second for a second
+MOSTLY = 0.5  # share of a region that stands without what is struck, or it is woken whole
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,8 +36,9 @@ def wake(assembly: Assembly, reached: Region, presses: bool) -> Woken:
     released: set[BodyId] = set()
     if presses and reached.in_wall:
         forces = assembly.forces_above(reached.lined)
-        released = _released(assembly, reached.lined, names_smallest=False)
-        if len(released) == len(reached.lined) or len(reached.one_by_one) > FEW:
+        few = len(reached.one_by_one) <= FEW
+        released = _released(assembly, reached.lined, names_smallest=few)
+        if len(released) <= (len(reached.lined) if few else MOSTLY * len(reached.one_by_one)):
             return Woken(_in_order(before, released), forces=forces)
     touched = {brick: sorted(touching(assembly, brick)) for group in reached.riding for brick in group}
     released |= _released(assembly, {*reached.one_by_one, *touched} - released, names_smallest=True)
