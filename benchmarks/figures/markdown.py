@@ -27,7 +27,8 @@ def rendered(text: str, load_data: Load = load) -> str:
 
 
 def _figure(found: re.Match[str], load_data: Load) -> str:
-    name, table, row, key = found["path"].split("/")
+    name, table, rest = found["path"].split("/", 2)
+    row, _, key = rest.rpartition("/")  # the name of a row may have a unit with a slash
     return written(load_data(name).value(table, row, key), found["form"] or "")
 
 

@@ -53,6 +53,12 @@ def test_a_figure_that_is_out_of_date_is_written_anew() -> None:
     assert rendered(text, lambda _: DATA) == text.replace("0.52", "0.15")
 
 
+def test_the_name_of_a_row_may_have_a_unit_with_a_slash() -> None:
+    data = Data("creep", "python -m creep", {"scenes": {"gravity 1 m/s2": {"level": 20}}})
+    text = "falls at level <!-- figure: creep/scenes/gravity 1 m/s2/level -->?<!-- end -->"
+    assert rendered(text, lambda _: data) == text.replace("?", "20")
+
+
 def test_a_figure_that_nobody_measured_is_an_error_that_says_which() -> None:
     with pytest.raises(KeyError, match="creep/systems/a b/speed"):
         rendered("<!-- figure: creep/systems/a b/speed -->1<!-- end -->", lambda _: DATA)
