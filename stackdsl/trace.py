@@ -85,7 +85,7 @@ class BrickTrack:
     shift: float  # largest distance of its centre from `rest` afterwards, over the whole run [m]
     tilt: float  # largest turn of its axes out of `rest` afterwards [rad]
     left_at: float | None = None  # when it was seen to have left its place [s]
-    sunk: float | None = None  # the same below `rest`, once a hit has come [m]: only that, or a tilt, is a collapse then
+    sunk: float | None = None  # the same below `rest`, from the first hit on [m]: only this, or a tilt, collapses then
     frozen: bool = False  # whether it is held fixed at the end, with whatever proof
 
 
