@@ -100,11 +100,15 @@ class BrickBodies:
 
     def swap(self, brick: BodyId) -> None:
         """Give a brick a body with the other kind of edges: same place, motion, mass and name."""
+        self.rounded ^= {brick}
+        self.renew(brick)
+
+    def renew(self, brick: BodyId) -> None:
+        """Give a brick another body, to which nothing is known to touch: same place, motion, mass and name."""
         number, client = self.bodies.numbers[brick], self.bodies.client
         position, orientation = pybullet.getBasePositionAndOrientation(number, client)
         velocity, angular_velocity = self.bodies.raw_motion(brick)
         self.bodies.remove(brick)
-        self.rounded ^= {brick}
         self.maker.brick(self.own.bricks[brick], position, orientation, rounded=brick in self.rounded)
         self.bodies.set_raw_motion(brick, velocity, angular_velocity)
         self.anchors.renew(brick)
