@@ -92,9 +92,8 @@ class Measures:
     def look(self, time: float, states: Mapping[BodyId, BodyState]) -> None:
         """Take in all that moves."""
         self.watch.see(time, states)
-        self.motion.see(time, states)
         self._see(states)
-        self.energy.look()
+        self.energy.look(self.motion.see(time, states))
         if self.sway is not None:
             self.sway.see(time, states)
         if self.overlap is not None:
