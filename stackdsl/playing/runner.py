@@ -17,6 +17,7 @@ from stability.watching.extension import Extension
 from stackdsl.playing.after_collapse import after_collapse, time_of
 from stackdsl.playing.carrying import ForceMeter
 from stackdsl.playing.clearance import keep_clear
+from stackdsl.playing.concerned import concerned
 from stackdsl.playing.edges import EdgeWatch
 from stackdsl.playing.ending import Ending, Known, nothing_is_known
 from stackdsl.playing.event_log import EventLog, OnEvent, edges_of
@@ -106,7 +107,7 @@ class _Run:
             self.shift_before = self.watch.largest_shift
         if self.answers.nothing_can_move():
             self.answers.gave_way = None  # what failed before has come to rest again, and is not what fails now
-        self.falling.end()
+        self.falling.disturbed(concerned(moment, self.watch.bricks))
         match moment:
             case Removal():
                 self._remove(moment)

@@ -101,3 +101,29 @@ def test_how_many_bricks_lie_elsewhere_changes_no_digit_of_what_gives_way() -> N
     assert alone.collapse is not None
     for name in ("b0", "b1", "b2", "b3"):
         assert repr(beside.tracks[name].final) == repr(alone.tracks[name].final)
+
+
+# The tenth plank comes at 9 s, and all above the first begin to turn over its edge.
+TOWER = "- column: {levels: 10, step: 12 mm}\n  every: 1 s"
+OTHERS = "- column: {levels: 2, origin: [10 m, 10 m, 0 mm]}\n  name: far\n" + TOWER
+ASKED = "expect: [{pivots: {about: L1.1, within: 2 deg, proportions: 2 %}}]"
+DONE_FAR_AWAY = {
+    "placed": (TOWER, "{at: 9.05 s, insert: {name: late, at: [10 m, 10 m, 3.9 mm]}}"),
+    "pulled out": (OTHERS, "{at: 9.05 s, remove: {brick: far.L2.1}}"),
+    "pushed gently": (OTHERS, "{at: 9.05 s, push: {brick: far.L2.1, impulse: [0.1 mN*s, 0 N*s, 0 N*s]}}"),
+}
+
+
+@pytest.mark.parametrize("done", DONE_FAR_AWAY)
+def test_a_tower_topples_alike_whatever_is_done_elsewhere_meanwhile(done: str) -> None:
+    build, impact = DONE_FAR_AWAY[done]
+    alone = play(timeline_of(TOWER, ASKED), SYSTEMS["exact"])
+    beside = play(timeline_of(build, f"impacts: [{impact}]\n{ASKED}"), SYSTEMS["exact"])
+    assert alone.onset is not None
+    assert beside.onset == alone.onset
+
+
+def test_what_is_done_within_reach_of_what_topples_parts_it() -> None:
+    near = "impacts: [{at: 9.05 s, insert: {name: late, at: [0 mm, 100 mm, 3.9 mm]}}]"
+    alone, beside = (play(timeline_of(TOWER, f"{rest}\n{ASKED}"), SYSTEMS["exact"]) for rest in ("", near))
+    assert beside.cost.steps > alone.cost.steps
