@@ -27,9 +27,8 @@ class EventKind(StrEnum):
     COLLAPSED = "collapsed"
 
 
-ACTIONS = frozenset(
-    {EventKind.PLACED, EventKind.REMOVED, EventKind.PUSHED}
-)  # what the scenario does; all else comes of it
+# What the scenario does; all else comes of it.
+ACTIONS = frozenset({EventKind.PLACED, EventKind.REMOVED, EventKind.PUSHED})
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,7 +130,7 @@ class Margins:
     placement: float | None = None  # how far every brick may be placed beside where it is [m]
 
 
-NOTABLE_GAIN = 0.01  # of the energy that there is: nothing in a scene adds any, so more of it than this is a fault
+NOTABLE_GAIN = 0.01  # of the energy of what moves: nothing in a scene adds any, so more of it than this is a fault
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,14 +138,13 @@ class Energy:
     """Kinetic and potential energy of all bricks, thrown ones included, from the last action on."""
 
     start: float  # just after it, with what it brought in [J]
-    most: float  # that it ever was since [J]
-    above_ground: float  # that there was just after it, each brick's height counted from the ground below it [J]
+    risen: float  # how much more the bricks that moved since ever had of it [J]
+    of_what_moved: float  # that these had just after it, heights counted as distances from the ground [J]
 
     @property
     def gain(self) -> float:
-        """How much it rose, as a share of what there was: all motion, and all height above the ground."""
-        risen = self.most - self.start
-        return risen / self.above_ground if self.above_ground > 0.0 else (inf if risen > 0.0 else 0.0)
+        """How much it rose, as a share of the motion and the distance from the ground of what moved."""
+        return self.risen / self.of_what_moved if self.of_what_moved > 0.0 else (inf if self.risen > 0.0 else 0.0)
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,13 +8,13 @@ what drops with nothing under it, and rests where it lands (dropping.py). All ot
 in by the engine.
 """
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from math import dist, hypot
+from math import dist, hypot, inf
 from typing import Protocol
 
 from stability.engines.protocol import World
-from stability.model import BodyId, BodyState, Brick, Plane, convex
+from stability.model import BodyId, BodyState, Brick, Plane, Vec3, convex
 from stability.statics.facts import Motion, Placed, Tolerances
 from stability.statics.structure import Structure
 
@@ -49,6 +49,8 @@ class FallingParts:
     _coming: Motion | None = field(default=None, init=False)  # with which all of that begins
     _gently: bool = field(default=False, init=False)
     _known: KnownMotion | None = field(default=None, init=False)
+    _within: float = field(default=0.0, init=False)  # how far from there, in plan, it matters what there is [m]
+    _middle_W: Vec3 = field(default=(0.0, 0.0, 0.0), init=False)  # of its first brick, as it begins
 
     def woken(self, awake: Collection[BodyId], motion: Motion | None) -> None:
         """Say that bricks were given back to the engine, which are awake by now, and with which motion they begin."""
@@ -56,8 +58,21 @@ class FallingParts:
         self._awake, self._gently = awake, True
         self._coming = motion if motion is not None and motion.velocity.keys() == set(awake) else None
 
+    def disturbed(self, by: Iterable[Placed]) -> None:
+        """Say that something is about to be done with these bricks; a motion that none of them comes near goes on."""
+        if self._known is None or not all(self._is_beyond(placed) for placed in by):
+            self.end()
+
+    def _is_beyond(self, placed: Placed) -> bool:
+        (x, y, _), (first_x, first_y, _) = placed.pose.position_W, self._middle_W
+        return hypot(x - first_x, y - first_y) > self._within + _across(placed)
+
     def let_go(self, awake: Collection[BodyId]) -> None:
         """Say that something was done, and which bricks are awake by now: some may have been let go in the air."""
+        if self._known is not None:
+            if self._known.states().keys() == set(awake):
+                return
+            self.end()
         self._awake = self._awake or awake
 
     def advance(self, steps: int) -> int:
@@ -90,6 +105,7 @@ class FallingParts:
         self._awake, self._coming = (), None  # a motion that has not begun is not valid any more
 
     def _begun(self) -> KnownMotion | None:
+        self._within = inf
         return self._drop() or (self._fall(self._coming) if self._coming is not None else None)
 
     def _drop(self) -> KnownMotion | None:
@@ -116,7 +132,8 @@ class FallingParts:
         from stability.motion.toppling import toppling_of  # noqa: PLC0415 -- likewise
 
         bricks = list(self._placed(motion.velocity))
-        others, beyond = self._around(bricks)
+        others, beyond, self._within = self._around(bricks)
+        self._middle_W = bricks[0].pose.position_W
         structure = Structure(tuple(self.planes), (), self.friction, self.gravity, Tolerances())
         for placed in (*bricks, *others, *beyond):
             structure.put(placed)
@@ -134,8 +151,11 @@ class FallingParts:
             if shape is not None:
                 yield Placed(Brick(name, shape, masses[name]), states[name].pose)
 
-    def _around(self, part: Sequence[Placed]) -> tuple[list[Placed], list[Placed]]:
-        """The other bricks that a part may touch or reach as it turns, and beyond them those that may touch these."""
+    def _around(self, part: Sequence[Placed]) -> tuple[list[Placed], list[Placed], float]:
+        """The other bricks that a part may touch or reach as it turns, and beyond them those that may touch these.
+
+        And how far from the first of the part all these are at most [m].
+        """
         middle = part[0].pose.position_W
         within = 2.0 * max(dist(middle, one.pose.position_W) + _across(one) for one in part)
         near, beyond = [], []
@@ -146,7 +166,7 @@ class FallingParts:
             else:
                 beyond.append((apart - size, placed))
         farthest = within + 2.0 * max((_across(one) for one in near), default=0.0)
-        return near, [placed for nearest, placed in beyond if nearest <= farthest]
+        return near, [placed for nearest, placed in beyond if nearest <= farthest], farthest
 
 
 def _across(placed: Placed) -> float:

@@ -8,8 +8,10 @@ from dataclasses import dataclass, field
 
 from stability.geometry.vectors import dot, subtract
 from stability.mechanics.inertia import inertia_times
-from stability.model import BodyId, BodyState, Brick, Plane, Vec3
+from stability.model import BodyId, BodyState, Brick, Plane
 from stackdsl.trace import Energy
+
+ROSE = 1e-3  # share of the smallest side, 8 micrometres for a plank: what creeps stays within it
 
 
 def kinetic_energy(brick: Brick, state: BodyState) -> float:
@@ -19,49 +21,65 @@ def kinetic_energy(brick: Brick, state: BodyState) -> float:
     return 0.5 * (brick.mass * dot(state.velocity_W, state.velocity_W) + rotation)
 
 
+@dataclass(frozen=True, slots=True)
+class _Seen:
+    """What a brick had when it was seen last."""
+
+    energy: float = 0.0  # kinetic + potential, heights straight down [J]
+    by_distance: float = 0.0  # the same, heights as distances from the ground [J]
+    height: float = 0.0  # [m]
+
+
+NOTHING = _Seen()
+
+
 @dataclass
 class EnergyMeter:
-    """Adds up what is seen of the bricks; the ground is the level that potential energy counts from."""
+    """Adds up what is seen of the bricks; the ground is the level that potential energy counts from.
+
+    A gain is that of those that moved, as a share of what they had: a large block elsewhere would hide it. They have
+    got too far between two looks to be at rest, or have risen or sunk since the last action. Of that share, height
+    counts as distance from the ground, which is small on a steep slope, too.
+    """
 
     gravity: float  # [m/s2], along -z
     ground: Plane
     now: float = 0.0  # kinetic + potential energy of all bricks [J]
-    above_ground: float = 0.0  # the same, where each brick counts from the ground below itself [J]
-    _of: dict[BodyId, tuple[float, float]] = field(default_factory=dict)  # each brick's part of both
-    _since: Energy | None = None
+    _of: dict[BodyId, _Seen] = field(default_factory=dict)
+    _start: float | None = None  # of all, once something was done [J]
+    _at_start: dict[BodyId, _Seen] = field(default_factory=dict)  # of what was seen since
+    _moved: dict[BodyId, None] = field(default_factory=dict)  # since
+    _risen: float = 0.0  # how much more these had at most [J]
 
     def see(self, bricks: Mapping[BodyId, Brick], states: Mapping[BodyId, BodyState]) -> None:
         """Take in the bricks that may have moved, of all by name."""
         for name, state in states.items():
             brick = bricks[name]
-            weight = brick.mass * self.gravity
-            height = state.pose.position_W[2] - self.ground.point_W[2]
-            kinetic, was = kinetic_energy(brick, state), self._of.get(name, (0.0, 0.0))
-            own = kinetic + weight * height, kinetic + weight * self._height_above_ground(state.pose.position_W)
-            self._of[name] = own
-            self.now += own[0] - was[0]
-            self.above_ground += own[1] - was[1]
-
-    def _height_above_ground(self, position_W: Vec3) -> float:
-        """Straight down, as the ground may be tilted [m]."""
-        return dot(self.ground.normal_W, subtract(position_W, self.ground.point_W)) / self.ground.normal_W[2]
+            weight, centre_W = brick.mass * self.gravity, subtract(state.pose.position_W, self.ground.point_W)
+            kinetic, was, height = kinetic_energy(brick, state), self._of.get(name, NOTHING), centre_W[2]
+            by_distance = kinetic + weight * dot(self.ground.normal_W, centre_W)
+            self._of[name] = own = _Seen(kinetic + weight * height, by_distance, height)
+            self.now += own.energy - was.energy
+            if abs(height - self._at_start.setdefault(name, was).height) > ROSE * brick.shape.least_thickness:
+                self._moved[name] = None
 
     def forget(self, bricks: Iterable[BodyId]) -> None:
         """These were pulled out, and their energy with them."""
         for name in bricks:
-            energy, above_ground = self._of.pop(name)
-            self.now -= energy
-            self.above_ground -= above_ground
+            self.now -= self._of.pop(name).energy
 
     def start(self) -> None:
         """Something was done, and all was seen since: what comes now comes by itself."""
-        self._since = Energy(self.now, self.now, self.above_ground)
+        self._start, self._at_start, self._moved, self._risen = self.now, {}, {}, 0.0
 
-    def look(self) -> None:
-        """All that moves has been seen."""
-        if self._since is not None and self.now > self._since.most:
-            self._since = Energy(self._since.start, self.now, self._since.above_ground)
+    def look(self, moved: Iterable[BodyId]) -> None:
+        """All that moves has been seen, and of that these got too far to be at rest."""
+        self._moved |= dict.fromkeys(moved)
+        more = sum(self._of[name].energy - self._at_start[name].energy for name in self._moved)
+        self._risen = max(self._risen, more)
 
     def energy(self) -> Energy | None:
         """What it was after the last action, and has been at most since; None if nothing was ever done."""
-        return self._since
+        if self._start is None:
+            return None
+        return Energy(self._start, self._risen, sum((self._at_start[name].by_distance for name in self._moved), 0.0))

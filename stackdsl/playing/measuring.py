@@ -79,7 +79,7 @@ class Measures:
         self._see(states)
         self.energy.start()
         if verdict is not None and self.timeline.closely:
-            self.onset.proven(verdict, self.watch.where(), self.timeline.world.planes)
+            self.onset.proven(verdict, self.watch.where(), self.timeline.world.planes, states)
 
     def judged(self, time: float, states: Mapping[BodyId, BodyState], frozen: Iterable[BodyId]) -> None:
         """These bricks may move, or did until now; what was frozen is not looked at any more."""
@@ -92,9 +92,8 @@ class Measures:
     def look(self, time: float, states: Mapping[BodyId, BodyState]) -> None:
         """Take in all that moves."""
         self.watch.see(time, states)
-        self.motion.see(time, states)
         self._see(states)
-        self.energy.look()
+        self.energy.look(self.motion.see(time, states))
         if self.sway is not None:
             self.sway.see(time, states)
         if self.overlap is not None:

@@ -32,12 +32,15 @@ class MotionWatch:
         size = times_the_usual(brick.shape)
         self._limits[brick.id] = RestLimits().scaled(size, sqrt(size * USUAL_GRAVITY / self.gravity))
 
-    def see(self, time: float, states: Mapping[BodyId, BodyState]) -> None:
-        """Take in all that may move."""
+    def see(self, time: float, states: Mapping[BodyId, BodyState]) -> list[BodyId]:
+        """Take in all that may move; returns what did."""
+        moved = []
         for name, state in states.items():
             if name in self._seen and not self._limits[name].slow(_between(*self._seen[name], time, state.pose)):
                 self._moved_at[name] = time
+                moved.append(name)
             self._seen[name] = (time, state.pose)
+        return moved
 
     def stopped(self, bricks: Iterable[BodyId]) -> None:
         """These are held fixed, or gone."""

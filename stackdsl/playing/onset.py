@@ -1,6 +1,6 @@
 """How does what statics proves to fall begin to fall? Its bricks before, and when the first has turned by 5 deg."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import radians
 
@@ -28,11 +28,20 @@ class OnsetWatch:
         """Whether something is about to fall, and has not turned far enough."""
         return self.onset is None and self.motion is not None
 
-    def proven(self, verdict: Verdict, bricks: Mapping[BodyId, Placed], planes: Sequence[Plane]) -> None:
-        """Something was set down, or taken out, and judged; `bricks` are all that are there."""
+    def proven(
+        self,
+        verdict: Verdict,
+        bricks: Mapping[BodyId, Placed],
+        planes: Sequence[Plane],
+        awake: Container[BodyId],
+    ) -> None:
+        """Something was set down, or taken out, and judged; `bricks` are all that are there, some of them `awake`."""
         if self.onset is not None or verdict.motion is self.motion:
             return
+        if verdict.motion is None and any(name in awake for name in self._start):
+            return  # what stands elsewhere holds up nothing of what has begun to fall
         self.motion = verdict.motion
+        self._start = {}
         if self.motion is not None:
             self._start = {name: bricks[name].pose for name in self.motion.velocity}
             self._about = turned_about(self.motion, bricks, planes)

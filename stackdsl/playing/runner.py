@@ -5,27 +5,26 @@ A collapse ends the build, and is followed for a while to see what falls. Hits g
 until all that is asked is known.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from time import perf_counter
 
 from stability.engines.protocol import World
 from stability.engines.scene_scale import SAMPLING
 from stability.geometry.vectors import add
-from stability.model import BodyId
 from stability.motion.known_motion import FallingParts
-from stability.statics.facts import Stability
-from stability.watching.extension import Extension, JudgesLandings, Update
+from stability.watching.extension import Extension
 from stackdsl.playing.after_collapse import after_collapse, time_of
 from stackdsl.playing.carrying import ForceMeter
 from stackdsl.playing.clearance import keep_clear
+from stackdsl.playing.concerned import concerned
 from stackdsl.playing.edges import EdgeWatch
 from stackdsl.playing.ending import Ending, Known, nothing_is_known
 from stackdsl.playing.event_log import EventLog, OnEvent, edges_of
+from stackdsl.playing.extension_answers import Answers
 from stackdsl.playing.measuring import Measures
 from stackdsl.playing.tracks import tracks_of
 from stackdsl.playing.travel import limit_travel
-from stackdsl.playing.update_clock import UpdateClock
 from stackdsl.systems.modification import as_played
 from stackdsl.systems.systems import System
 from stackdsl.systems.worlds import extension_for, load, opened_world
@@ -64,12 +63,9 @@ class _Run:
     log: EventLog
     ending: Ending
     collapse: Collapse | None = None
-    gave_way: BodyId | None = None
-    updates: UpdateClock = field(default_factory=UpdateClock)
     forces: ForceMeter = field(default_factory=ForceMeter)
     ticks: int = 0  # time steps that passed while something could move
     steps: int = 0  # of them, those that an engine took
-    judgements: int = 0
     one_by_one: int = 0
     shift_before: float = 0.0  # largest of any brick when something was last done before a collapse [m]
     passed: int = 0  # moments
@@ -80,8 +76,8 @@ class _Run:
         self.watch = self.measures.watch
         scene = self.timeline.world
         self.edges = EdgeWatch(self.world, scene.gravity)
-        self.lands = self.extension if isinstance(self.extension, JudgesLandings) else None
         self.falling = FallingParts(self.world, scene.planes, scene.friction, scene.gravity)
+        self.answers = Answers(self.extension, self.world, self.measures, self.log, self.falling)
 
     def play(self) -> None:
         for moment in self.moments:
@@ -92,7 +88,7 @@ class _Run:
             if doing is not None:
                 self._act(doing)
             self.passed += 1
-            if self._only_an_engine_knows_more() and not self.timeline.watched:
+            if self.answers.only_an_engine_knows_more() and not self.timeline.watched:
                 return
         self._advance(self._end())
         if self.collapse:
@@ -109,9 +105,9 @@ class _Run:
         if self.collapse is None:
             self._close_placement()
             self.shift_before = self.watch.largest_shift
-        if self._nothing_can_move():
-            self.gave_way = None  # what failed before has come to rest again, and is not what fails now
-        self.falling.end()
+        if self.answers.nothing_can_move():
+            self.answers.gave_way = None  # what failed before has come to rest again, and is not what fails now
+        self.falling.disturbed(concerned(moment, self.watch.bricks))
         match moment:
             case Removal():
                 self._remove(moment)
@@ -119,18 +115,12 @@ class _Run:
                 self._push(moment)
             case _:
                 self._place(moment)
-        if self.lands is not None:
-            self.falling.let_go(self._moving())
+        self.answers.let_go()
         self.ending.acted(moment)
-        states = self.world.states(self._moving())
-        self.measures.acted(states, self.extension.verdict() if self.extension is not None else None)
+        states = self.world.states(self.answers.moving())
+        self.measures.acted(states, self.answers.verdict())
         if self.watch.hit:
             limit_travel(self.world, states, self.timeline.world.gravity)  # until the next look
-
-    def _only_an_engine_knows_more(self) -> bool:
-        """Whether what was set down is not proven to stand."""
-        verdict = self.extension.verdict() if self.extension is not None else None
-        return verdict is not None and verdict.stability is not Stability.STABLE
 
     def _end(self) -> float:
         """Until when there is something to see, as far as is known by now."""
@@ -149,11 +139,7 @@ class _Run:
             self.world.add_brick(placement.brick, placement.pose, placement.velocity_W)
             self.measures.add(placement)
         self.log.tell(Event(group[0].time, EventKind.PLACED, tuple(placement.brick.id for placement in group)))
-        if self.extension is not None:
-            # The author sets them down at rest, so they are judged as they stand, level by level, before any step.
-            self.extension.set_down(placement.brick.id for placement in group if placement.at_rest)
-            while self._judge(self.extension):
-                pass
+        self.answers.set_down(placement.brick.id for placement in group if placement.at_rest)
 
     def _remove(self, removal: Removal) -> None:
         for brick in removal.bricks:
@@ -161,18 +147,14 @@ class _Run:
         self.measures.remove(removal.bricks)
         self.forces = ForceMeter()  # what was measured before is of another structure
         self.log.tell(Event(removal.time, EventKind.REMOVED, removal.bricks))
-        if self.extension is not None:
-            self._tell_update(self.updates.timed(self.extension.taken_out, removal.bricks))
+        self.answers.taken_out(removal.bricks)
 
     def _push(self, push: Push) -> None:
         self.watch.struck()
         self.log.tell(Event(push.time, EventKind.PUSHED, (push.brick,)))
-        if self.extension is not None:
-            self._tell_update(self.updates.timed(self.extension.struck, push.brick, push.impulse_W))
-            if self.extension.is_frozen(push.brick):
-                return
-        centre_W = self.world.states([push.brick])[push.brick].pose.position_W
-        self.world.push(push.brick, push.impulse_W, add(centre_W, push.offset_W))
+        if self.answers.struck(push.brick, push.impulse_W):
+            centre_W = self.world.states([push.brick])[push.brick].pose.position_W
+            self.world.push(push.brick, push.impulse_W, add(centre_W, push.offset_W))
 
     def _close_placement(self) -> None:
         if self.extension is not None:
@@ -182,7 +164,7 @@ class _Run:
         """Let time pass up to a time, or to the first collapse, or until all is known."""
         had_collapsed = self.collapse is not None
         while (left := until - self.world.time()) > 0.0:
-            if self._nothing_can_move():
+            if self.answers.nothing_can_move():
                 self.world.skip(left)
                 return
             if left <= 0.5 * (step := self.world.settings.time_step):
@@ -194,70 +176,25 @@ class _Run:
                 if self._look() and (not had_collapsed or self._all_is_known()):
                     return
             elif self.ticks % closely == 0 and self.measures.close:
-                self.measures.look_closely(self.world.time(), self.world.states(self._moving()))
+                self.measures.look_closely(self.world.time(), self.world.states(self.answers.moving()))
 
     def _pass(self, most: int) -> None:
         """Let a time step pass, or up to so many while what moves needs no engine."""
         passed = self.falling.advance(most)
         self.ticks += passed or 1
         if passed:
-            self._land(self.falling.landed)
+            self.answers.landed(self.falling.landed)
             return
         self.world.step()
         self.steps += 1
-        if self.extension is not None:
-            self._judge(self.extension)
-
-    def _land(self, bricks: Collection[BodyId]) -> None:
-        if self.lands is None or not bricks:
-            return
-        update = self.updates.timed(self.lands.landed, bricks)
-        self._hear(update, bricks)
-        if len(update.frozen) < len(bricks):
-            self.falling.end()
-
-    def _moving(self) -> Sequence[BodyId]:
-        return self.extension.awake() if self.extension is not None else list(self.watch.present)
-
-    def _nothing_can_move(self) -> bool:
-        return not self.watch.present or (self.extension is not None and not self.extension.awake())
-
-    def _judge(self, extension: Extension) -> bool:
-        """One pass of the extension; whether it froze anything."""
-        moving = extension.awake()
-        update = self.updates.timed(extension.update)
-        self._hear(update, moving)
-        return bool(update.frozen) and not update.woken
-
-    def _hear(self, update: Update, moving: Collection[BodyId]) -> None:
-        """Take in what a pass of the extension changed of the bricks that moved."""
-        self.judgements += 1
-        if update != Update():
-            # A frozen brick is not looked at any more, so this is the last chance to see where it stands.
-            self.measures.judged(self.world.time(), self.world.states([*moving, *update.woken]), update.frozen)
-            self._tell_update(update)
-
-    def _tell_update(self, update: Update) -> None:
-        self.log.tell_update(self.world.time(), update)
-        if update.failed:
-            self._let_fall()
-        elif update.woken:
-            self.world.ease_in()
-        if update.failed and self.gave_way is None:
-            self.gave_way = min(update.failed, key=list(self.watch.bricks).index)
-
-    def _let_fall(self) -> None:
-        verdict = self.extension.verdict() if self.extension is not None else None
-        if self.extension is not None and verdict is not None:
-            self.falling.woken(self.extension.awake(), verdict.motion)
+        self.answers.judge()
 
     def _look(self) -> bool:
         """See all that moves; True if a collapse is known."""
         now = self.world.time()
-        moving = self._moving()
+        moving = self.answers.moving()
         states = self.world.states(moving)
-        riding = len(self.extension.riding()) if self.extension is not None else 0
-        self.one_by_one = max(self.one_by_one, len(moving) - riding)
+        self.one_by_one = max(self.one_by_one, len(moving) - self.answers.riding())
         self.measures.look(now, states)
         self.edges.look(now, states)
         limit_travel(self.world, states, self.timeline.world.gravity)
@@ -266,7 +203,7 @@ class _Run:
                 self.forces.add(brick, self.world.contacts(brick))
         if self.collapse is None and (first := self.watch.first_to_leave()) is not None:
             level = self.watch.level_under_construction()
-            self.collapse = Collapse(now, level, first, self.gave_way)
+            self.collapse = Collapse(now, level, first, self.answers.gave_way)
             self.log.tell(Event(now, EventKind.COLLAPSED, (first,), f"level {level} under construction"))
         return self.collapse is not None
 
@@ -276,23 +213,23 @@ class _Run:
         standing = [name for name, track in so_far.tracks.items() if track.state in STAND]
         shares = self.extension.shares() if self.extension is not None else self.forces.shares(standing)
         edges = tuple(edge for name in standing for edge in edges_of(name, shares.get(name, {})))
-        cost = replace(so_far.cost, wall_time=wall_time, updates=self.updates.updates())
+        cost = replace(so_far.cost, wall_time=wall_time, updates=self.answers.clock.updates())
         return replace(so_far, edges=edges, cost=cost)
 
     def _so_far(self) -> Trace:
         """What has happened, but for who carries whom."""
-        unproven = not self.timeline.watched and self._only_an_engine_knows_more()
+        unproven = not self.timeline.watched and self.answers.only_an_engine_knows_more()
         tracks = tracks_of(self.timeline, self.watch, self.extension, unproven, self.collapse is not None)
         return Trace(
             events=tuple(self.log.events),
             tracks=tracks,
             edges=(),
             collapse=self.collapse,
-            cost=Cost(0.0, self.world.time(), self.steps, self.judgements, self.log.proofs(), self.one_by_one),
+            cost=Cost(0.0, self.world.time(), self.steps, self.answers.judgements, self.log.proofs(), self.one_by_one),
             edges_when_placed=self.log.carried_at_first,
             world=self.timeline.world,
             last_arrival=self.ending.last_arrival,
-            statics=self.extension.verdict() if self.extension is not None else None,
+            statics=self.answers.verdict(),
             energy=self.measures.energy.energy(),
             onset=self.measures.onset.onset,
             wrong_edges=self.edges.wrong(),

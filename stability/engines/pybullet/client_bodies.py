@@ -103,12 +103,19 @@ class ClientBodies:
 
     def contacts(self, name: BodyId) -> list[ContactPoint]:
         """The contact points of a body as of the last step."""
-        return [self._contact_point(point) for point in self.raw_contacts(name)]
+        points = self.raw_contacts(name)
+        if not points:
+            return []
+        # PyBullet turns a point to be that of the body that is asked for, all but friction: that acts on whichever of
+        # both it keeps first. Asked for the second, it turns nothing.
+        kept = pybullet.getContactPoints(bodyB=self.numbers[name], physicsClientId=self.client) or ()
+        turned = {point[1] for point in kept}
+        return [self._contact_point(point, -1.0 if point[2] in turned else 1.0) for point in points]
 
-    def _contact_point(self, point: Sequence[Any]) -> ContactPoint:
+    def _contact_point(self, point: Sequence[Any], sign: float) -> ContactPoint:
         a, b = (self.name_of(number) for number in point[1:3])
         on_b, normal, gap, force, along, way, across, other_way = point[6:14]
-        # PyBullet's friction acts on b; see the test of a sliding brick.
-        friction_W = add_scaled(scale(-along / self.mass_unit, way), -across / self.mass_unit, other_way)
+        along, across = sign * along / self.mass_unit, sign * across / self.mass_unit
+        friction_W = add_scaled(scale(along, way), across, other_way)
         on_b_W = scale(1.0 / self.scale, on_b)
         return ContactPoint(a, b, on_b_W, normal, gap / self.scale, force / self.mass_unit, friction_W)

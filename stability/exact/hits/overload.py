@@ -6,7 +6,6 @@ Sideways it gives way when friction below and above it is used up: with an impul
 it, and its mass M, it has moved by J^2 / (2 M F). A moment's excess is what every solver has, so both must last.
 """
 
-from collections import defaultdict
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import hypot
@@ -18,7 +17,7 @@ from stability.model import BodyId, ContactPoint, Vec3
 from stability.shapes.in_pose import bounds_W
 from stability.statics.assembly import Assembly
 from stability.statics.extra_load import withstands
-from stability.statics.facts import Placed, Wrench
+from stability.statics.facts import Contact, Placed, Wrench
 from stability.watching.life_cycle import BrickObserver
 
 MOVED = 0.0064  # share of the smallest side, 0.05 mm for a plank: it has given way when it would have moved so far
@@ -35,15 +34,16 @@ class Overloads(BrickObserver):
     # To the loads that frozen bricks put on moving ones, by frozen brick.
     reactions: Callable[[], Mapping[BodyId, Sequence[ContactPoint]]]
     tips_after: Callable[[BodyId], float]  # [s] of a load outside the core of a brick
-    _excess: dict[BodyId, float] = field(default_factory=dict, init=False)  # impulse beyond friction [N s]
-    _outside: dict[BodyId, "_Load"] = field(default_factory=dict, init=False)  # loads outside the core
-    _holding: dict[BodyId, float] = field(
-        default_factory=dict, init=False
-    )  # normal forces that hold it by friction [N]
+    _sums: dict[BodyId, "_Sums"] = field(default_factory=dict, init=False)  # of bricks that are pressed, or were lately
+    _holding: dict[BodyId, float] = field(default_factory=dict, init=False)  # normal forces that rub on it [N]
+    _changed: bool = field(default=False, init=False)  # whether proofs may be others than they were
 
     def found(self, assembly: Assembly, moving: Iterable[BodyId], step: float) -> list[BodyId]:
         """The frozen bricks of an assembly that give way, after one more step of the engine [s]."""
+        if self._changed:
+            self._begin_anew(assembly)
         pressing, reactions = self._pressing(assembly, sorted(moving)), self.reactions()
+        self._let_go(assembly, self._sums.keys() - pressing.keys(), step)
         return [
             brick
             for brick in sorted(pressing)
@@ -52,31 +52,55 @@ class Overloads(BrickObserver):
 
     def _pressing(self, assembly: Assembly, moving: Sequence[BodyId]) -> dict[BodyId, list[ContactPoint]]:
         """The contact points of frozen bricks with moving ones. Between frozen bricks engines report old forces."""
-        found: dict[BodyId, list[ContactPoint]] = defaultdict(list)
-        frozen, presses = assembly.bricks.keys(), set(moving)
-        for brick in min(frozen, moving, key=len):
-            for point in self.engine.contacts(brick):
-                pressed, by = (point.a, point.b) if point.a in frozen else (point.b, point.a)
-                if pressed in frozen and by in presses:
-                    found[pressed].append(point)
+        found: dict[BodyId, list[ContactPoint]] = {}
+        presses = set(moving)
+        for brick in sorted(self._touched(assembly, moving)):
+            points = [p for p in self.engine.contacts(brick) if (p.b if p.a == brick else p.a) in presses]
+            if points:
+                found[brick] = points
         return found
 
+    def _touched(self, assembly: Assembly, moving: Sequence[BodyId]) -> Collection[BodyId]:
+        """The frozen bricks to ask about, found the cheaper way.
+
+        It is they who are asked in any case: an engine answers the other body in other digits, in another order.
+        """
+        frozen = assembly.bricks.keys()
+        if len(frozen) <= len(moving):
+            return frozen
+        points = (point for brick in moving for point in self.engine.contacts(brick))
+        return {body for point in points for body in (point.a, point.b) if body in frozen}
+
     def frozen(self, bricks: Collection[BodyId]) -> None:
-        """What holds a brick, and what presses on it, may be other bricks by now: all sums begin anew."""
-        self._begin_anew()
+        """What holds a brick, and what presses on it, may be other bricks by now."""
+        self._may_have_changed()
 
     def woken(self, bricks: Collection[BodyId]) -> None:
-        """All sums begin anew, also if none was woken: the proof of what is frozen may be another one."""
-        self._begin_anew()
+        """The proof of what is frozen may be another one, also if none was woken."""
+        self._may_have_changed()
 
     def gone(self, bricks: Collection[BodyId]) -> None:
-        """All sums begin anew."""
-        self._begin_anew()
+        """What these held, and what held them, may have another proof."""
+        self._may_have_changed()
 
-    def _begin_anew(self) -> None:
-        self._excess.clear()
-        self._outside.clear()
+    def _may_have_changed(self) -> None:
+        self._changed = True
         self._holding.clear()
+
+    def _begin_anew(self, assembly: Assembly) -> None:
+        """Begin the sums anew of what does not touch the same any more: what is far away changes nothing."""
+        for brick, sums in list(self._sums.items()):
+            if brick not in assembly.bricks or sums.touched != assembly.contacts(brick):
+                del self._sums[brick]
+        self._changed = False
+
+    def _let_go(self, assembly: Assembly, bricks: Iterable[BodyId], step: float) -> None:
+        """Nothing presses on these any more: what pushed them aside is used up by friction."""
+        for brick in sorted(bricks):
+            sums = self._sums[brick]
+            sums.outside = None
+            if sums.excess == 0.0 or self._slides(assembly, brick, sums, (), step) or sums.excess == 0.0:
+                del self._sums[brick]
 
     def _gives_way(
         self,
@@ -87,27 +111,38 @@ class Overloads(BrickObserver):
         step: float,
     ) -> bool:
         forces, held_up = ([(point, _force_on(brick, point)) for point in some] for some in (points, reactions))
-        return self._slides(assembly, brick, forces, step) or self._tips(assembly, brick, forces + held_up, step)
+        sums = self._sums.setdefault(brick, _Sums(assembly.contacts(brick)))
+        slides = self._slides(assembly, brick, sums, forces, step)
+        return slides or self._tips(assembly, brick, sums, forces + held_up, step)
 
     def _slides(
-        self, assembly: Assembly, brick: BodyId, forces: Collection[tuple[ContactPoint, Vec3]], step: float
+        self,
+        assembly: Assembly,
+        brick: BodyId,
+        sums: "_Sums",
+        forces: Collection[tuple[ContactPoint, Vec3]],
+        step: float,
     ) -> bool:
         placed = assembly.bricks[brick].brick
         x, y, z = NO_FORCE
         for _, force in forces:
             x, y, z = add((x, y, z), force)
-        sideways, before, pressed = hypot(x, y), self._excess.get(brick, 0.0), max(0.0, -z)
+        sideways, before, pressed = hypot(x, y), sums.excess, max(0.0, -z)
         if before == 0.0 and sideways <= assembly.friction * (placed.mass * assembly.gravity + pressed):
             return False  # its own weight holds it, whatever else does
         if brick not in self._holding:
             self._holding[brick] = _held_by(assembly, brick)
         friction = assembly.friction * (self._holding[brick] + pressed)
-        excess = max(0.0, before + (sideways - friction) * step)
-        self._excess[brick] = excess
+        sums.excess = excess = max(0.0, before + (sideways - friction) * step)
         return excess * excess > 2.0 * placed.mass * friction * MOVED * placed.shape.least_thickness
 
     def _tips(
-        self, assembly: Assembly, brick: BodyId, forces: Collection[tuple[ContactPoint, Vec3]], step: float
+        self,
+        assembly: Assembly,
+        brick: BodyId,
+        sums: "_Sums",
+        forces: Collection[tuple[ContactPoint, Vec3]],
+        step: float,
     ) -> bool:
         """Whether a load outside the core has lasted for a while, and statics find no forces that balance it."""
         placed = assembly.bricks[brick]
@@ -118,14 +153,23 @@ class Overloads(BrickObserver):
             if down >= counts
             else _hardly_tips(assembly, placed, forces, counts)
         ):
-            self._outside.pop(brick, None)
+            sums.outside = None
             return False
-        seen = self._outside.setdefault(brick, _Load())
+        sums.outside = seen = sums.outside or _Load()
         seen.add(load, step)
         if seen.span <= self.tips_after(brick):
             return False
-        del self._outside[brick]
+        sums.outside = None
         return not withstands(assembly, {brick: seen.mean()})
+
+
+@dataclass
+class _Sums:
+    """What has been done to a frozen brick while it touched the same."""
+
+    touched: Sequence[Contact]
+    excess: float = 0.0  # impulse beyond friction [N s]
+    outside: "_Load | None" = None  # loads outside the core
 
 
 @dataclass

@@ -16,7 +16,7 @@ class EnergyChange(AuthorModel, ClaimKind):
     """Kinetic and potential energy of all bricks together, from the last action on."""
 
     gain: t.ShareTolerance = Field(
-        description="how much it rises, as a share of what there was, heights above the ground"
+        description="how much that of bricks that move rises, as a share of it, heights as distances from the ground"
     )
 
     @property
@@ -24,7 +24,7 @@ class EnergyChange(AuthorModel, ClaimKind):
         return True
 
     def judge(self, trace: Trace) -> Finding:
-        """How much kinetic + potential energy rose after the last action, as a share of both just after it."""
+        """How much both together rose after the last action, as a share of what those that moved had just after it."""
         if trace.energy is None:
             return Finding("nothing was placed", -inf, "%", passed=False)
         return within(self.gain, trace.energy.gain, "%", f"gain {PERCENT * trace.energy.gain:.3g} %")

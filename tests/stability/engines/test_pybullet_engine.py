@@ -10,7 +10,7 @@ import pytest
 
 from stability.engines.pybullet import PyBulletBodies, PyBulletWorld
 from stability.engines.pybullet.pybullet_settings import PyBulletSettings
-from stability.model import GROUND, Brick, Plane, Pose
+from stability.model import GROUND, BodyState, Brick, Plane, Pose
 from stability.published.stack_stability import StackStability
 from stability.shapes.box import Box
 
@@ -72,6 +72,27 @@ def test_a_plank_slides_on_a_slope_steeper_than_the_angle_of_friction(scale: flo
             engine.step()
         speed = engine.states(["plank"])["plank"].velocity_W[0]
         assert (speed > 0.05) is slides
+
+
+@SCALES
+@pytest.mark.parametrize("order", [("lower", "upper"), ("upper", "lower")])
+@pytest.mark.parametrize("asked", ["lower", "upper"])
+def test_friction_on_what_slides_is_against_its_way_whoever_is_asked(
+    scale: float, order: tuple[str, str], asked: str
+) -> None:
+    with world(scale) as engine:
+        for name in order:
+            engine.add_brick(plank(name), Pose((0.0, 0.0, SIZE[2] * (0.5 if name == "lower" else 1.5))))
+        engine.freeze("lower")
+        for _ in range(20):
+            engine.step()
+        pose = engine.states(["upper"])["upper"].pose
+        engine.set_state("upper", BodyState(pose, (0.2, 0.0, 0.0)))
+        for _ in range(5):
+            engine.step()
+        between = [p for p in engine.contacts(asked) if {p.a, p.b} == {"lower", "upper"}]
+        on_upper = sum((1.0 if p.a == "upper" else -1.0) * p.friction_W[0] for p in between)
+        assert on_upper == pytest.approx(-0.5 * 0.012 * 9.81, rel=0.1)
 
 
 def test_a_frozen_brick_stays_exactly_where_it_is_and_a_woken_one_falls_with_its_mass() -> None:

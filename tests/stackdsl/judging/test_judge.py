@@ -55,7 +55,7 @@ HIT = replace(
         ),
         "shot": track("shot", 0, shift=0.2, state=BrickState.THROWN),
     },
-    energy=Energy(start=1.0, most=1.001, above_ground=0.5),
+    energy=Energy(start=1.0, risen=0.001, of_what_moved=0.5),
 )
 SWAYING = replace(
     STANDING, sway=Sway(4e-4, 5.0, "L3.1", time=2.0), penetration=Penetration(1.2e-4, "L2.1", "L1.1", time=1.0)

@@ -81,3 +81,49 @@ def test_how_thin_a_brick_is_that_is_set_down_elsewhere_changes_no_digit_of_what
     assert sheet.cost.steps > 0
     for name in sheet.tracks.keys() - {"late"}:
         assert repr(sheet.tracks[name].final) == repr(plate.tracks[name].final)
+
+
+def test_how_many_bricks_lie_elsewhere_changes_no_digit_of_what_gives_way() -> None:
+    #   Two that stand and two that fall on them: with a third that stands, as many are not frozen as move.
+    debris = """
+- bricks:
+    - {name: b0, at: [25.105 mm, 9.016 mm, 4.3325 mm],
+       brick: {size: [50.43 mm, 12.664 mm, 8.665 mm], density: 945 kg/m3}}
+    - {name: b1, at: [29.589 mm, 11.525 mm, 17.6915 mm],
+       brick: {size: [9.57 mm, 9.031 mm, 18.053 mm], density: 863 kg/m3}}
+    - {name: b2, at: [24.618 mm, -23.935 mm, 29.5705 mm], rotate: [0 deg, 0 deg, 111.722 deg],
+       brick: {size: [67.208 mm, 12.875 mm, 41.811 mm], density: 7383 kg/m3}}
+    - {name: b3, at: [14.394 mm, -22.001 mm, 55.925 mm],
+       brick: {size: [11.171 mm, 43.157 mm, 10.898 mm], density: 2788 kg/m3}}
+"""
+    far = "    - {name: other, at: [25 m, 7 m, 3.9 mm]}\n"
+    alone, beside = (play(timeline_of(build, "friction: 1.2"), SYSTEMS["exact"]) for build in (debris, debris + far))
+    assert alone.collapse is not None
+    for name in ("b0", "b1", "b2", "b3"):
+        assert repr(beside.tracks[name].final) == repr(alone.tracks[name].final)
+
+
+# The tenth plank comes at 9 s, and all above the first begin to turn over its edge.
+TOWER = "- column: {levels: 10, step: 12 mm}\n  every: 1 s"
+OTHERS = "- column: {levels: 2, origin: [10 m, 10 m, 0 mm]}\n  name: far\n" + TOWER
+ASKED = "expect: [{pivots: {about: L1.1, within: 2 deg, proportions: 2 %}}]"
+DONE_FAR_AWAY = {
+    "placed": (TOWER, "{at: 9.05 s, insert: {name: late, at: [10 m, 10 m, 3.9 mm]}}"),
+    "pulled out": (OTHERS, "{at: 9.05 s, remove: {brick: far.L2.1}}"),
+    "pushed gently": (OTHERS, "{at: 9.05 s, push: {brick: far.L2.1, impulse: [0.1 mN*s, 0 N*s, 0 N*s]}}"),
+}
+
+
+@pytest.mark.parametrize("done", DONE_FAR_AWAY)
+def test_a_tower_topples_alike_whatever_is_done_elsewhere_meanwhile(done: str) -> None:
+    build, impact = DONE_FAR_AWAY[done]
+    alone = play(timeline_of(TOWER, ASKED), SYSTEMS["exact"])
+    beside = play(timeline_of(build, f"impacts: [{impact}]\n{ASKED}"), SYSTEMS["exact"])
+    assert alone.onset is not None
+    assert beside.onset == alone.onset
+
+
+def test_what_is_done_within_reach_of_what_topples_parts_it() -> None:
+    near = "impacts: [{at: 9.05 s, insert: {name: late, at: [0 mm, 100 mm, 3.9 mm]}}]"
+    alone, beside = (play(timeline_of(TOWER, f"{rest}\n{ASKED}"), SYSTEMS["exact"]) for rest in ("", near))
+    assert beside.cost.steps > alone.cost.steps

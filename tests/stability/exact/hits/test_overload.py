@@ -1,7 +1,7 @@
 """Frozen bricks pressed harder than they can take: sideways beyond friction, or down outside their load core."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from math import inf, sqrt
 
 import pytest
@@ -11,7 +11,7 @@ from stability.model import GROUND, BodyId, Brick, ContactPoint, Pose, Vec3
 from stability.shapes.box import Box
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed
-from tests.planks import FLOOR, GRAVITY, LENGTH, MASS, THICKNESS, WOOD, column, lying, standing
+from tests.planks import FLOOR, GRAVITY, LENGTH, MASS, THICKNESS, WIDTH, WOOD, column, lying, standing
 
 STEP = 1e-4  # [s]
 TIPS_AFTER = 0.002  # [s]
@@ -117,6 +117,66 @@ def test_a_load_that_lifts_now_and_then_starts_again() -> None:
         pressing.force = 0.0 if step % 10 == 0 else WEIGHT  # enough to tip it
         found += overloads.found(beam, ["pusher"], STEP)
     assert found == []
+
+
+def given_way_after_half(assembly: Assembly, meanwhile: Callable[[Overloads], None]) -> bool:
+    """Whether the lowest of a column gives way just when it should, if something happens half-way."""
+    friction = WOOD * WEIGHT * (2 * len([brick for brick in assembly.bricks if brick.startswith("L")]) - 1)
+    overloads = Overloads(pushed_aside("L1", 2.0 * friction), dict, lambda _: TIPS_AFTER)  # type: ignore[arg-type]  # likewise
+    steps = int(sqrt(2.0 * MASS * friction * MOVED * THICKNESS) / friction / STEP) + 1
+    for step in range(steps):
+        if step == steps // 2:
+            meanwhile(overloads)
+        if overloads.found(assembly, ["pusher"], STEP):
+            return step == steps - 1
+    return False
+
+
+def test_what_comes_to_rest_or_is_woken_elsewhere_holds_nothing_up() -> None:
+    assembly = standing({**column(3), "far": Pose((10.0, 0.0, THICKNESS / 2.0))})
+
+    def something_happens_far_away(overloads: Overloads) -> None:
+        overloads.frozen(["far"])
+        assembly.remove(["far"])
+        overloads.woken(["far"])
+        overloads.gone(["elsewhere"])
+
+    assert given_way_after_half(assembly, something_happens_far_away)
+
+
+def test_what_has_come_to_touch_something_else_is_pressed_anew() -> None:
+    assembly = standing(column(3))
+
+    def another_is_set_down_beside_it(overloads: Overloads) -> None:
+        assembly.add(Brick("beside", Box((LENGTH, WIDTH, THICKNESS)), MASS), Pose((0.0, WIDTH, THICKNESS / 2.0)))
+        overloads.frozen(["beside"])
+
+    assert not given_way_after_half(assembly, another_is_set_down_beside_it)
+
+
+def test_a_push_that_is_over_is_forgotten_as_fast_as_friction_takes_it_up() -> None:
+    friction = WOOD * WEIGHT
+    pressing = pushed_aside("L1", 2.0 * friction)
+    assembly = standing({**column(1), "L0": Pose((1.0, 0.0, THICKNESS / 2.0))})
+    overloads = Overloads(pressing, dict, lambda _: TIPS_AFTER)  # type: ignore[arg-type]  # nothing else of an engine is asked
+    steps = int(sqrt(2.0 * MASS * friction * MOVED * THICKNESS) / friction / STEP)
+    for _ in range(10):
+        for brick in ["L1"] * steps + ["away"] * steps:  # the push lasts for a while, and is gone for as long
+            pressing.brick = brick
+            assert overloads.found(assembly, ["pusher"], STEP) == []
+
+
+@pytest.mark.parametrize("moving", [["pusher"], ["pusher", "another", "a third", "a fourth"]], ids=["few", "many"])
+def test_what_is_frozen_is_asked_what_presses_on_it_however_many_others_there_are(moving: list[str]) -> None:
+    #   An engine may tell either side of a contact in its own digits; what presses here is told from the wrong place.
+    class Turned(Pressing):
+        def contacts(self, brick: BodyId) -> Sequence[ContactPoint]:
+            right = super().contacts(brick)
+            return right if brick == self.brick else [replace(point, normal_force=0.0) for point in right]
+
+    pressed = Turned("L1", (0.0, 1.0, 0.0), 10.0 * WOOD * WEIGHT)
+    overloads = Overloads(pressed, dict, lambda _: TIPS_AFTER)  # type: ignore[arg-type]  # nothing else of an engine is asked
+    assert overloads.found(standing(column(2)), moving, LONG) == ["L1"]
 
 
 def test_what_presses_on_the_ground_presses_nothing_away() -> None:

@@ -1,0 +1,20 @@
+"""Which bricks something is done with, where each is as that is done."""
+
+from collections.abc import Mapping
+
+from stability.model import BodyId
+from stability.statics.facts import Placed
+from stackdsl.playing.watch import Watched
+from stackdsl.timeline import Moment, Push, Removal
+
+
+def concerned(moment: Moment, present: Mapping[BodyId, Watched]) -> list[Placed]:
+    """The bricks that come at a moment, or are pushed or pulled out, of those that are there by name."""
+    match moment:
+        case Removal():
+            names = moment.bricks
+        case Push():
+            names = (moment.brick,)
+        case _:
+            return [Placed(placement.brick, placement.pose) for placement in moment]
+    return [Placed(present[name].placement.brick, present[name].last) for name in names]

@@ -1,0 +1,111 @@
+"""What the extension of a run is asked, and what follows from its answers; without one, all moves all the time."""
+
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass, field
+
+from stability.engines.protocol import World
+from stability.model import BodyId, Vec3
+from stability.motion.known_motion import FallingParts
+from stability.statics.facts import Stability, Verdict
+from stability.watching.extension import Extension, JudgesLandings, Update
+from stackdsl.playing.event_log import EventLog
+from stackdsl.playing.measuring import Measures
+from stackdsl.playing.update_clock import UpdateClock
+
+
+@dataclass
+class Answers:
+    """Passes on what the extension freezes and wakes: to the events, to what is measured, and to what falls."""
+
+    extension: Extension | None
+    world: World
+    measures: Measures
+    log: EventLog
+    falling: FallingParts
+    gave_way: BodyId | None = None
+    judgements: int = 0
+    clock: UpdateClock = field(default_factory=UpdateClock)
+
+    def moving(self) -> Sequence[BodyId]:
+        """The bricks that may move."""
+        return self.extension.awake() if self.extension is not None else list(self.measures.watch.present)
+
+    def riding(self) -> int:
+        """How many of them move as rigid bodies on others."""
+        return len(self.extension.riding()) if self.extension is not None else 0
+
+    def nothing_can_move(self) -> bool:
+        """Whether all is frozen, or nothing there."""
+        return not self.measures.watch.present or (self.extension is not None and not self.extension.awake())
+
+    def verdict(self) -> Verdict | None:
+        """What was proven of the structure when bricks were last set down or taken out; None where nothing proves."""
+        return self.extension.verdict() if self.extension is not None else None
+
+    def only_an_engine_knows_more(self) -> bool:
+        """Whether what was set down is not proven to stand."""
+        verdict = self.verdict()
+        return verdict is not None and verdict.stability is not Stability.STABLE
+
+    def set_down(self, bricks: Iterable[BodyId]) -> None:
+        """The author sets bricks down at rest, so they are judged as they stand, level by level, before any step."""
+        if self.extension is not None:
+            self.extension.set_down(bricks)
+            while self.judge():
+                pass
+
+    def taken_out(self, bricks: Collection[BodyId]) -> None:
+        """Bricks were pulled out."""
+        if self.extension is not None:
+            self._tell(self.clock.timed(self.extension.taken_out, bricks))
+
+    def struck(self, brick: BodyId, impulse_W: Vec3) -> bool:
+        """A brick is about to be pushed [N s]; whether it is free to move."""
+        if self.extension is None:
+            return True
+        self._tell(self.clock.timed(self.extension.struck, brick, impulse_W))
+        return not self.extension.is_frozen(brick)
+
+    def landed(self, bricks: Collection[BodyId]) -> None:
+        """Bricks whose motion was known without an engine have come to rest."""
+        if bricks and isinstance(self.extension, JudgesLandings):
+            update = self.clock.timed(self.extension.landed, bricks)
+            self._hear(update, bricks)
+            if len(update.frozen) < len(bricks):
+                self.falling.end()
+
+    def let_go(self) -> None:
+        """Something was done, so that some may have been let go in the air."""
+        if isinstance(self.extension, JudgesLandings):
+            self.falling.let_go(self.moving())
+
+    def judge(self) -> bool:
+        """One pass of the extension; whether it froze anything."""
+        if self.extension is None:
+            return False
+        moving = self.extension.awake()
+        update = self.clock.timed(self.extension.update)
+        self._hear(update, moving)
+        return bool(update.frozen) and not update.woken
+
+    def _hear(self, update: Update, moving: Collection[BodyId]) -> None:
+        """Take in what a pass of the extension changed of the bricks that moved."""
+        self.judgements += 1
+        if update != Update():
+            # A frozen brick is not looked at any more, so this is the last chance to see where it stands.
+            self.measures.judged(self.world.time(), self.world.states([*moving, *update.woken]), update.frozen)
+            self._tell(update)
+
+    def _tell(self, update: Update) -> None:
+        self.log.tell_update(self.world.time(), update)
+        if update.failed:
+            self._let_fall()
+        elif update.woken:
+            self.world.ease_in()
+        if update.failed and self.gave_way is None:
+            self.gave_way = min(update.failed, key=list(self.measures.watch.bricks).index)
+
+    def _let_fall(self) -> None:
+        verdict = self.verdict()
+        if verdict is not None:
+            self.falling.woken(self.moving(), verdict.motion)
