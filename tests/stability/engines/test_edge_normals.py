@@ -299,7 +299,7 @@ def test_a_run_tells_of_edges_that_were_taken_for_faces(system: str, caught: boo
 def test_planks_that_topple_together_are_pressed_along_the_normals_that_they_have_by_then(scenario: str) -> None:
     #   They turn by 30 deg and more with faces on faces, which PyBullet takes for no reason to find normals anew.
     root = Path(__file__).parents[3] / "scenarios"
-    cases = [case for case in gather([root / "hard", root / "harmonic.yaml"]).cases if case.scenario.name == scenario]
+    cases = [case for case in gather([root / "hard", root / "harmonic.yaml"]).cases if case.name.startswith(scenario)]
     for case in cases:
         if case.system == "exact":
             assert play(case.timeline, SYSTEMS["exact"]).wrong_edges is None
