@@ -110,7 +110,7 @@ ASKED = "expect: [{pivots: {about: L1.1, within: 2 deg, proportions: 2 %}}]"
 DONE_FAR_AWAY = {
     "placed": (TOWER, "{at: 9.05 s, insert: {name: late, at: [10 m, 10 m, 3.9 mm]}}"),
     "pulled out": (OTHERS, "{at: 9.05 s, remove: {brick: far.L2.1}}"),
-    "pushed gently": (OTHERS, "{at: 9.05 s, push: {brick: far.L2.1, impulse: [0.1 mN*s, 0 N*s, 0 N*s]}}"),
+    "pushed gently": (OTHERS, "{at: 9.05 s, push: {brick: far.L2.1, impulse: [0.05 mN*s, 0 N*s, 0 N*s]}}"),
 }
 
 
