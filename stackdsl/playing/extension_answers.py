@@ -70,7 +70,7 @@ class Answers:
         """Bricks whose motion was known without an engine have come to rest."""
         if bricks and isinstance(self.extension, JudgesLandings):
             update = self.clock.timed(self.extension.landed, bricks)
-            self._hear(update, bricks)
+            self._hear(update)
             if len(update.frozen) < len(bricks):
                 self.falling.end()
 
@@ -83,17 +83,18 @@ class Answers:
         """One pass of the extension; whether it froze anything."""
         if self.extension is None:
             return False
-        moving = self.extension.awake()
         update = self.clock.timed(self.extension.update)
-        self._hear(update, moving)
+        self._hear(update)
         return bool(update.frozen) and not update.woken
 
-    def _hear(self, update: Update, moving: Collection[BodyId]) -> None:
-        """Take in what a pass of the extension changed of the bricks that moved."""
+    def _hear(self, update: Update) -> None:
+        """Take in what a pass of the extension changed."""
         self.judgements += 1
         if update != Update():
-            # A frozen brick is not looked at any more, so this is the last chance to see where it stands.
-            self.measures.judged(self.world.time(), self.world.states([*moving, *update.woken]), update.frozen)
+            # A frozen brick is not looked at any more, so this is the last chance to see where it stands. What else
+            # moves is seen when all of it is looked at: what is frozen elsewhere changes nothing of that.
+            changed = self.world.states([*update.frozen, *update.woken])
+            self.measures.judged(self.world.time(), changed, update.frozen)
             self._tell(update)
 
     def _tell(self, update: Update) -> None:

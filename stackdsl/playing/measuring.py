@@ -82,7 +82,7 @@ class Measures:
             self.onset.proven(verdict, self.watch.where(), self.timeline.world.planes, states)
 
     def judged(self, time: float, states: Mapping[BodyId, BodyState], frozen: Iterable[BodyId]) -> None:
-        """These bricks may move, or did until now; what was frozen is not looked at any more."""
+        """These bricks move from now on, or did until now; what was frozen is not looked at any more."""
         frozen = tuple(frozen)
         self.watch.see(time, states)
         self._see(states)

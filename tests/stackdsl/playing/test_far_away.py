@@ -123,6 +123,18 @@ def test_a_tower_topples_alike_whatever_is_done_elsewhere_meanwhile(done: str) -
     assert beside.onset == alone.onset
 
 
+def test_when_something_is_frozen_elsewhere_is_not_when_a_fall_is_seen() -> None:
+    #   Looks are a hundredth of a second apart. The clock is a sum of what passes between them.
+    late = "{{at: {at} s, insert: {{name: late, at: [10 m, 10 m, 3.9 mm]}}}}"
+    build = "- column: {levels: 8, step: 20 mm}"
+    alone = play(timeline_of(build), SYSTEMS["exact"])
+    fell = {name: track.left_at for name, track in alone.tracks.items()}
+    first = min(left for left in fell.values() if left is not None)
+    for before in (0.003, 0.002, 0.001):
+        beside = play(timeline_of(build, f"impacts: [{late.format(at=first - before)}]"), SYSTEMS["exact"])
+        assert {name: beside.tracks[name].left_at for name in fell} == pytest.approx(fell)
+
+
 def test_what_is_done_within_reach_of_what_topples_parts_it() -> None:
     near = "impacts: [{at: 9.05 s, insert: {name: late, at: [0 mm, 100 mm, 3.9 mm]}}]"
     alone, beside = (play(timeline_of(TOWER, f"{rest}\n{ASKED}"), SYSTEMS["exact"]) for rest in ("", near))
