@@ -30,7 +30,7 @@ ROUNDED = 0.05  # share of its smallest side by which a box is rounded to see ho
 # A brick that has turned so far since it got its body gets another: PyBullet keeps a contact point with the normal that
 # it had at first, as long as the point does not drift, and what two bricks turn by together is no drift.
 STALE = radians(4.0)
-ALIKE = 4.0  # times the mass of the other: under so heavy a brick, a light one that loses its forces is shot out
+ALIKE = 2.0  # times the mass of the other: under so heavy a brick, a light one that loses its forces is shot out
 SLOW, SLOWLY = 5e-3, 0.1  # [m/s], [rad/s]: what lies square and is not faster gets sharp edges again
 
 
