@@ -71,7 +71,7 @@ bench-compas: $(READY) ## the same towers and walls with compas_cra, side by sid
 
 without-pybullet: $(READY) ## statics, and all that exact plays, for Pythons that have no PyBullet
 	$(PYTEST) tests/test_imports.py tests/stability/geometry tests/stability/statics tests/stackdsl/systems
-	$(BIN)/stackdsl check scenarios --system exact --tag '!long' --tag '!large'
+	$(BIN)/stackdsl check scenarios --system exact --tag '!long' --tag '!large' --tag '!pybullet'
 
 wheel: $(READY) ## build the wheel, and try it in an empty environment, outside of this directory
 	tools/try_wheel.sh $(BIN)/python

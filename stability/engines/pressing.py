@@ -1,18 +1,17 @@
 """What presses on bricks that an engine moves, and is no body with weight there: it is told to every engine step.
 
-It is told as a change of motion, before the engine solves its contacts. Forces would be the usual way, but PyBullet
-leaves their torque out when it works out what friction must stop, and a brick pressed on one side then slides away.
+An engine takes it as forces, or as the change of motion that they come to, before it solves its contacts.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 from stability.geometry.rotations import inverse, rotate
-from stability.geometry.vectors import add, add_scaled, subtract
+from stability.geometry.vectors import add, add_scaled, cross, subtract
 from stability.mechanics.impulse import pushed
 from stability.mechanics.rubbing import Pressed, friction_impulses
-from stability.model import BodyId, BodyState, Brick, Vec3
+from stability.model import AT_REST, BodyId, BodyState, Brick, Vec3
 
 
 class Moving(Protocol):
@@ -20,9 +19,6 @@ class Moving(Protocol):
 
     def states(self, names: Collection[BodyId]) -> Mapping[BodyId, BodyState]:
         """Poses and motions."""
-
-    def set_motion(self, name: BodyId, velocity_W: Vec3, angular_velocity_W: Vec3) -> None:
-        """Give a body a velocity of its centre [m/s] and an angular velocity [rad/s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,17 +49,44 @@ class Presses:
         """Let nothing press on a brick any more."""
         self._loads.pop(brick, None)
 
-    def exert(self, bodies: Moving, duration: float) -> None:
-        """Give bricks the impulses of what presses on them in the coming engine step of a duration [s]."""
-        if not self._loads:
-            return
-        for name, state in bodies.states(self._loads.keys()).items():
+    def acting(self, bodies: Moving, duration: float) -> Iterator["Acting"]:
+        """What acts on each brick that is pressed in the coming engine step of a duration [s]."""
+        for name, state in bodies.states(self._loads.keys()).items() if self._loads else ():
             load, pose = self._loads[name], state.pose
             pressed = [
                 replace(each, at_W=add(pose.position_W, rotate(pose.orientation, at_B))) for each, at_B in load.at_B
             ]
             rubbed = friction_impulses(load.brick, state, pressed, duration)
-            after = state
-            for each, impulse in zip(pressed, rubbed, strict=True):
-                after = pushed(after, load.brick, add_scaled(impulse, duration, each.force_W), each.at_W)
-            bodies.set_motion(name, after.velocity_W, after.angular_velocity_W)
+            yield Acting(
+                load.brick,
+                state,
+                [
+                    (add_scaled(impulse, duration, each.force_W), each.at_W)
+                    for each, impulse in zip(pressed, rubbed, strict=True)
+                ],
+            )
+
+
+@dataclass(frozen=True, slots=True)
+class Acting:
+    """What acts on a brick in a step."""
+
+    brick: Brick
+    state: BodyState  # before the step
+    impulses: Sequence[tuple[Vec3, Vec3]]  # each in W [N s], with the point of W at which it acts [m]
+
+    def pushed(self) -> BodyState:
+        """The motion of the brick after all of it."""
+        after = self.state
+        for impulse_W, at_W in self.impulses:
+            after = pushed(after, self.brick, impulse_W, at_W)
+        return after
+
+    def wrench(self, duration: float) -> tuple[Vec3, Vec3]:
+        """The mean force over a duration [N], and its torque about the centre of the brick [N m], in W."""
+        force, torque = AT_REST, AT_REST
+        for impulse_W, at_W in self.impulses:
+            force = add_scaled(force, 1.0 / duration, impulse_W)
+            arm = subtract(at_W, self.state.pose.position_W)
+            torque = add_scaled(torque, 1.0 / duration, cross(arm, impulse_W))
+        return force, torque

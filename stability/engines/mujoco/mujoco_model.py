@@ -64,7 +64,10 @@ class Model:
         """Let time pass [s], in so many steps."""
         self.model.opt.timestep = duration / parts
         for _ in range(parts):
-            presses.exert(self, duration / parts)
+            self.data.xfrc_applied[:] = 0.0
+            for acting in presses.acting(self, duration / parts):
+                body = self.model.jnt_bodyid[self.free[acting.brick.id]]
+                self.data.xfrc_applied[body] = np.concatenate(acting.wrench(duration / parts))
             mujoco.mj_step(self.model, self.data)
         self._touching = self._bounds = None
         if self.data.warning.number.any():
@@ -82,10 +85,6 @@ class Model:
     def states(self, names: Collection[BodyId]) -> dict[BodyId, BodyState]:
         """Poses and motions of bodies that move."""
         return {name: self.state(name) for name in names}
-
-    def set_motion(self, name: BodyId, velocity_W: Vec3, angular_velocity_W: Vec3) -> None:
-        """Give a body that moves a velocity of its centre [m/s] and an angular velocity [rad/s]."""
-        _set_state(self.data, self.free[name], BodyState(self.state(name).pose, velocity_W, angular_velocity_W))
 
     def contacts(self, brick: BodyId) -> list[ContactPoint]:
         """The contact points of a brick in the last step."""

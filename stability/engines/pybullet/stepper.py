@@ -65,12 +65,22 @@ class Stepper:
         """Let one time step pass, in the parts that it was suited to."""
         parts = self._stepping.parts
         duration = self.settings.time_step / parts
-        self.presses.exert(self.fall.bodies, duration)
+        self._exert(duration)
         self.fall.step(duration)
         for _ in range(parts - 1):
-            self.presses.exert(self.fall.bodies, duration)
+            self._exert(duration)
             pybullet.stepSimulation(self.client)
         if self._eased:
             self._eased -= 1
             self._suited = self._suited and self._eased > 0
         self.time += self.settings.time_step
+
+    def _exert(self, duration: float) -> None:
+        """Let what presses on bodies act in the coming engine step of a duration [s].
+
+        As a change of motion: PyBullet leaves the torque of forces out when it works out what friction must stop, and a
+        brick that is pressed on one side slides away.
+        """
+        for acting in self.presses.acting(self.fall.bodies, duration):
+            after = acting.pushed()
+            self.fall.bodies.set_motion(acting.brick.id, after.velocity_W, after.angular_velocity_W)
