@@ -122,6 +122,14 @@ def test_a_frozen_brick_says_which_stage_proved_it(engine: BoxEngine, stability:
     assert stability.shares(["a", "b"]) == stability.shares()
 
 
+def test_what_is_frozen_while_another_brick_is_refused_says_which_stage_proved_it(
+    engine: BoxEngine, stability: ProvenStability
+) -> None:
+    update = set_down(engine, stability, a=(1, 0.0), b=(2, 0.0), out=(3, 0.1))
+    assert update.frozen == ("a", "b")
+    assert update.proof == "load core"
+
+
 def test_what_tips_is_left_to_the_engine_and_what_stands_without_it_stays(
     engine: BoxEngine, stability: ProvenStability
 ) -> None:

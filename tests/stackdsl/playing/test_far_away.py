@@ -139,3 +139,17 @@ def test_what_is_done_within_reach_of_what_topples_parts_it() -> None:
     near = "impacts: [{at: 9.05 s, insert: {name: late, at: [0 mm, 100 mm, 3.9 mm]}}]"
     alone, beside = (play(timeline_of(TOWER, f"{rest}\n{ASKED}"), SYSTEMS["exact"]) for rest in ("", near))
     assert beside.cost.steps > alone.cost.steps
+
+
+def test_a_far_block_does_not_change_when_a_tower_comes_down() -> None:
+    #   A block of 5 km asks for steps a hundred times as long, but nothing of it moves.
+    tower = "- column: {levels: 10, step: 12 mm}\n  every: 0.03 s"
+    block = (
+        "- at: 0 s\n  bricks: [{name: far, at: [9 km, 0 m, 2.5 km],"
+        " brick: {size: [5 km, 5 km, 5 km], density: 500 kg/m3}}]"
+    )
+    alone, beside = (play(timeline_of(build), SYSTEMS["exact"]) for build in (tower, f"{tower}\n{block}"))
+    assert alone.collapse is not None
+    assert beside.collapse == alone.collapse
+    times = [event.time for event in beside.events]
+    assert times == sorted(times)
