@@ -13,7 +13,8 @@ from stackdsl.checking.one_case import play_case
 from stackdsl.checking.results import snapshot_of
 from stackdsl.judging.judge import judge
 from stackdsl.judging.known import known_of
-from stackdsl.pytest_plugin import Golden, OtherEngineWarning
+from stackdsl.pytest_plugin.other_engine import OtherEngineWarning
+from stackdsl.pytest_plugin.shared_snapshots import Golden
 from stackdsl.snapshots.golden import golden_name
 from stackdsl.systems.known_systems import unplayable
 from stackdsl.timeline import Placement, Timeline

@@ -1,8 +1,6 @@
-"""Golden files in pytest, through syrupy: the same files, comparison and bytes as those of `stackdsl check`.
+"""Golden files for tests in Python, through syrupy: the same files, comparison and bytes as those of `stackdsl check`.
 
-Not registered by itself: a conftest.py says `pytest_plugins = ["stackdsl.pytest_plugin"]`, a test says
-`assert snapshot == golden(snapshot.identity)`, and `pytest --snapshot-update` writes. The ini option `golden_directory`
-names the directory. Files that belong to no test are left alone: `stackdsl check` knows which are obsolete.
+Files that belong to no test are left alone: `stackdsl check` knows which are obsolete.
 """
 
 import json
@@ -12,7 +10,6 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
 
-import pytest
 from syrupy.assertion import SnapshotAssertion
 from syrupy.data import SnapshotCollection, SnapshotCollections
 from syrupy.extensions.json import JSONSnapshotExtension
@@ -20,15 +17,12 @@ from syrupy.location import PyTestLocation
 from syrupy.types import PropertyFilter, PropertyMatcher, SerializableData, SerializedData, SnapshotIndex
 
 from stackdsl.outcome import GoldenStatus
+from stackdsl.pytest_plugin.other_engine import OtherEngineWarning
 from stackdsl.snapshots.canonical import canonical_text
 from stackdsl.snapshots.golden import golden_name, judge_text, refuse_in_ci, write_golden
 from stackdsl.snapshots.record import Identity, Snapshot
 
 Golden = Callable[[Identity], SnapshotAssertion]
-
-
-class OtherEngineWarning(UserWarning):
-    """A golden file was made with another engine than this run, so that not all of it could be compared."""
 
 
 class GoldenExtension(JSONSnapshotExtension):
@@ -98,12 +92,6 @@ class GoldenExtension(JSONSnapshotExtension):
             write_golden(Path(snapshot_collection.location), str(snapshot.data))
 
 
-def pytest_addoption(parser: pytest.Parser) -> None:
-    """Where golden files are."""
-    parser.addini("golden_directory", "directory of golden files, relative to the root directory", default="golden")
-
-
-@pytest.fixture
-def golden(snapshot: SnapshotAssertion) -> Golden:
-    """Gives what a snapshot of an identity is compared with; the module's docstring shows a test."""
+def held_against(snapshot: SnapshotAssertion) -> Golden:
+    """What gives, for an identity, the file that a snapshot of it is compared with."""
     return lambda identity: snapshot.use_extension(GoldenExtension)(name=golden_name(identity))

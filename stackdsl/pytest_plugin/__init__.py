@@ -1,0 +1,65 @@
+"""Scenarios as tests of pytest, and golden files for tests in Python.
+
+Registered by its entry point: `pytest scenarios` collects every variant on every system as a test. A test in Python
+says `assert snapshot == golden(snapshot.identity)`, which needs syrupy; nothing else here does. Both read and write the
+golden files of `stackdsl check`.
+
+Loaded in every run of pytest, wherever stackdsl is installed: what it needs is imported when it is needed.
+"""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+if TYPE_CHECKING:
+    from stackdsl.pytest_plugin.scenario_file import ScenarioFile
+    from stackdsl.pytest_plugin.shared_snapshots import Golden
+
+NEEDS_SYRUPY = "the fixture `golden` needs syrupy; try: pip install 'stackdsl[pytest]'"
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Where golden files and scenarios are, and whether the ones are held against the others."""
+    parser.addini("golden_directory", "directory of golden files, relative to the root directory", default="golden")
+    parser.addini(
+        "scenario_directories",
+        "directories of scenarios, relative to the root directory; YAML files elsewhere are tests if they are named",
+        type="args",
+        default=["scenarios"],
+    )
+    group = parser.getgroup("stackdsl", "scenarios of stacked bricks")
+    group.addoption("--no-golden", action="store_true", help="hold scenarios against no golden files")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Import all that scenarios need, if pytest itself is to be run within this process.
+
+    The fixture `pytester` forgets what such a run imports, and libraries in C cannot be imported twice.
+    """
+    if config.pluginmanager.has_plugin("pytester"):
+        import numpy as np  # noqa: F401, PLC0415 -- never used here
+        import scipy.optimize  # noqa: F401, PLC0415 -- likewise
+        import yaml  # noqa: F401, PLC0415 -- likewise
+
+
+def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> "ScenarioFile | None":
+    """A YAML file that is meant as scenarios: one that is named, or that is in a directory of scenarios."""
+    if file_path.suffix.lower() not in (".yaml", ".yml"):
+        return None
+    homes = [parent.config.rootpath / name for name in parent.config.getini("scenario_directories")]
+    if not parent.session.isinitpath(file_path) and not any(file_path.is_relative_to(home) for home in homes):
+        return None
+    from stackdsl.pytest_plugin.scenario_file import ScenarioFile  # noqa: PLC0415 -- only where there are scenarios
+
+    return ScenarioFile.from_parent(parent, path=file_path)
+
+
+@pytest.fixture
+def golden(request: pytest.FixtureRequest) -> "Golden":
+    """Gives what a snapshot of an identity is compared with; the module's docstring shows a test."""
+    if not request.config.pluginmanager.has_plugin("syrupy"):
+        pytest.fail(NEEDS_SYRUPY, pytrace=False)
+    from stackdsl.pytest_plugin.shared_snapshots import held_against  # noqa: PLC0415 -- syrupy need not be installed
+
+    return held_against(request.getfixturevalue("snapshot"))

@@ -1,0 +1,94 @@
+"""Scenarios as tests: a file is a collector, and each variant on each system an item of it."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+from warnings import warn
+
+import pytest
+
+from stackdsl.checking.gathering import Case, gather
+from stackdsl.checking.one_case import play_case, played_or_blocked
+from stackdsl.checking.results import held_up, judged, snapshot_of
+from stackdsl.judging.known import known_of
+from stackdsl.outcome import GoldenStatus, Report, VariantResult
+from stackdsl.playing.clearance import Blocked
+from stackdsl.pytest_plugin.other_engine import OtherEngineWarning
+from stackdsl.report.diagnostic_text import diagnostic_text
+from stackdsl.report.text import report_text
+from stackdsl.snapshots.golden import GoldenWriteRefusedError, check_golden
+from stackdsl.systems.known_systems import unplayable
+from stackdsl.systems.systems import SYSTEMS
+
+if TYPE_CHECKING:
+    from _pytest._code.code import ExceptionInfo, TerminalRepr, TracebackStyle
+
+Name = pytest.StashKey[dict[str, Path]]()  # by each scenario's name, the file that has it
+
+
+class MissedError(Exception):
+    """A scenario came out otherwise than expected; its text is the report."""
+
+
+class ScenarioFile(pytest.File):
+    """The scenarios of one YAML file."""
+
+    def collect(self) -> Iterable["ScenarioItem"]:
+        """An item a case. Raises CollectError with all diagnostics if anything in the file is mistaken."""
+        gathered = gather([self.path])
+        if gathered.diagnostics:
+            raise self.CollectError("\n\n".join(diagnostic_text(found) for found in gathered.diagnostics))
+        names = self.config.stash.setdefault(Name, {})
+        for case in gathered.cases:
+            name = case.scenario.scenario
+            if (other := names.setdefault(name, self.path)) != self.path:
+                why = f"{self.path} has a scenario '{name}', and so has {other}: give one of them another name"
+                raise self.CollectError(f"{why}; golden files know scenarios by their names")
+            yield ScenarioItem.from_parent(self, name=case.name, case=case)
+
+
+class ScenarioItem(pytest.Item):
+    """One variant of a scenario on one system: passes if it meets its expectations and its golden file."""
+
+    def __init__(self, *, case: Case, **others: object) -> None:
+        super().__init__(**others)  # type: ignore[arg-type]  # pytest's own
+        self.case = case
+        for tag in case.scenario.tags:
+            self.config.addinivalue_line("markers", f"{tag}: a tag of scenarios")  # which --strict-markers asks for
+            self.add_marker(tag)
+
+    def runtest(self) -> None:
+        """Play the case and judge it. Raises MissedError."""
+        if why := unplayable(self.case.system):
+            pytest.skip(why)
+        result = self._result()
+        if result.golden is not None and result.golden.status is GoldenStatus.OTHER_ENGINE:
+            warn(OtherEngineWarning(f"compared in what no engine decides: {result.golden.note}"), stacklevel=1)
+        if not result.passed or result.golden_failed:
+            accept = "pytest --snapshot-update (with syrupy), or: stackdsl check --update"
+            raise MissedError(report_text(Report((result,), accept=accept if result.golden_failed else "")))
+
+    def _result(self) -> VariantResult:
+        case = self.case
+        trace = played_or_blocked(play_case, case.timeline, case.system, known_of(case.scenario, case.system))
+        if isinstance(trace, Blocked):
+            return held_up(case, trace)
+        result = judged(case, trace)
+        if case.system not in SYSTEMS or self.config.getoption("no_golden"):
+            return result
+        directory = self.config.rootpath / self.config.getini("golden_directory")
+        update = bool(self.config.getoption("update_snapshots", default=False))  # an option of syrupy
+        return replace(result, golden=check_golden(snapshot_of(case, trace), directory, update))
+
+    def repr_failure(
+        self, excinfo: "ExceptionInfo[BaseException]", style: "TracebackStyle | None" = None
+    ) -> "str | TerminalRepr":
+        """The report of the case; a traceback only for what is no finding of ours."""
+        if isinstance(excinfo.value, MissedError | GoldenWriteRefusedError):
+            return str(excinfo.value)
+        return super().repr_failure(excinfo, style)
+
+    def reportinfo(self) -> tuple[Path, int, str]:
+        """Where the scenario begins."""
+        return self.path, self.case.source.key_span_of(("scenario",)).line - 1, self.name

@@ -1,0 +1,112 @@
+"""`pytest scenarios`: every variant on every system is a test, with the golden files of `stackdsl check`."""
+
+from pathlib import Path
+
+import pytest
+
+COLUMN = """\
+# A column that leans out by 12 mm a level stands as long as count times step is within a length.
+scenario: column
+tags: [hard]
+matrix: {levels: [9, 10]}
+build:
+  - column: {levels: "${levels}", step: 12 mm}
+expect:
+  - stands: all
+---
+scenario: other
+systems: [exact]
+build:
+  - column: {levels: 2}
+"""
+
+
+@pytest.fixture
+def scenarios(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The directory of scenarios of a project, with one file."""
+    monkeypatch.delenv("CI", raising=False)
+    pytester.makeconftest('pytest_plugins = ["stackdsl.pytest_plugin"]')
+    folder = pytester.path / "scenarios"
+    folder.mkdir()
+    (folder / "columns.yaml").write_text(COLUMN, encoding="utf-8")
+    return folder
+
+
+def test_every_variant_is_a_test_of_its_own_name(scenarios: Path, pytester: pytest.Pytester) -> None:
+    result = pytester.runpytest("--collect-only", "-q", "scenarios")
+    result.stdout.fnmatch_lines(
+        [
+            "scenarios/columns.yaml::column[[]levels=9,exact[]]",
+            "scenarios/columns.yaml::column[[]levels=10,exact[]]",
+            "scenarios/columns.yaml::other[[]exact[]]",
+        ]
+    )
+
+
+def test_what_stands_passes_and_what_falls_fails_with_place_expectation_and_measure(
+    scenarios: Path, pytester: pytest.Pytester
+) -> None:
+    result = pytester.runpytest("--no-golden", "scenarios")
+    result.assert_outcomes(passed=2, failed=1)
+    result.stdout.fnmatch_lines(["*columns.yaml:8:5: column[[]levels=10,exact[]]: stands: expected all, measured *"])
+    result.stdout.no_fnmatch_line("*Traceback*")
+
+
+@pytest.mark.parametrize(("chosen", "count"), [(["-m", "hard"], 2), (["-k", "other"], 1), (["-m", "not hard"], 1)])
+def test_tags_are_marks(chosen: list[str], count: int, scenarios: Path, pytester: pytest.Pytester) -> None:
+    result = pytester.runpytest("--collect-only", "--strict-markers", "-q", *chosen, "scenarios")
+    result.stdout.re_match_lines([rf"{count}/3 tests collected.*"])
+
+
+def test_golden_files_are_written_on_demand_and_then_held_against(scenarios: Path, pytester: pytest.Pytester) -> None:
+    pytester.runpytest("-k", "other", "scenarios").assert_outcomes(failed=1)
+    pytester.runpytest("-k", "other", "--snapshot-update", "scenarios").assert_outcomes(passed=1)
+    pytester.runpytest("-k", "other", "scenarios").assert_outcomes(passed=1)
+    moved = COLUMN.replace("column: {levels: 2}", "column: {levels: 2, step: 1 mm}")
+    (scenarios / "columns.yaml").write_text(moved, encoding="utf-8")
+    result = pytester.runpytest("-k", "other", "scenarios")
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["*L2.1*x*0.00 mm*1.00 mm*"])
+
+
+def test_a_mistake_is_told_with_its_place_and_the_rest_of_the_tests_is_not_run(
+    scenarios: Path, pytester: pytest.Pytester
+) -> None:
+    (scenarios / "columns.yaml").write_text(COLUMN.replace("levels: 2}", "level: 2}"), encoding="utf-8")
+    result = pytester.runpytest("scenarios")
+    result.assert_outcomes(errors=1)
+    result.stdout.fnmatch_lines(["*columns.yaml:13:14: SD101 unknown key 'level'*"])
+    result.stdout.no_fnmatch_line("*Traceback*")
+
+
+def test_two_scenarios_of_one_name_are_told(scenarios: Path, pytester: pytest.Pytester) -> None:
+    (scenarios / "more.yaml").write_text(COLUMN, encoding="utf-8")
+    result = pytester.runpytest("scenarios")
+    result.assert_outcomes(errors=1)
+    result.stdout.fnmatch_lines(["*more.yaml has a scenario 'column', and so has *columns.yaml*"])
+
+
+def test_yaml_elsewhere_is_no_test_unless_it_is_named(scenarios: Path, pytester: pytest.Pytester) -> None:
+    (pytester.path / "compose.yaml").write_text("services: {}\n", encoding="utf-8")
+    moved = scenarios.rename(pytester.path / "scenes") / "columns.yaml"
+    assert pytester.runpytest("--collect-only").ret == pytest.ExitCode.NO_TESTS_COLLECTED
+    pytester.runpytest("--no-golden", "-k", "other", str(moved)).assert_outcomes(passed=1)
+    pytester.makeini("[pytest]\nscenario_directories = scenes")
+    pytester.runpytest("--no-golden", "-k", "other").assert_outcomes(passed=1)
+
+
+def test_scenarios_need_no_syrupy(scenarios: Path, pytester: pytest.Pytester) -> None:
+    pytester.runpytest("-p", "no:syrupy", "--no-golden", "-k", "other", "scenarios").assert_outcomes(passed=1)
+    pytester.makepyfile("def test_tower(golden): pass")
+    result = pytester.runpytest("-p", "no:syrupy")
+    result.stdout.fnmatch_lines(["*the fixture `golden` needs syrupy*pip install*"])
+
+
+def test_processes_share_the_work(scenarios: Path, pytester: pytest.Pytester) -> None:
+    pytester.runpytest("-n", "2", "--no-golden", "-k", "other or 9", "scenarios").assert_outcomes(passed=2)
+
+
+def test_pytest_knows_of_scenarios_by_itself(scenarios: Path, pytester: pytest.Pytester) -> None:
+    (pytester.path / "conftest.py").unlink()
+    result = pytester.runpytest_subprocess("--no-golden", "-k", "other", "scenarios")
+    result.assert_outcomes(passed=1)
