@@ -36,7 +36,7 @@ LAYERS = {
         {"judging", "snapshots"},
         {"checking"},
         {"report"},
-        {"bench", "pytest_plugin"},
+        {"api", "bench", "pytest_plugin"},
         {"commands"},
         {"__main__"},
     ),

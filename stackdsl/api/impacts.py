@@ -1,0 +1,121 @@
+"""Impacts.
+
+Written by `make words` from the models of the language; docs/language.md says more of every key. What is left out, or
+None, is not written, and has its default there. Quantities are texts with their units, as in YAML: "12 mm".
+"""
+
+from collections.abc import Mapping, Sequence
+
+from stackdsl.api.written import Written, written
+
+
+def remove(
+    *,
+    brick: str | None = None,
+    bricks: Sequence[str] | None = None,
+    when: str | None = None,
+    after: str | None = None,
+) -> Written:
+    """Pull bricks out.
+
+    brick: the brick
+    bricks: the bricks
+    when: when the step begins; default: after the previous step
+    after: the event that the step begins after
+    """
+    what_is_written = {"brick": brick, "bricks": bricks}
+    return written({"remove": what_is_written, "at": when, "after": after})
+
+
+def insert(
+    *,
+    name: str | None = None,
+    at: Sequence[str] | None = None,
+    rotate: Sequence[str] | None = None,
+    brick: str | Mapping[str, object] | None = None,
+    level: int | None = None,
+    when: str | None = None,
+    after: str | None = None,
+) -> Written:
+    """Slide a brick in.
+
+    name: its name; default: by place, such as L3.2
+    at: [x, y, z] of its centre
+    rotate: turn about x, then y, then z, the axes of the scene
+    brick: default: the brick of the step, or else of the scenario
+    level: its level; default: judged by its height
+    when: when the step begins; default: after the previous step
+    after: the event that the step begins after
+    """
+    what_is_written = {"name": name, "at": at, "rotate": rotate, "brick": brick, "level": level}
+    return written({"insert": what_is_written, "at": when, "after": after})
+
+
+def throw(
+    *,
+    name: str | None = None,
+    brick: str | Mapping[str, object] | None = None,
+    at: str | None = None,
+    from_: Mapping[str, object] | None = None,
+    speed: str | None = None,
+    turn: str | None = None,
+    when: str | None = None,
+    after: str | None = None,
+) -> Written:
+    """Throw a brick at it.
+
+    name: its name; default: thrown-1 if it is the first impact
+    brick: what is thrown; default: the scenario's brick
+    at: the aim: the middle of a level, or of a brick
+    from_: where it comes from
+    speed: how fast it comes along the ground
+    turn: about its upright axis, from end-on; at 90 deg it comes broadside
+    when: when the step begins; default: after the previous step
+    after: the event that the step begins after
+    """
+    what_is_written = {"name": name, "brick": brick, "at": at, "from": from_, "speed": speed, "turn": turn}
+    return written({"throw": what_is_written, "at": when, "after": after})
+
+
+def push(
+    *,
+    brick: str | None = None,
+    impulse: Sequence[str] | None = None,
+    point: Sequence[str] | None = None,
+    when: str | None = None,
+    after: str | None = None,
+) -> Written:
+    """Give a brick an impulse.
+
+    brick: the brick
+    impulse: [x, y, z] in the axes of the scene
+    point: where it is pushed, from its centre, in the axes of the scene
+    when: when the step begins; default: after the previous step
+    after: the event that the step begins after
+    """
+    what_is_written = {"brick": brick, "impulse": impulse, "point": point}
+    return written({"push": what_is_written, "at": when, "after": after})
+
+
+def drop(
+    *,
+    name: str | None = None,
+    brick: str | Mapping[str, object] | None = None,
+    onto: str | None = None,
+    height: str | None = None,
+    rotate: Sequence[str] | None = None,
+    when: str | None = None,
+    after: str | None = None,
+) -> Written:
+    """Drop a brick onto it.
+
+    name: its name; default: dropped-1 if it is the first impact
+    brick: what is dropped; default: the scenario's brick
+    onto: the aim: the middle of a level, or of a brick
+    height: how far it falls until it meets what it is dropped onto
+    rotate: turn about x, then y, then z, the axes of the scene; default: flat, along what it falls onto
+    when: when the step begins; default: after the previous step
+    after: the event that the step begins after
+    """
+    what_is_written = {"name": name, "brick": brick, "onto": onto, "height": height, "rotate": rotate}
+    return written({"drop": what_is_written, "at": when, "after": after})

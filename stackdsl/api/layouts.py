@@ -1,0 +1,299 @@
+"""Layouts, each a step of the build.
+
+Written by `make words` from the models of the language; docs/language.md says more of every key. What is left out, or
+None, is not written, and has its default there. Quantities are texts with their units, as in YAML: "12 mm".
+"""
+
+from collections.abc import Mapping, Sequence
+
+from stackdsl.api.written import Written, written
+
+
+def four_stack(
+    *,
+    origin: Sequence[str] | None = None,
+    heading: str | None = None,
+    levels: int | None = None,
+    step: str | None = None,
+    spacing: str | None = None,
+    when: str | None = None,
+    after: str | None = None,
+    name: str | None = None,
+    brick: str | Mapping[str, object] | None = None,
+    every: str | None = None,
+    until: str | None = None,
+) -> Written:
+    """Two parallel planks a level, turned by 90 deg each level.
+
+    origin: shifts the layout to [x, y, z]
+    heading: turns the layout about the vertical through its origin, x towards y
+    levels: how many levels of two planks
+    step: how far each level is shifted along x from the one below
+    spacing: between the centres of the two planks; default: length - width, so that ends are flush
+    when: when the step begins; default: after the previous step
+    after: the event that the step begins after
+    name: goes before the names of the bricks of this step
+    brick: what this step is built of; default: the scenario's brick
+    every: time for each brick; default: all at one time
+    until: goes on until the structure falls
+    """
+    what_is_written = {"origin": origin, "heading": heading, "levels": levels, "step": step, "spacing": spacing}
+    return written(
+        {
+            "four_stack": what_is_written,
+            "at": when,
+            "after": after,
+            "name": name,
+            "brick": brick,
+            "every": every,
+            "until": until,
+        }
+    )
+
+
+def column(
+    *,
+    origin: Sequence[str] | None = None,
+    heading: str | None = None,
+    levels: int | None = None,
+    step: str | None = None,
+    when: str | None = None,
+    after: str | None = None,
+    name: str | None = None,
+    brick: str | Mapping[str, object] | None = None,
+    every: str | None = None,
+    until: str | None = None,
+) -> Written:
+    """One flat plank a level, each shifted by the same step along its length.
+
+    origin: shifts the layout to [x, y, z]
+    heading: turns the layout about the vertical through its origin, x towards y
+    levels: how many planks
+    step: how far each plank is shifted along its length from the one below
+    when: when the step begins; default: after the previous step
+    after: the event that the step begins after
+    name: goes before the names of the bricks of this step
+    brick: what this step is built of; default: the scenario's brick
+    every: time for each brick; default: all at one time
+    until: goes on until the structure falls
+    """
+    what_is_written = {"origin": origin, "heading": heading, "levels": levels, "step": step}
+    return written(
+        {
+            "column": what_is_written,
+            "at": when,
+            "after": after,
+            "name": name,
+            "brick": brick,
+            "every": every,
+            "until": until,
+        }
+    )
+
+
+def wall(
+    *,
+    origin: Sequence[str] | None = None,
+    heading: str | None = None,
+    levels: int | None = None,
+    bricks: int | None = None,
+    gap: str | None = None,
+    when: str | None = None,
+    after: str | None = None,
+    name: str | None = None,
+    brick: str | Mapping[str, object] | None = None,
+    every: str | None = None,
+    until: str | None = None,
+) -> Written:
+    """Planks end to end along x in running bond, closed at both ends.
+
+    origin: shifts the layout to [x, y, z]
+    heading: turns the layout about the vertical through its origin, x towards y
+    levels: how many levels
+    bricks: planks of a full level
+    gap: between the ends of neighbours
+    when: when the step begins; default: after the previous step
+    after: the event that the step begins after
+    name: goes before the names of the bricks of this step
+    brick: what this step is built of; default: the scenario's brick
+    every: time for each brick; default: all at one time
+    until: goes on until the structure falls
+    """
+    what_is_written = {"origin": origin, "heading": heading, "levels": levels, "bricks": bricks, "gap": gap}
+    return written(
+        {
+            "wall": what_is_written,
+            "at": when,
+            "after": after,
+            "name": name,
+            "brick": brick,
+            "every": every,
+            "until": until,
+        }
+    )
+
+
+def harmonic(
+    *,
+    origin: Sequence[str] | None = None,
+    heading: str | None = None,
+    bricks: int | None = None,
+    share: float | str | None = None,
+    when: str | None = None,
+    after: str | None = None,
+    name: str | None = None,
+    brick: str | Mapping[str, object] | None = None,
+    every: str | None = None,
+    until: str | None = None,
+) -> Written:
+    """The overhanging stack: from the top, each plank leans out by 1/2, 1/4, 1/6 ... of a length, towards +x.
+
+    origin: shifts the layout to [x, y, z]
+    heading: turns the layout about the vertical through its origin, x towards y
+    bricks: how many planks
+    share: of the overhang at which the stack is on the point of tipping
+    when: when the step begins; default: after the previous step
+    after: the event that the step begins after
+    name: goes before the names of the bricks of this step
+    brick: what this step is built of; default: the scenario's brick
+    every: time for each brick; default: all at one time
+    until: goes on until the structure falls
+    """
+    what_is_written = {"origin": origin, "heading": heading, "bricks": bricks, "share": share}
+    return written(
+        {
+            "harmonic": what_is_written,
+            "at": when,
+            "after": after,
+            "name": name,
+            "brick": brick,
+            "every": every,
+            "until": until,
+        }
+    )
+
+
+def tower(
+    *,
+    origin: Sequence[str] | None = None,
+    heading: str | None = None,
+    levels: int | None = None,
+    bricks: int | None = None,
+    overlap: float | str | None = None,
+    when: str | None = None,
+    after: str | None = None,
+    name: str | None = None,
+    brick: str | Mapping[str, object] | None = None,
+    every: str | None = None,
+    until: str | None = None,
+) -> Written:
+    """Rings of planks, each ring turned by half a pitch, so that every plank bridges two of the ring below.
+
+    origin: shifts the layout to [x, y, z]
+    heading: turns the layout about the vertical through its origin, x towards y
+    levels: how many rings
+    bricks: planks of a ring
+    overlap: of a plank's length that lies on each of the two planks below
+    when: when the step begins; default: after the previous step
+    after: the event that the step begins after
+    name: goes before the names of the bricks of this step
+    brick: what this step is built of; default: the scenario's brick
+    every: time for each brick; default: all at one time
+    until: goes on until the structure falls
+    """
+    what_is_written = {"origin": origin, "heading": heading, "levels": levels, "bricks": bricks, "overlap": overlap}
+    return written(
+        {
+            "tower": what_is_written,
+            "at": when,
+            "after": after,
+            "name": name,
+            "brick": brick,
+            "every": every,
+            "until": until,
+        }
+    )
+
+
+def card_house(
+    *,
+    origin: Sequence[str] | None = None,
+    heading: str | None = None,
+    levels: int | None = None,
+    angle: str | None = None,
+    spacing: str | None = None,
+    when: str | None = None,
+    after: str | None = None,
+    name: str | None = None,
+    brick: str | Mapping[str, object] | None = None,
+    every: str | None = None,
+    until: str | None = None,
+) -> Written:
+    """Inverted Vs of two planks, flat planks on each two neighbouring peaks, further Vs on these, up to a single one.
+
+    origin: shifts the layout to [x, y, z]
+    heading: turns the layout about the vertical through its origin, x towards y
+    levels: how many inverted Vs stand in the lowest storey; each one above has one less
+    angle: of the leaning planks to the level
+    spacing: between the middles of neighbouring Vs; default: nearer together than apart
+    when: when the step begins; default: after the previous step
+    after: the event that the step begins after
+    name: goes before the names of the bricks of this step
+    brick: what this step is built of; default: the scenario's brick
+    every: time for each brick; default: all at one time
+    until: goes on until the structure falls
+    """
+    what_is_written = {"origin": origin, "heading": heading, "levels": levels, "angle": angle, "spacing": spacing}
+    return written(
+        {
+            "card_house": what_is_written,
+            "at": when,
+            "after": after,
+            "name": name,
+            "brick": brick,
+            "every": every,
+            "until": until,
+        }
+    )
+
+
+def leaning_structure(
+    *,
+    origin: Sequence[str] | None = None,
+    heading: str | None = None,
+    levels: int | None = None,
+    step: str | None = None,
+    spacing: str | None = None,
+    when: str | None = None,
+    after: str | None = None,
+    name: str | None = None,
+    brick: str | Mapping[str, object] | None = None,
+    every: str | None = None,
+    until: str | None = None,
+) -> Written:
+    """A four-stack whose levels are all shifted the same way, to be built on until it falls.
+
+    origin: shifts the layout to [x, y, z]
+    heading: turns the layout about the vertical through its origin, x towards y
+    levels: how many levels of two planks
+    step: how far each level is shifted along x from the one below; default: 11 % of the length
+    spacing: between the centres of the two planks; default: two thirds of the length
+    when: when the step begins; default: after the previous step
+    after: the event that the step begins after
+    name: goes before the names of the bricks of this step
+    brick: what this step is built of; default: the scenario's brick
+    every: time for each brick; default: all at one time
+    until: goes on until the structure falls
+    """
+    what_is_written = {"origin": origin, "heading": heading, "levels": levels, "step": step, "spacing": spacing}
+    return written(
+        {
+            "leaning_structure": what_is_written,
+            "at": when,
+            "after": after,
+            "name": name,
+            "brick": brick,
+            "every": every,
+            "until": until,
+        }
+    )

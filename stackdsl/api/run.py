@@ -1,0 +1,174 @@
+"""What came of a case that was played, for programs: outcomes, arrays, tables, and its golden file."""
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from stability.model import Pose
+from stackdsl.api.written import Written, copied, spans_of
+from stackdsl.checking.gathering import Case, cases_of
+from stackdsl.checking.one_case import play_case
+from stackdsl.checking.results import snapshot_of
+from stackdsl.compiling.asked import asked_of
+from stackdsl.diagnostics import Diagnostic
+from stackdsl.judging.judge import compare_with_truth, judge
+from stackdsl.judging.known import known_of
+from stackdsl.outcome import GoldenResult, Outcome
+from stackdsl.reading.source import Loaded, Source
+from stackdsl.report.diagnostic_text import diagnostic_text
+from stackdsl.snapshots.golden import check_golden
+from stackdsl.trace import BrickTrack, Event, Trace
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import polars as pl
+
+Row = dict[str, str | int | float | bool | None]
+
+
+class ScenarioError(ValueError):
+    """A scenario is not meant as it stands; the text tells every mistake with its line of Python."""
+
+    def __init__(self, diagnostics: Sequence[Diagnostic]) -> None:
+        super().__init__("\n\n".join(diagnostic_text(found) for found in diagnostics))
+        self.diagnostics = tuple(diagnostics)
+
+
+class NotMeasuredError(LookupError):
+    """A claim needs what this run was not asked to show."""
+
+
+class Run:
+    """One case and its trace."""
+
+    def __init__(self, case: Case, trace: Trace) -> None:
+        self.case = case
+        self.trace = trace
+
+    @property
+    def verdict(self) -> str:
+        """Such as `stands`, `collapses` or `numerical-collapse`."""
+        return self.trace.reported_verdict
+
+    @cached_property
+    def outcomes(self) -> tuple[Outcome, ...]:
+        """Each expectation, with what was measured and the margin to its threshold."""
+        case = self.case
+        return judge(self.trace, case.scenario, case.variant, case.source, case.system)
+
+    @cached_property
+    def truths(self) -> tuple[Outcome, ...]:
+        """The same for what is known from outside."""
+        return compare_with_truth(self.trace, self.case.scenario, self.case.variant, self.case.source)
+
+    @property
+    def passed(self) -> bool:
+        """Whether every expectation holds."""
+        return all(outcome.passed for outcome in self.outcomes)
+
+    def judge(self, claim: Written) -> Outcome:
+        """One more claim held against this run, such as `stands("all")` or `drift("<= 0.1 mm")`.
+
+        Raises ScenarioError if the claim is mistaken, and NotMeasuredError if only another run could show what it asks.
+        """
+        source = self.case.source
+        values = {key: value for key, value in source.values.items() if key not in ("expect", "truth")}
+        values |= {"expect": [copied(claim)], "systems": [self.case.system]}
+        spans = {**source.value_spans, **spans_of([claim], ("expect",))}
+        cases, mistakes = cases_of(Loaded((Source(source.file, values, spans, {}),), ()))
+        if mistakes:
+            raise ScenarioError(mistakes)
+        case = next(one for one in cases if one.identity == self.case.identity)
+        self._refuse_unmeasured(case)
+        return judge(self.trace, case.scenario, case.variant, case.source, case.system)[0]
+
+    def _refuse_unmeasured(self, other: Case) -> None:
+        """Raise if a run of the other case would have measured more, or for longer."""
+        had, due = asked_of(self.case.scenario), asked_of(other.scenario)
+        lacking = [
+            *sorted(set(due.measures) - set(had.measures)),
+            *(f"the margin of {margin}" for margin in sorted(set(due.margins) - set(had.margins))),
+            *(["how it begins to fall"] if due.closely and not had.closely else []),
+            *(["motion"] if due.watched and not had.watched else []),
+            *([f"{due.hold:g} s after the last action"] if due.hold > had.hold else []),
+        ]
+        if lacking:
+            told = f"this run was not asked to show {', '.join(lacking)}"
+            raise NotMeasuredError(f"{told}: give the claim in `expect` or `truth` of the scenario, and play it again")
+
+    def golden(self, directory: Path | str, update: bool = False) -> GoldenResult:
+        """The comparison with its golden file, which is that of the same scenario in YAML; with `update`, write it.
+
+        Raises GoldenWriteRefusedError if asked to write in CI.
+        """
+        return check_golden(snapshot_of(self.case, self.trace), Path(directory), update)
+
+    def arrays(self) -> Mapping[str, npt.NDArray[Any]]:
+        """By quantity, an array with an entry a brick, in order of placement.
+
+        `name` and `state` are texts, `level` whole numbers; `placed`, `rest` and `final` are poses, (n, 7): the
+        position of the centre of mass in the world frame [m] and the quaternion x, y, z, w; `mass` [kg], `volume` [m3],
+        `shift` [m] and `tilt` [rad] after coming to rest, `left_at` [s], nan where the brick never left its place.
+        """
+        tracks = list(self.trace.tracks.values())
+        poses = {name: [getattr(track, name) for track in tracks] for name in ("placed", "rest", "final")}
+        return {
+            "name": np.array([track.brick.id for track in tracks], dtype=str),
+            "level": np.array([track.level for track in tracks], dtype=int),
+            "state": np.array([track.state.value for track in tracks], dtype=str),
+            "mass": np.array([track.brick.mass for track in tracks], dtype=float),
+            "volume": np.array([track.brick.shape.volume for track in tracks], dtype=float),
+            **{name: np.array([_seven(pose) for pose in of], dtype=float).reshape(-1, 7) for name, of in poses.items()},
+            "shift": np.array([track.shift for track in tracks], dtype=float),
+            "tilt": np.array([track.tilt for track in tracks], dtype=float),
+            "left_at": np.array([np.nan if t.left_at is None else t.left_at for t in tracks], dtype=float),
+        }
+
+    def table(self) -> list[Row]:
+        """A row a brick, in order of placement: its name, level, state, end, and how far it came [m, rad, s]."""
+        return [_row(name, track) for name, track in self.trace.tracks.items()]
+
+    def events(self) -> list[Row]:
+        """A row an event: when [s], what, of which bricks, and why."""
+        return [
+            {"time": event.time, "event": event.kind.value, "bricks": " ".join(event.bricks), "reason": event.reason}
+            for event in self.trace.events
+        ]
+
+    def to_pandas(self) -> "pd.DataFrame":
+        """The table as a data frame of pandas. Raises ImportError where that is not installed."""
+        import pandas as pd  # noqa: PLC0415 -- nothing else needs it
+
+        return pd.DataFrame(self.table())
+
+    def to_polars(self) -> "pl.DataFrame":
+        """The table as a data frame of polars. Raises ImportError where that is not installed."""
+        import polars as pl  # noqa: PLC0415 -- nothing else needs it
+
+        return pl.DataFrame(self.table())
+
+    def __repr__(self) -> str:
+        return f"<Run of {self.case.name}: {self.verdict}>"
+
+
+def play(case: Case, on_event: Callable[[Event], None] = lambda event: None) -> Run:
+    """Play a case in this process, wherever it comes from; `on_event` hears of each event as it happens.
+
+    Raises BlockedPlacementError where something has moved in the way of an action.
+    """
+    return Run(case, play_case(case.timeline, case.system, known_of(case.scenario, case.system), on_event))
+
+
+def _row(name: str, track: BrickTrack) -> Row:
+    (x, y, z), (qx, qy, qz, qw) = track.final.position_W, track.final.orientation
+    place: Row = {"x": x, "y": y, "z": z, "qx": qx, "qy": qy, "qz": qz, "qw": qw}
+    end: Row = {"shift": track.shift, "tilt": track.tilt, "left_at": track.left_at, "frozen": track.frozen}
+    return {"name": name, "level": track.level, "state": track.state.value, **place, **end}
+
+
+def _seven(pose: Pose) -> tuple[float, ...]:
+    return (*pose.position_W, *pose.orientation)

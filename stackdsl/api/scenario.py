@@ -1,0 +1,96 @@
+"""A scenario written in Python, with the words, the mistakes and the golden files of one in YAML."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Final
+
+import yaml
+
+from stackdsl.api.run import Run, ScenarioError, play
+from stackdsl.api.written import Written, copied, spans_of, written
+from stackdsl.checking.gathering import Case, cases_of
+from stackdsl.reading.source import Loaded, Source
+from stackdsl.trace import Event
+
+WIDTH: Final = 120  # [characters] of a line of YAML
+
+
+class Scenario:
+    """What is built, when, what hits it, and what must come of it.
+
+    The parameters are the keys of a scenario in docs/language.md. Steps come from `stackdsl.api.layouts` and
+    `stackdsl.api.single_bricks`, impacts and claims from the modules of these names. It is judged when it is played.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        *,
+        build: Sequence[Written],
+        description: str | None = None,
+        tags: Sequence[str] | None = None,
+        brick: str | Mapping[str, object] | None = None,
+        friction: float | None = None,
+        world: Mapping[str, object] | None = None,
+        let: Mapping[str, object] | None = None,
+        matrix: Mapping[str, Sequence[object]] | None = None,
+        impacts: Sequence[Written] | None = None,
+        watch: str | None = None,
+        systems: Sequence[str] | None = None,
+        expect: Sequence[Written] | None = None,
+        truth: Sequence[Written] | None = None,
+    ) -> None:
+        self._written = written(
+            {
+                "scenario": name,
+                "description": description,
+                "tags": tags,
+                "brick": brick,
+                "friction": friction,
+                "world": world,
+                "let": let,
+                "matrix": matrix,
+                "build": build,
+                "impacts": impacts,
+                "watch": watch,
+                "systems": systems,
+                "expect": expect,
+                "truth": truth,
+            }
+        )
+
+    @property
+    def cases(self) -> tuple[Case, ...]:
+        """Every variant on every system. Raises ScenarioError."""
+        cases, mistakes = cases_of(Loaded((self._source(),), ()))
+        if mistakes:
+            raise ScenarioError(mistakes)
+        return tuple(cases)
+
+    def play(self, case: str = "", on_event: Callable[[Event], None] = lambda event: None) -> Run:
+        """Play the case whose variant, such as `step=10mm,exact`, contains a text; a scenario of one case needs none.
+
+        Raises ScenarioError, LookupError if there are several such cases or none, and BlockedPlacementError.
+        """
+        found = [one for one in self.cases if case in one.identity.variant]
+        if len(found) != 1:
+            told = ", ".join(one.identity.variant for one in self.cases)
+            raise LookupError(f"'{case}' is in {len(found)} of the cases: {told}; name one, or play them by `play_all`")
+        return play(found[0], on_event)
+
+    def play_all(self, on_run: Callable[[Run], None] = lambda run: None) -> tuple[Run, ...]:
+        """Play every case, one after the other; `on_run` hears of each as it is done. Raises as `play` does."""
+        runs = []
+        for case in self.cases:
+            runs.append(play(case))
+            on_run(runs[-1])
+        return tuple(runs)
+
+    def to_yaml(self) -> str:
+        """The scenario as YAML, which says the same."""
+        return yaml.safe_dump(copied(self._written), sort_keys=False, allow_unicode=True, width=WIDTH)
+
+    def _source(self) -> Source:
+        spans = spans_of(self._written)
+        values = copied(self._written)
+        assert isinstance(values, dict)  # as what was written is
+        return Source(self._written.span.file, values, spans, {})

@@ -1,0 +1,161 @@
+"""Scenarios written in Python say what the same ones say in YAML."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stackdsl.api import claims, impacts, layouts
+from stackdsl.api.run import NotMeasuredError, ScenarioError, play
+from stackdsl.api.scenario import Scenario
+from stackdsl.api.single_bricks import brick, bricks
+from stackdsl.api.written import Written
+from stackdsl.checking.gathering import cases_of
+from stackdsl.checking.results import snapshot_of
+from stackdsl.outcome import GoldenStatus
+from stackdsl.reading.source import parse
+from stackdsl.snapshots.canonical import canonical_text
+
+YAML = """\
+scenario: tapped-column
+tags: [hard]
+friction: 0.4
+world: {gravity: 1.62 m/s2, walls: [{bearing: 0 deg, distance: 1 m}]}
+build:
+  - column: {levels: 4, step: 5 mm}
+    every: 0.5 s
+  - bricks:
+      - {name: beam, at: [300 mm, 0 mm, 3.9 mm], rotate: [0 deg, 0 deg, 90 deg]}
+    at: 4 s
+impacts:
+  - after: built + 1 s
+    push: {brick: L4.1, impulse: [1 mN*s, 0 N*s, 0 N*s]}
+expect:
+  - stands: all
+  - falls: {count: 0}
+    system: exact
+truth:
+  - collapses: any
+    source: a guess
+"""
+
+
+def column(levels: int = 4, step: str = "5 mm", **others: object) -> Scenario:
+    return Scenario("column", build=[layouts.column(levels=levels, step=step)], **others)  # type: ignore[arg-type]
+
+
+@pytest.fixture
+def tapped() -> Scenario:
+    """The same as in YAML."""
+    return Scenario(
+        "tapped-column",
+        tags=["hard"],
+        friction=0.4,
+        world={"gravity": "1.62 m/s2", "walls": [{"bearing": "0 deg", "distance": "1 m"}]},
+        build=[
+            layouts.column(levels=4, step="5 mm", every="0.5 s"),
+            bricks(
+                [brick(name="beam", at=["300 mm", "0 mm", "3.9 mm"], rotate=["0 deg", "0 deg", "90 deg"])], when="4 s"
+            ),
+        ],
+        impacts=[impacts.push(brick="L4.1", impulse=["1 mN*s", "0 N*s", "0 N*s"], after="built + 1 s")],
+        expect=[claims.stands("all"), claims.falls(count=0, system="exact")],
+        truth=[claims.collapses("any", source="a guess")],
+    )
+
+
+def test_yaml_and_python_give_the_same_golden_file(tapped: Scenario) -> None:
+    (written,), _ = cases_of(parse(YAML, "tapped.yaml"))
+    run, other = tapped.play(), play(written)
+    assert canonical_text(snapshot_of(run.case, run.trace)) == canonical_text(snapshot_of(other.case, other.trace))
+    assert [outcome.measured for outcome in run.outcomes] == [outcome.measured for outcome in other.outcomes]
+
+
+def test_what_python_writes_as_yaml_is_the_same_scenario(tapped: Scenario) -> None:
+    (again,), mistakes = cases_of(parse(tapped.to_yaml(), "again.yaml"))
+    assert not mistakes
+    (case,) = tapped.cases
+    assert (again.scenario, again.timeline) == (case.scenario, case.timeline)
+
+
+def test_a_column_stands_while_count_times_step_is_within_a_length() -> None:
+    """The top n of planks of length L lean out by no more than L / 2: n steps of L / n, less one plank's own half."""
+    limit = 117.6 / 10
+    assert column(10, f"{0.99 * limit} mm").play().verdict == "stands"
+    assert column(10, f"{1.01 * limit} mm").play().verdict == "collapses"
+
+
+def test_a_claim_is_judged_with_its_margin() -> None:
+    run = column().play()
+    assert run.judge(claims.stands("all")).passed
+    height = run.judge(claims.height("31.2 mm ± 0.1 mm"))  # four planks of 7.8 mm
+    assert height.passed
+    assert height.margin == pytest.approx(0.1, abs=1e-6)
+    assert not run.judge(claims.height("31.4 mm ± 0.1 mm")).passed
+
+
+@pytest.mark.parametrize(
+    ("claim", "lacks"),
+    [
+        (claims.sway(amplitude="<= 0.1 mm"), "sway"),
+        (claims.margin(tilt=">= 1 deg"), "the margin of tilt"),
+        (claims.stands(levels=4, for_="9 s"), "9 s after the last action"),
+    ],
+)
+def test_a_claim_of_what_was_not_measured_is_refused(claim: Written, lacks: str) -> None:
+    with pytest.raises(NotMeasuredError, match=lacks):
+        column().play().judge(claim)
+
+
+def test_a_mistake_is_told_with_its_line_of_python() -> None:
+    with pytest.raises(ScenarioError) as told:
+        column(step="5").cases  # noqa: B018 -- it raises
+    (found,) = told.value.diagnostics
+    assert found.code == "SD105"
+    assert Path(found.span.file).name == Path(__file__).name
+    assert "layouts.column(levels=levels, step=step)" in found.span.excerpt
+
+
+def test_values_of_other_types_are_refused_where_they_are_written() -> None:
+    with pytest.raises(TypeError, match="not object"):
+        column(let={"x": object()})
+    assert column(friction=np.float64(0.4)).cases[0].scenario.friction == 0.4
+
+
+def test_a_case_of_several_is_named() -> None:
+    scenario = Scenario("stacks", matrix={"n": [2, 3]}, build=[with_levels("${n}")])
+    assert len(scenario.play("n=3").trace.tracks) == 3
+    with pytest.raises(LookupError, match="in 2 of the cases: n=2,exact, n=3,exact"):
+        scenario.play()
+    assert [len(run.trace.tracks) for run in scenario.play_all()] == [2, 3]
+
+
+def with_levels(levels: object) -> Written:
+    return layouts.column(levels=levels)  # type: ignore[arg-type]  # an expression
+
+
+def test_arrays_and_tables_have_an_entry_a_brick() -> None:
+    run = column().play()
+    arrays = run.arrays()
+    np.testing.assert_allclose(arrays["final"][:, 0], [0.0, 0.005, 0.010, 0.015], atol=1e-9)
+    np.testing.assert_allclose(arrays["final"][:, 2], 0.0078 * (np.arange(4) + 0.5), atol=1e-9)
+    np.testing.assert_allclose(np.linalg.norm(arrays["final"][:, 3:], axis=1), 1.0)
+    assert [row["name"] for row in run.table()] == list(arrays["name"]) == ["L1.1", "L2.1", "L3.1", "L4.1"]
+    assert {row["event"] for row in run.events()} >= {"placed", "frozen"}
+
+
+def test_a_golden_file_is_that_of_the_check(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("CI", raising=False)
+    run = column().play()
+    assert run.golden(tmp_path).status is GoldenStatus.MISSING
+    assert run.golden(tmp_path, update=True).status is GoldenStatus.WRITTEN
+    assert run.golden(tmp_path).status is GoldenStatus.SAME
+    assert column(step="8 mm").play().golden(tmp_path).status is GoldenStatus.DIFFERENT
+
+
+@pytest.mark.parametrize("library", ["pandas", "polars"])
+def test_a_data_frame_is_the_table(library: str) -> None:
+    pytest.importorskip(library)
+    run = column().play()
+    frame = getattr(run, f"to_{library}")()
+    assert list(frame["name"]) == ["L1.1", "L2.1", "L3.1", "L4.1"]
