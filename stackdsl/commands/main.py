@@ -23,7 +23,10 @@ COMMANDS: Final[Mapping[str, str]] = {
     "bench": "Play everything under PATHS (default: scenarios) on every system at several time steps: speed against "
     "error.",
     "check": "Play and judge everything under PATHS (default: scenarios), and compare it with its golden files.",
+    "completion": "Print what a shell needs to complete commands, options, systems and files.",
+    "doctor": "Tell what is installed, what is missing and how to get it, and whether this directory is in order.",
     "explain": "Print what FILE was compiled to, and what statics says of it.",
+    "init": "Write what a new project in DIRECTORY (default: this one) needs; never over an existing file.",
     "new": "Write a scenario called NAME to start from; never over an existing file.",
     "run": "Play FILE, print what happens as it happens, and judge it; golden files are not looked at.",
     "schema": "Print the JSON Schema of scenarios, for editors.",

@@ -3,6 +3,7 @@
 import os
 from importlib.resources import files
 from pathlib import Path
+from typing import Final
 
 import click
 
@@ -11,6 +12,8 @@ from stackdsl.commands.options import FilePath
 from stackdsl.commands.terminal import write
 from stackdsl.reading.source import parse
 
+SCHEMA: Final = "scenario.schema.json"  # what the JSON Schema is called in a project and in the package
+
 
 @click.command("new")
 @click.argument("name")
@@ -18,24 +21,32 @@ from stackdsl.reading.source import parse
 def new_command(name: str, folder: Path) -> None:
     """Write a scenario called NAME to start from; never over an existing file."""
     path = folder / f"{name}.yaml"
-    template = files("stackdsl").joinpath("template.yaml").read_text(encoding="utf-8")
-    text = template.replace("NAME", name).replace("SCHEMA", _schema_seen_from(folder))
+    text = first_text(name, schema_seen_from(folder))
     for mistake in cases_of(parse(text, str(path)))[1]:
         raise click.UsageError(f"{mistake.message}; {mistake.hint}")
-    _make(folder)
-    _write_new(path, text)
+    make_folder(folder)
+    write_new(path, text)
     write(f"wrote {path}; next: stackdsl check {path}")
 
 
-def _schema_seen_from(folder: Path) -> str:
-    """The path of the packaged schema: relative if it is a part of the project at hand, which may be kept anywhere."""
-    schema = Path(str(files("stackdsl").joinpath("scenario.schema.json"))).resolve()
-    if not schema.is_relative_to(Path.cwd()):
-        return schema.as_posix()
-    return Path(os.path.relpath(schema, folder)).as_posix()
+def first_text(name: str, schema: str) -> str:
+    """The scenario to start from, with the path of the schema for editors, or without if that is empty."""
+    template = files("stackdsl").joinpath("template.yaml").read_text(encoding="utf-8")
+    first, _, rest = template.partition("\n")
+    return (first.replace("SCHEMA", schema) + "\n" if schema else "") + rest.replace("NAME", name)
 
 
-def _make(folder: Path) -> None:
+def schema_seen_from(folder: Path) -> str:
+    """The relative path of the schema: the project's own, or the packaged one within it; a project may move."""
+    inside = os.path.realpath(folder)
+    for home in (Path(inside), *Path(inside).parents):
+        if (own := home / SCHEMA).is_file():
+            return Path(os.path.relpath(own, inside)).as_posix()
+    packaged = Path(str(files("stackdsl").joinpath(SCHEMA))).resolve()
+    return Path(os.path.relpath(packaged, inside)).as_posix() if packaged.is_relative_to(Path.cwd()) else ""
+
+
+def make_folder(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except FileExistsError as error:
@@ -44,7 +55,7 @@ def _make(folder: Path) -> None:
         raise click.UsageError(f"{folder} cannot be made: {error.strerror}") from error
 
 
-def _write_new(path: Path, text: str) -> None:
+def write_new(path: Path, text: str) -> None:
     try:
         with path.open("x", encoding="utf-8") as file:
             file.write(text)

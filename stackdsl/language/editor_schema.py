@@ -3,7 +3,7 @@
 import json
 from collections.abc import Iterator
 from functools import cache
-from typing import Final
+from typing import Any, Final
 
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
@@ -13,6 +13,7 @@ from stackdsl.language.schema import Scenario, models
 from stackdsl.reading.source import Path
 
 DIALECT: Final = "https://json-schema.org/draft/2020-12/schema"
+PUBLISHED: Final = "http://json-schema.org/draft-07/schema#"  # what language servers for YAML read, old ones too
 
 
 class _ForEditors(GenerateJsonSchema):
@@ -55,7 +56,19 @@ def _json_schema_of(scenario: type[Scenario]) -> JsonSchemaValue:
 
 def schema_text() -> str:
     """The JSON schema as it is kept in `scenario.schema.json`."""
-    return json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"
+    return json.dumps({**_as_draft_7(json_schema()), "$schema": PUBLISHED}, indent=2, ensure_ascii=False) + "\n"
+
+
+def _as_draft_7(value: Any) -> Any:  # noqa: ANN401 -- JSON
+    """A schema as draft 7 spells it: tuples by `items`, and nothing beside a `$ref`, since it would be passed over."""
+    if isinstance(value, list):
+        return [_as_draft_7(item) for item in value]
+    if not isinstance(value, dict):
+        return value
+    spelt = {{"prefixItems": "items"}.get(key, key): _as_draft_7(member) for key, member in value.items()}
+    if "$ref" in spelt and len(spelt) > 1:
+        return {"allOf": [{"$ref": spelt.pop("$ref")}], **spelt}
+    return spelt
 
 
 def keys_at(path: Path) -> tuple[str, ...]:

@@ -4,10 +4,12 @@ import re
 
 import yaml
 
+from stackdsl.commands.main import COMMANDS
 from tests.docs.test_shell_shown import TARGETS
 from tests.paths import ROOT
 
 WORKFLOW = ROOT / "docs" / "examples" / "github-workflow.yml"
+OFFERED = ROOT / ".pre-commit-hooks.yaml"
 HOOKS = ROOT / ".pre-commit-config.yaml"
 
 
@@ -24,3 +26,12 @@ def test_hooks_need_no_network_and_nothing_but_the_environment() -> None:
     for hook in repositories[0]["hooks"]:
         assert hook["language"] == "system"
         assert hook["entry"].startswith(".venv/bin/")
+
+
+def test_hooks_for_other_projects_call_the_command() -> None:
+    hooks = yaml.safe_load(OFFERED.read_text(encoding="utf-8"))
+    assert {hook["id"] for hook in hooks} == {"stackdsl-check", "stackdsl-valid"}
+    for hook in hooks:
+        program, name, *_ = hook["entry"].split()
+        assert program == "stackdsl"
+        assert name in COMMANDS

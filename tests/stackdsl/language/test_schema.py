@@ -1,5 +1,6 @@
 """The models of a scenario: what they read, what they fill in, and what editors are told."""
 
+import json
 from typing import Any
 
 import jsonschema
@@ -208,8 +209,11 @@ def test_catalogue_bricks_are_known_by_name(name: str) -> None:
 
 
 def accepted_by_editors(text: str) -> bool:
-    validator = jsonschema.Draft202012Validator(json_schema())
-    return validator.is_valid(yaml.safe_load(text))
+    """By the schema as it is published, and as ours reads it: they must not differ."""
+    written = yaml.safe_load(text)
+    published = jsonschema.Draft7Validator(json.loads(schema_text())).is_valid(written)
+    assert published == jsonschema.Draft202012Validator(json_schema()).is_valid(written)
+    return published
 
 
 def test_the_schema_file_is_current() -> None:
@@ -221,6 +225,7 @@ def test_the_schema_file_is_current() -> None:
 
 def test_the_schema_is_a_valid_one() -> None:
     jsonschema.Draft202012Validator.check_schema(json_schema())
+    jsonschema.Draft7Validator.check_schema(json.loads(schema_text()))
 
 
 def test_a_layout_of_the_registry_is_a_key_of_a_step() -> None:

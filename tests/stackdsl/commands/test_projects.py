@@ -1,0 +1,83 @@
+"""A project from nothing: what `init`, `new`, `doctor` and `completion` write and tell."""
+
+import json
+from pathlib import Path
+
+import pytest
+import yaml
+
+from tests.command_line import Stackdsl, ended
+
+
+def test_a_new_project_is_checked_and_green(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    begun = stackdsl("init", "towers")
+    assert begun.code == 0, begun.text
+    home = tmp_path / "towers"
+    assert json.loads((home / ".vscode" / "settings.json").read_text())["yaml.schemas"]
+    workflow = yaml.safe_load((home / ".github" / "workflows" / "stackdsl.yml").read_text())
+    assert workflow["jobs"]["check"]["steps"][-1]["run"] == "stackdsl check scenarios"
+    first = ended(home, "check", "--update")
+    assert first.code == 0, first.text
+    assert ended(home, "check").code == 0
+
+
+def test_the_schema_that_a_scenario_names_is_there(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    stackdsl("init")
+    stackdsl("new", "second", "--to", "scenarios/deep")
+    for path in ("scenarios/first-column.yaml", "scenarios/deep/second.yaml"):
+        line = (tmp_path / path).read_text().splitlines()[0]
+        relative = line.partition("$schema=")[2]
+        assert relative
+        assert not Path(relative).is_absolute()
+        assert json.loads((tmp_path / path).parent.joinpath(relative).read_text())["title"] == "StackDSL scenario"
+
+
+def test_without_a_schema_in_the_project_none_is_named(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    assert stackdsl("new", "alone").code == 0
+    assert "$schema" not in (tmp_path / "scenarios" / "alone.yaml").read_text()
+
+
+def test_nothing_is_written_over(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    (tmp_path / "stackdsl.toml").write_text("# mine\n")
+    told = stackdsl("init")
+    assert told.code == 0
+    assert "left   stackdsl.toml" in told.out
+    assert (tmp_path / "stackdsl.toml").read_text() == "# mine\n"
+    assert (tmp_path / "scenarios" / "first-column.yaml").exists()
+
+
+def test_a_place_that_cannot_be_written_is_told(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    told = stackdsl("init", "file")
+    assert told.code == 4
+    assert "Traceback" not in told.text
+
+
+def test_doctor_tells_what_is_there_and_what_is_not(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    told = stackdsl("doctor")
+    assert told.code == 0, told.text
+    assert "ok     numpy " in told.out
+    assert "note   there is no directory scenarios here; begin one by: stackdsl init" in told.out
+    stackdsl("init")
+    (tmp_path / "scenario.schema.json").write_text("{}")
+    again = stackdsl("doctor")
+    assert "ok     1 files in scenarios" in again.out
+    assert "scenario.schema.json is of another version; write it anew by: stackdsl schema >" in again.out
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_a_shell_is_told_how_to_complete(shell: str, stackdsl: Stackdsl) -> None:
+    told = stackdsl("completion", shell)
+    assert told.code == 0
+    assert "_STACKDSL_COMPLETE" in told.out
+
+
+@pytest.mark.parametrize(
+    ("words", "offered"),
+    [("stackdsl ", "check"), ("stackdsl check --sys", "--system"), ("stackdsl check --system ex", "exact")],
+)
+def test_what_may_be_typed_next_is_offered(words: str, offered: str, stackdsl: Stackdsl) -> None:
+    parts = words.split(" ")
+    asking = {"_STACKDSL_COMPLETE": "bash_complete", "COMP_WORDS": words, "COMP_CWORD": str(len(parts) - 1)}
+    told = stackdsl(**asking)
+    assert f"plain,{offered}" in told.out.splitlines()

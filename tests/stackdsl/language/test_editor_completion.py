@@ -1,0 +1,65 @@
+"""What an editor shows of a scenario while it is typed: yaml-language-server itself, with the published schema."""
+
+from collections.abc import Iterator
+
+import pytest
+
+from tests.paths import ROOT
+from tests.stackdsl.language.language_server import AT_HAND, LanguageServer, serving
+
+SCHEMA = ROOT / "stackdsl" / "scenario.schema.json"
+HEAD = f"# yaml-language-server: $schema={SCHEMA.as_posix()}\n"
+
+pytestmark = pytest.mark.skipif(not AT_HAND, reason="yaml-language-server is not installed: make editor")
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LanguageServer]:
+    """A server for all of them, as an editor has one."""
+    with serving(tmp_path_factory.mktemp("edited")) as running:
+        yield running
+
+
+@pytest.mark.parametrize("path", ["columns.yaml", "jenga.yaml", "capabilities/card-house.yaml", "hard/turned.yaml"])
+def test_our_scenarios_are_without_a_mistake_in_an_editor(path: str, server: LanguageServer) -> None:
+    text = (ROOT / "scenarios" / path).read_text(encoding="utf-8").split("\n---\n")[0]
+    body = "".join(line for line in text.splitlines(keepends=True) if "yaml-language-server" not in line)
+    server.open(HEAD + body)
+    assert server.mistakes == []
+
+
+@pytest.mark.parametrize(
+    ("text", "offered"),
+    [
+        ("sce", {"scenario"}),
+        ("scenario: a\nbuild:\n  - ", {"column", "four_stack", "bricks", "every"}),
+        ("scenario: a\nbuild:\n  - column: {levels: 2}\nimpacts:\n  - ", {"throw", "push", "drop", "remove"}),
+        ("scenario: a\nbuild:\n  - column: {levels: 2}\nexpect:\n  - ", {"stands", "collapses", "margin"}),
+        ("scenario: a\nbuild:\n  - column:\n      ", {"levels", "step", "origin", "heading"}),
+        ("scenario: a\nbuild:\n  - column: {levels: 2}\nsystems: [", {"exact", "thesis"}),
+        ("scenario: a\nbrick: ", {"kapla", "kapla-ideal"}),
+    ],
+)
+def test_what_may_stand_at_a_place_is_offered(text: str, offered: set[str], server: LanguageServer) -> None:
+    server.open(HEAD + text)
+    lines = (HEAD + text).split("\n")
+    assert offered <= server.completions(len(lines) - 1, len(lines[-1]))
+
+
+@pytest.mark.parametrize(
+    ("wrong", "told"),
+    [
+        ("scenario: a\nbuild:\n  - column: {levls: 2}\n", "levls"),
+        ("scenario: a\nbuild:\n  - column: {levels: 2, origin: [0 mm, 0 mm]}\n", "3"),
+        ("scenario: a\nbuild:\n  - column: {levels: 2, origin: [0 mm, 0 mm, 7]}\n", "string"),
+        ("scenario: a\nbuild:\n  - column: {levels: 2, step: 5}\n", "string"),
+    ],
+)
+def test_a_mistake_is_marked(wrong: str, told: str, server: LanguageServer) -> None:
+    server.open(HEAD + wrong)
+    assert any(told in mistake["message"] for mistake in server.mistakes or ())
+
+
+def test_a_key_is_explained_where_the_pointer_rests(server: LanguageServer) -> None:
+    server.open(HEAD + "scenario: a\nfriction: 0.4\nbuild:\n  - column: {levels: 2}\n")
+    assert "Coulomb coefficient of brick on brick" in server.hover(2, 3)
