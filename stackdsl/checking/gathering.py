@@ -8,9 +8,10 @@ from pathlib import Path
 
 from stackdsl.compiling.compiler import bricks_at_most, compile_timeline
 from stackdsl.diagnostics import Diagnostic, Span
+from stackdsl.language.choices import compact
 from stackdsl.language.schema import Scenario
 from stackdsl.language.validation import validate
-from stackdsl.language.variants import Variant, compact, expand
+from stackdsl.language.variants import Variant, expand
 from stackdsl.reading.characters import visible
 from stackdsl.reading.source import Loaded, Source, load
 from stackdsl.snapshots.record import Identity
@@ -149,19 +150,20 @@ def _source_cases(source: Source) -> tuple[Sequence[Case], Sequence[Diagnostic]]
     variants, malformed = expand(source)
     cases: list[Case] = []
     mistakes = dict.fromkeys(malformed)
-    validated = [(variant, *validate(source, variant)) for variant in variants]
+    validated = [(variant, *validate(variant.source, variant)) for variant in variants]
     bricks = sum(bricks_at_most(scenario) for _, scenario, _ in validated if scenario is not None)
     if bricks > MAX_BRICKS and len(validated) > 1:
         message = f"the variants have up to {bricks} bricks in all, and {MAX_BRICKS} is the most"
         hint = "make several scenarios of it"
-        return [], (*mistakes, Diagnostic("SD206", source.key_span_of(("matrix",)), message, hint))
+        key = "matrix" if "matrix" in source.values else "cases"
+        return [], (*mistakes, Diagnostic("SD206", source.key_span_of((key,)), message, hint))
     for variant, scenario, wrong in validated:
         mistakes |= dict.fromkeys(wrong)
         if scenario is not None:
-            timeline, misfits = compile_timeline(scenario, source)
+            timeline, misfits = compile_timeline(scenario, variant.source)
             mistakes |= dict.fromkeys(misfits)
             if timeline is not None:
-                cases += [Case(source, scenario, variant, timeline, system) for system in scenario.systems]
+                cases += [Case(variant.source, scenario, variant, timeline, system) for system in scenario.systems]
     return cases, tuple(mistakes)
 
 

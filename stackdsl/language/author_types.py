@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Annotated, Final, Literal, TypeAlias, get_args
 
-from pydantic import AfterValidator, Field, GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic import AfterValidator, Field, GetCoreSchemaHandler, GetJsonSchemaHandler, WithJsonSchema
 from pydantic_core import CoreSchema, core_schema
 
 from stability.model import GROUND
@@ -172,6 +172,25 @@ BrickName = Annotated[
 ]
 Text = Annotated[str, Field(min_length=1, max_length=2000)]
 
+
+# --- variables --------------------------------------------------------------------------------------------------------
+
+VALUE: Final[JsonSchema] = {"type": ["number", "string"]}  # a number, a quantity, or a word
+VALUES: Final[JsonSchema] = {
+    "anyOf": [
+        {"type": "array", "items": VALUE, "minItems": 1},
+        {"type": "string", "pattern": r"\.\.|\$\{", "description": "a range", "examples": ["5 mm .. 15 mm by 0.5 mm"]},
+    ]
+}
+
+
+def variables_schema(values: JsonSchema) -> WithJsonSchema:
+    """A mapping of variables to these."""
+    return WithJsonSchema({"type": "object", "additionalProperties": values})
+
+
+# Written out by `spreading` before anything is validated.
+REPEAT = Annotated[object, variables_schema(VALUES)]
 
 # --- systems ----------------------------------------------------------------------------------------------------------
 

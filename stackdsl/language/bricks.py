@@ -72,3 +72,4 @@ class PlacedBrick(SetBrick):
     """One brick in any pose, set down or let go."""
 
     drop: Annotated[bool, Field(strict=True)] = Field(False, description="let go in the air, rather than set down")
+    repeat: t.REPEAT = Field(None, description="variables that each repetition has its own values of")

@@ -112,7 +112,7 @@ class BuildStep(Timed):
 
 # --- the whole --------------------------------------------------------------------------------------------------------
 
-_VALUE = {"type": ["number", "string"]}
+_CHOSEN = WithJsonSchema({"type": "array", "items": {"type": "object", "additionalProperties": t.VALUE}, "minItems": 1})
 
 
 class Scenario(AuthorModel):
@@ -125,13 +125,16 @@ class Scenario(AuthorModel):
     friction: t.Friction = Field(0.5, description="Coulomb coefficient of brick on brick")
     world: World = Field(default_factory=World, description="gravity, ground, walls, tilt")
     # Judged by `variants.expand`, which has filled them in before.
-    let: Annotated[object, WithJsonSchema({"type": "object", "additionalProperties": _VALUE})] = Field(
-        None, description="variables for ${...}, each of numbers, quantities, and variables above it"
+    let: Annotated[object, t.variables_schema(t.VALUE)] = Field(
+        None, description="variables for ${...}, each of numbers, quantities, words, and variables above it"
     )
-    matrix: Annotated[
-        object,
-        WithJsonSchema({"type": "object", "additionalProperties": {"type": "array", "items": _VALUE, "minItems": 1}}),
-    ] = Field(None, description="variables with several values: a variant of the scenario for each combination")
+    matrix: Annotated[object, t.variables_schema(t.VALUES)] = Field(
+        None, description="variables with several values: a variant of the scenario for each combination"
+    )
+    cases: Annotated[object, _CHOSEN] = Field(
+        None, description="variables whose values belong together: a variant for each, called by the first of them"
+    )
+    exclude: Annotated[object, _CHOSEN] = Field(None, description="combinations that are left out")
     build: Annotated[tuple[BuildStep, ...], Field(min_length=1, max_length=1000)] = Field(
         description="what is built, step by step"
     )
