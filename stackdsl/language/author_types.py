@@ -85,7 +85,7 @@ def _tolerance(dimension: Dimension, example: str, parse: Callable[..., Toleranc
 
 def _or_number(schema: JsonSchema, dimension: Dimension) -> JsonSchema:
     if dimension.needs_unit:
-        return schema
+        return schema if dimension.positive else {"anyOf": [{"const": 0}, schema]}
     number = {"type": "integer" if dimension.whole else "number", "minimum": dimension.least, "maximum": dimension.most}
     return {"anyOf": [number, schema]}
 

@@ -202,9 +202,9 @@ class _Run:
             for brick in moving:
                 self.forces.add(brick, self.world.contacts(brick))
         if self.collapse is None and (first := self.watch.first_to_leave()) is not None:
-            level = self.watch.level_under_construction()
-            self.collapse = Collapse(now, level, first, self.answers.gave_way)
-            self.log.tell(Event(now, EventKind.COLLAPSED, (first,), f"level {level} under construction"))
+            youngest = self.watch.youngest()
+            self.collapse = Collapse(now, youngest.level, first, self.answers.gave_way, youngest.step)
+            self.log.tell(Event(now, EventKind.COLLAPSED, (first,), f"{self.collapse.place} under construction"))
         return self.collapse is not None
 
     def trace(self, wall_time: float) -> Trace:

@@ -18,7 +18,7 @@ def run_text(trace: Trace, result: VariantResult) -> str:
 
 
 def _lines(trace: Trace, result: VariantResult) -> Iterator[str]:
-    fell = trace.collapse and f"collapses at level {trace.collapse.level} after {trace.collapse.time:.3f} s"
+    fell = trace.collapse and f"collapses at {trace.collapse.place} after {trace.collapse.time:.3f} s"
     cost = f"{trace.cost.simulated_time:g} s played in {trace.cost.wall_time:.3f} s, {trace.cost.steps} steps"
     yield f"{fell or trace.verdict}; {cost}" + (f"; a numerical collapse: {trace.numerical}" * bool(trace.numerical))
     if result.modified:

@@ -48,7 +48,7 @@ class Collapses(Shorthand, ClaimKind):
             margin, unit = min((margin_to_collapse(track) for track in placed(trace)), default=(inf, "mm"))
             return Finding("nothing fell", -margin, unit, passed=False)
         level, time, brick = trace.collapse.level, trace.collapse.time, trace.collapse.brick
-        parts = [Finding(f"level {level}, {brick} at {time:.3f} s", inf, "", passed=True)]
+        parts = [Finding(f"{trace.collapse.place}, {brick} at {time:.3f} s", inf, "", passed=True)]
         if self.at is not None:
             parts.append(within(self.at, level, "levels"))
         if self.time is not None:

@@ -78,7 +78,7 @@ class Stands(Shorthand, ClaimKind):
             return Finding(f"only {levels} levels are built", levels - self.levels, "levels", passed=False)
         missing = sum(track.state is BrickState.UNPLACED for track in meant)
         if missing:
-            why = f"it fell at level {trace.collapse.level}; " if trace.collapse is not None else ""
+            why = f"it fell at {trace.collapse.place}; " if trace.collapse is not None else ""
             return Finding(f"{why}{missing} of {len(meant)} never placed", -missing, "bricks", passed=False)
         unsettled = [track.brick.id for track in meant if track.state is BrickState.UNSETTLED]
         if unsettled:
