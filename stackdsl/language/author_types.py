@@ -170,6 +170,7 @@ BrickName = Annotated[
     ),
     AfterValidator(_not_fixed),
 ]
+TYPE_NAME: Final = _text(NAME, "a name that a kind of brick can have", _NAME_ADVICE, "carton")
 Text = Annotated[str, Field(min_length=1, max_length=2000)]
 
 

@@ -75,6 +75,9 @@ def nodes_at(path: Path) -> Iterator[JsonSchemaValue]:
         return
     for parent in nodes_at(path[:-1]):
         within = parent.get("items") if isinstance(path[-1], int) else parent.get("properties", {}).get(path[-1])
+        within = within or next(
+            iter(parent.get("patternProperties", {}).values()), None
+        )  # what authors call as they like
         if isinstance(within, dict):
             yield from _alternatives(within)
 

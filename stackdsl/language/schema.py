@@ -15,7 +15,7 @@ from stackdsl.language import author_types as t
 from stackdsl.language.anchors import Timed
 from stackdsl.language.author_models import AuthorModel, Shorthand, default
 from stackdsl.language.author_types import MAX_BRICKS
-from stackdsl.language.bricks import BrickKind, PlacedBrick
+from stackdsl.language.bricks import BrickKind, BrickTypes, PlacedBrick
 from stackdsl.language.claims.claim import Claim, Expectation, Truth
 from stackdsl.language.claims.claim_kind import CLAIMS, KindOfClaim
 from stackdsl.language.impacts.impact import Impact
@@ -121,6 +121,7 @@ class Scenario(AuthorModel):
     scenario: t.Slug = Field(description="its name, and that of its files")
     description: t.Text | None = Field(None, description="what it shows, in a sentence")
     tags: Annotated[tuple[t.Slug, ...], Field(max_length=32)] = Field((), description="words to select scenarios by")
+    brick_types: BrickTypes = Field({}, description="names for bricks, to be written wherever a brick is asked for")
     brick: BrickKind = default("kapla", "what is built with")
     friction: t.Friction = Field(0.5, description="Coulomb coefficient of brick on brick")
     world: World = Field(default_factory=World, description="gravity, ground, walls, tilt")

@@ -11,8 +11,9 @@ from pydantic_core import ErrorDetails
 
 from stackdsl.diagnostics import Diagnostic, did_you_mean, first_of, reading_order
 from stackdsl.entry_points import offered
+from stackdsl.language.bricks import brick_types_of
 from stackdsl.language.disagreements import disagreements
-from stackdsl.language.mistakes import MistakeError, shown
+from stackdsl.language.mistakes import EchoError, MistakeError, shown
 from stackdsl.language.schema import Scenario, models
 from stackdsl.language.variants import Variant
 from stackdsl.reading.source import Path, Source
@@ -65,7 +66,8 @@ def validate(source: Source, variant: Variant) -> tuple[Scenario | None, tuple[D
     scenario may be None without a diagnostic.
     """
     try:
-        scenario = models().Scenario.model_validate(variant.values)
+        known = brick_types_of(variant.values.get("brick_types"))
+        scenario = models().Scenario.model_validate(variant.values, context=known)
     except ValidationError as error:
         details = _without_echoes(error.errors(include_url=False))
         return None, _in_order(first_of(_diagnostic(source, detail) for detail in details))
@@ -93,7 +95,7 @@ def _without_echoes(details: Sequence[ErrorDetails]) -> Iterator[ErrorDetails]:
 def _is_echo(detail: ErrorDetails) -> bool:
     """Whether an error only follows from one that is reported elsewhere."""
     written = detail["input"]
-    if isinstance(written, str) and "${" in written:
+    if (isinstance(written, str) and "${" in written) or isinstance(detail.get("ctx", {}).get("error"), EchoError):
         return True
     # Pydantic counts the items that are valid.
     return detail["type"] == "too_short" and len(written) >= detail["ctx"]["min_length"]
@@ -103,6 +105,8 @@ def _diagnostic(source: Source, detail: ErrorDetails) -> Diagnostic:
     """One of pydantic's errors; levels of its path that the file has not are left to `span_of`."""
     path = detail["loc"]
     told = _told(detail)
+    if path[-1:] == ("[key]",):  # as pydantic calls the key of a mapping
+        return Diagnostic(told.code, source.key_span_of(path[:-1]), told.message, told.hint)
     if told.code == "SD102" and detail["type"] == "missing":
         span = source.span_of(path[:-1])
     else:

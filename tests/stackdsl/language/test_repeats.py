@@ -261,3 +261,26 @@ def test_what_is_left_out_must_be_there(exclude: str, code: str, words: str) -> 
     text = f"{{scenario: a, matrix: {{a: [1, 2]}}, exclude: {exclude}, friction: '${{a}}'}}"
     (mistake,) = expand(parse(text, "a.yaml").sources[0])[1]
     assert (mistake.code, words in mistake.message) == (code, True)
+
+
+def test_named_bricks_are_bricks_wherever_one_is_asked_for_and_in_variables_too() -> None:
+    cases, mistakes = compiled("""
+        scenario: types
+        brick_types:
+          carton: {size: [300 mm, 200 mm, 100 mm], mass: 5 kg}
+          slat: {size: [300 mm, 200 mm, 20 mm], mass: 1 kg}
+        matrix: {kind: [carton, slat]}
+        brick: ${kind}
+        build:
+          - column: {levels: 2}
+          - {column: {levels: 1, origin: [1 m, 0, 0]}, brick: slat, name: b}
+          - bricks: [{name: c, at: [2 m, 0, 50 mm], brick: carton}]
+        impacts:
+          - insert: {name: d, at: [3 m, 0, 10 mm], brick: slat}
+          - drop: {onto: c, height: 1 mm, brick: carton, name: e}
+          - throw: {at: b.L1.1, from: {bearing: 0 deg}, speed: 1 m/s, brick: slat, name: f}
+    """)
+    assert mistakes == []
+    masses = {placed.brick.id: placed.brick.mass for placed in cases[0].timeline.placements}
+    assert masses == {"L1.1": 5, "L2.1": 5, "b.L1.1": 1, "c": 5, "d": 1, "e": 5, "f": 1}
+    assert cases[1].timeline.placements[0].brick.mass == 1

@@ -268,7 +268,7 @@ def test_editors_accept_a_scenario_that_uses_everything() -> None:
         ("distance: 0.5 m", "distance: 0.5 s"),
         ("density: 500 kg/m3", "density: 500 kg"),
         ("density: 500 kg/m3", "density: 500 kg/m3, mass: 1 g"),
-        ("brick: kapla-ideal", "brick: kapla-idea"),
+        ("brick: kapla-ideal", "brick: kapla ideal"),
         ("name: tower", "column: {levels: 3}"),
         ("levels: 4, step", "levels: four, step"),
         ("levels: 4, step", "levels: 0, step"),

@@ -265,7 +265,7 @@ def test_what_is_proven_to_fall_does_not_stand_because_the_run_ended_before_it_w
 
 
 def test_where_levels_restart_the_step_that_falls_is_named() -> None:
-    """Of three planks, each 40 mm beside the one below, the upper two have their centre 60 mm beside that of the lowest."""
+    """Of three planks, each 40 mm beside the one below, the upper two have their centre 60 mm beside the lowest."""
     column = "- column: {levels: 3}\n  every: 1 s\n"
     top = "- name: top\n  column: {levels: 3, step: 40 mm, origin: [0 mm, 0 mm, 23.4 mm]}\n  every: 1 s"
     cases, _ = compiled(scene(column + top, "expect: [stands: all]"))
