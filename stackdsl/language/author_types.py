@@ -193,6 +193,10 @@ def variables_schema(values: JsonSchema) -> WithJsonSchema:
 # Written out by `spreading` before anything is validated.
 REPEAT = Annotated[object, variables_schema(VALUES)]
 
+# --- files ------------------------------------------------------------------------------------------------------------
+
+FILE: Final[JsonSchema] = {"type": "string", "description": "a file, as seen from this one", "examples": ["base.yaml"]}
+
 # --- systems ----------------------------------------------------------------------------------------------------------
 
 System: TypeAlias = Literal["exact", "thesis", "tuned", "stock", "modified"]

@@ -112,6 +112,12 @@ class BuildStep(Timed):
 
 # --- the whole --------------------------------------------------------------------------------------------------------
 
+_NAMED: Final[t.JsonSchema] = {
+    "type": "object",
+    "properties": {"file": t.FILE, "scenario": {"type": "string", "description": "its name; default: the only one"}},
+    "additionalProperties": False,
+}
+_BASE = WithJsonSchema({"anyOf": [t.FILE, _NAMED]})  # what it says is taken over by `composing`
 _CHOSEN = WithJsonSchema({"type": "array", "items": {"type": "object", "additionalProperties": t.VALUE}, "minItems": 1})
 
 
@@ -119,6 +125,9 @@ class Scenario(AuthorModel):
     """What is built, and what must come of it."""
 
     scenario: t.Slug = Field(description="its name, and that of its files")
+    extends: Annotated[object, _BASE] = Field(
+        None, description="a scenario, in another file or in this one, whose keys hold for all that is not said here"
+    )
     description: t.Text | None = Field(None, description="what it shows, in a sentence")
     tags: Annotated[tuple[t.Slug, ...], Field(max_length=32)] = Field((), description="words to select scenarios by")
     brick_types: BrickTypes = Field({}, description="names for bricks, to be written wherever a brick is asked for")

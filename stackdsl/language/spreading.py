@@ -10,11 +10,11 @@ from itertools import product
 from math import prod
 from typing import TYPE_CHECKING, Final
 
-from stackdsl.diagnostics import Span
 from stackdsl.language.choices import Mistakes, add, check_name
 from stackdsl.language.expressions import EarlierMistakeError, interpolate, value_of
 from stackdsl.language.mistakes import MistakeError, shown
 from stackdsl.language.ranges import values_of
+from stackdsl.reading.places import Places
 from stackdsl.reading.source import Path, Plain, Source
 
 if TYPE_CHECKING:
@@ -55,20 +55,15 @@ def spread(source: Source, names: "Names", budget: Budget) -> Spread:
     repeating = [key for key in REPEATABLE if _repeats(source.values.get(key))]
     if not repeating:
         return Spread(source)
-    spreading = _Spreading(source, budget, dict(names))
+    places = Places()
+    places.keep(source, {(key,): None for key in repeating})
+    spreading = _Spreading(source, budget, names, places)
     values = dict(source.values)
     for key in repeating:
+        places.note(source, (key,), (key,))
         values[key] = spreading.list_of(values[key], (key,), (key,), _Scope(names))
-    kept = [
-        {path: span for path, span in spans.items() if not path or path[0] not in repeating}
-        for spans in (source.value_spans, source.key_spans)
-    ]
-    for key in repeating:
-        kept[0][key,], kept[1][key,] = source.value_spans[key,], source.key_spans[key,]
-    spans = replace(
-        source, values=values, value_spans=kept[0] | spreading.value_spans, key_spans=kept[1] | spreading.key_spans
-    )
-    return Spread(spans, spreading.scopes, spreading.mistakes)
+    spread_source = replace(source, values=values, value_spans=places.value_spans, key_spans=places.key_spans)
+    return Spread(spread_source, spreading.scopes, spreading.mistakes)
 
 
 def _repeats(items: Plain) -> bool:
@@ -92,8 +87,7 @@ class _Spreading:
     source: Source
     budget: Budget
     taken: "Names"  # the variables of the scenario
-    value_spans: dict[Path, Span] = field(default_factory=dict)
-    key_spans: dict[Path, Span] = field(default_factory=dict)
+    places: Places
     scopes: dict[Path, "Names"] = field(default_factory=dict)
     mistakes: Mistakes = field(default_factory=dict)
 
@@ -115,7 +109,7 @@ class _Spreading:
         if self.budget.spread < 0:
             message = f"what is repeated comes to more than {MAX_SPREAD} values in all variants"
             raise TooMuchError(old, message)
-        self._place(old, new, scope.told)
+        self.places.note(self.source, old, new, scope.told)
         if isinstance(value, dict):
             return {key: self._member(key, member, (*old, key), (*new, key), scope) for key, member in value.items()}
         if isinstance(value, list):
@@ -129,14 +123,9 @@ class _Spreading:
             and old[0] == "build"
             and isinstance(member, list)
         ):
-            self._place(old, new, scope.told)
+            self.places.note(self.source, old, new, scope.told)
             return self.list_of(member, old, new, scope)
         return self.copy(member, old, new, scope)
-
-    def _place(self, old: Path, new: Path, told: str) -> None:
-        self.value_spans[new] = _within(self.source.span_of(old), told)
-        if old in self.source.key_spans:
-            self.key_spans[new] = _within(self.source.key_spans[old], told)
 
     def _repeated(self, item: dict[str, Plain], old: Path, new: Path, scope: _Scope) -> Iterator[Plain]:
         rest = {key: value for key, value in item.items() if key != REPEAT}
@@ -150,7 +139,7 @@ class _Spreading:
                 written, sources = _following(rest, first + number)
             copied = self.copy(written, old, place, inner)
             for key, other in sources.items():  # what is said once for all that follow
-                self._place((*old, other), (*place, key), inner.told)
+                self.places.note(self.source, (*old, other), (*place, key), inner.told)
             yield copied
 
     def _turns(self, loops: Plain, old: Path, new: Path, names: "Names") -> Iterator[tuple["Names", str]]:
@@ -196,15 +185,15 @@ class _Spreading:
             values = values_of(written if isinstance(row, list) else written[0], MAX_REPEATS)
             return [(str(each), value_of(each, names)) for each in values]
         except MistakeError as mistake:
-            self._place(old, new, "")
+            self.places.note(self.source, old, new)
             add(self.mistakes, new, mistake)
         except EarlierMistakeError:
-            self._place(old, new, "")
+            self.places.note(self.source, old, new)
             add(self.mistakes, new, _SILENT)
         return [("", None)]
 
     def _wrong(self, old: Path, new: Path, mistake: MistakeError) -> None:
-        self._place((*old, REPEAT), (*new, REPEAT), "")
+        self.places.note(self.source, (*old, REPEAT), (*new, REPEAT))
         add(self.mistakes, (*new, REPEAT), mistake)
 
 
@@ -215,7 +204,3 @@ def _following(item: dict[str, Plain], number: int) -> tuple[dict[str, Plain], d
     """A repeated impact but the first, so long after the one before it; and of a key that is new, which key says so."""
     rest = {key: value for key, value in item.items() if key not in ("at", "after", "every")}
     return {**rest, "after": f"impact {number} + {item['every']}"}, {"after": "every"}
-
-
-def _within(span: Span, told: str) -> Span:
-    return replace(span, where=told) if told else span
