@@ -96,12 +96,7 @@ class Collapse:
     level: int  # level under construction
     brick: BodyId  # the brick that left first
     gave_way: BodyId | None = None  # the brick whose support test failed, where a model names it
-    step: str = ""  # of the build, where several build that level
-
-    @property
-    def place(self) -> str:
-        """The level in words, such as `level 2 of step 5`."""
-        return f"level {self.level}" + (f" of {self.step}" if self.step else "")
+    step: str = ""  # of the build, such as `step 5`, where several build that level
 
 
 @dataclass(frozen=True, slots=True)

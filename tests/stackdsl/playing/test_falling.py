@@ -271,6 +271,6 @@ def test_where_levels_restart_the_step_that_falls_is_named() -> None:
     cases, _ = compiled(scene(column + top, "expect: [stands: all]"))
     trace = play(cases[0].timeline, SYSTEMS["exact"])
     assert trace.collapse is not None
-    assert trace.collapse.place == "level 3 of step 2 'top'"
+    assert (trace.collapse.level, trace.collapse.step) == (3, "step 2 'top'")
     (outcome,) = judge(trace, cases[0].scenario, cases[0].variant, cases[0].source, "exact")
     assert "level 3 of step 2 'top'" in f"{outcome.measured} {trace.events[-2:]}"
