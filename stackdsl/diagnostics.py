@@ -4,8 +4,8 @@ Nothing here raises or prints. Every stage of the pipeline returns its diagnosti
 """
 
 import re
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
 from difflib import get_close_matches
 from itertools import islice
 from typing import Final
@@ -35,6 +35,8 @@ CODES = {
     "SD109": "malformed or failing expression",
     "SD110": "malformed anchor (a time tied to an event)",
     "SD111": "more mistakes than are told",
+    "SD112": "a variable that is used nowhere",
+    "SD113": "a file that cannot be included",
     "SD201": "a brick is placed inside another body",
     "SD202": "a brick is placed in the air",
     "SD203": "two bricks or two scenarios share a name",
@@ -56,9 +58,16 @@ class Span:
     end_column: int
     excerpt: str = ""  # the text of the line, for the caret
     excerpt_column: int = 1  # where in the line the excerpt begins: above 1 when a long line is cut
+    # Of what is repeated: in which repetition, such as `i = 3`. A mistake is told once, of the first.
+    where: str = field(default="", compare=False)
 
     def __str__(self) -> str:
         return f"{self.file}:{self.line}:{self.column}"
+
+    def seen_from(self, other: "Span") -> str:
+        """The place, without the file if the other is in the same; and in which repetition."""
+        place = f"{self.line}:{self.column}" if self.file == other.file else str(self)
+        return f"{place} ({self.where})" if self.where else place
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,16 +82,25 @@ class Diagnostic:
 
 def first_of(mistakes: Iterable[Diagnostic]) -> list[Diagnostic]:
     """As many mistakes as anybody reads; if there are more, the last says so, and no more are looked for."""
-    found = list(islice(mistakes, MOST_TOLD + 1))
+    found = list(islice(_once(mistakes), MOST_TOLD + 1))
     if len(found) <= MOST_TOLD:
         return found
     message = f"there are more mistakes than the {MOST_TOLD} that are told; this is one of them"
     return [*found[:-1], Diagnostic("SD111", found[-1].span, message, "mend these, and the others are told")]
 
 
-def reading_order(diagnostic: Diagnostic) -> tuple[int, int, str, str]:
-    """Sorts diagnostics of one file by place, then by what they say."""
-    return diagnostic.span.line, diagnostic.span.column, diagnostic.code, diagnostic.message
+def _once(mistakes: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
+    """Each as it comes; what is repeated may be mistaken alike every time."""
+    told: set[Diagnostic] = set()
+    for mistake in mistakes:
+        if mistake not in told:
+            told.add(mistake)
+            yield mistake
+
+
+def reading_order(diagnostic: Diagnostic) -> tuple[str, int, int, str, str]:
+    """Sorts diagnostics of one scenario by place, then by what they say."""
+    return diagnostic.span.file, diagnostic.span.line, diagnostic.span.column, diagnostic.code, diagnostic.message
 
 
 @dataclass(frozen=True, slots=True)

@@ -42,6 +42,7 @@ class Placement:
     arrival: Arrival = Arrival.SET_DOWN
     velocity_W: Vec3 = AT_REST  # with which it comes [m/s]
     flight: float = 0.0  # until what an impact drops or throws meets what it is aimed at [s]
+    step: str = ""  # of the build, such as `step 5`, where several build its level
 
     @property
     def at_rest(self) -> bool:

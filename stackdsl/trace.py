@@ -96,6 +96,7 @@ class Collapse:
     level: int  # level under construction
     brick: BodyId  # the brick that left first
     gave_way: BodyId | None = None  # the brick whose support test failed, where a model names it
+    step: str = ""  # of the build, such as `step 5`, where several build that level
 
 
 @dataclass(frozen=True, slots=True)

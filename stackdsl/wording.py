@@ -37,3 +37,8 @@ def names_text(names: Sequence[str], least: int = 2) -> str:
     """Names on one line: `a, b, c, d, e, f and 3 more`."""
     shown, more = shortened(names, least)
     return ", ".join(shown) + (f" and {more} more" if more else "")
+
+
+def level_text(level: int, step: str) -> str:
+    """A level, and the step that builds it where several build one of that number: `level 2 of step 5`."""
+    return f"level {level}" + (f" of {step}" if step else "")

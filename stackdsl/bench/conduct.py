@@ -21,7 +21,7 @@ from stackdsl.checking.processes import OnWait, run_supervised
 from stackdsl.checking.results import STATUSES, held_up
 from stackdsl.checking.worker import Start, Task, TaskResult
 from stackdsl.judging.judge import compare_with_truth
-from stackdsl.language.variants import compact
+from stackdsl.language.choices import compact
 from stackdsl.observations import observations
 from stackdsl.outcome import Outcome, RunStatus
 from stackdsl.playing.clearance import Blocked

@@ -8,10 +8,12 @@ from pathlib import Path
 
 from stackdsl.compiling.compiler import bricks_at_most, compile_timeline
 from stackdsl.diagnostics import Diagnostic, Span
+from stackdsl.language.choices import compact
 from stackdsl.language.schema import Scenario
 from stackdsl.language.validation import validate
-from stackdsl.language.variants import Variant, compact, expand
+from stackdsl.language.variants import Variant, expand
 from stackdsl.reading.characters import visible
+from stackdsl.reading.composing import Library, composed
 from stackdsl.reading.source import Loaded, Source, load
 from stackdsl.snapshots.record import Identity
 from stackdsl.timeline import Timeline
@@ -57,7 +59,8 @@ def gather(paths: Iterable[Path]) -> Gathered:
     """Read, validate and compile everything under these paths; a directory stands for the YAML files below it."""
     cases: list[Case] = []
     meant, diagnostics = files_under(paths)
-    files = [load(path) for path in meant]
+    library = Library()
+    files = [composed(load(path), library) for path in meant]
     first = _first_of_shared_names(source for loaded in files for source in loaded.sources)
     for loaded in files:
         found, mistakes = cases_of(loaded)
@@ -68,7 +71,7 @@ def gather(paths: Iterable[Path]) -> Gathered:
             if (name := _name(source)) in first and first[name] is not source
         ]
         cases += [case for case in found if case.scenario.scenario not in first]
-    return Gathered(tuple(cases), tuple(diagnostics))
+    return Gathered(tuple(cases), tuple(dict.fromkeys(diagnostics)))  # of a file that several take from, each once
 
 
 def files_under(paths: Iterable[Path]) -> tuple[list[Path], list[Diagnostic]]:
@@ -94,7 +97,9 @@ def _inside(folder: Path, unreadable: list[Diagnostic]) -> list[Path]:
 
     for parent, folders, names in _folders(folder, missed):
         # A directory that is called like a scenario is a mistake worth telling.
-        found += [file for name in (*names, *folders) if _is_named_alike(file := Path(parent, name))]
+        # And what begins with an underscore is only there for others to take from.
+        alike = [file for name in (*names, *folders) if _is_named_alike(file := Path(parent, name))]
+        found += [file for file in alike if not file.name.startswith("_")]
     return [file for file in sorted(found) if _can_be_read(file, unreadable)]
 
 
@@ -149,19 +154,20 @@ def _source_cases(source: Source) -> tuple[Sequence[Case], Sequence[Diagnostic]]
     variants, malformed = expand(source)
     cases: list[Case] = []
     mistakes = dict.fromkeys(malformed)
-    validated = [(variant, *validate(source, variant)) for variant in variants]
+    validated = [(variant, *validate(variant.source, variant)) for variant in variants]
     bricks = sum(bricks_at_most(scenario) for _, scenario, _ in validated if scenario is not None)
     if bricks > MAX_BRICKS and len(validated) > 1:
         message = f"the variants have up to {bricks} bricks in all, and {MAX_BRICKS} is the most"
         hint = "make several scenarios of it"
-        return [], (*mistakes, Diagnostic("SD206", source.key_span_of(("matrix",)), message, hint))
+        key = "matrix" if "matrix" in source.values else "cases"
+        return [], (*mistakes, Diagnostic("SD206", source.key_span_of((key,)), message, hint))
     for variant, scenario, wrong in validated:
         mistakes |= dict.fromkeys(wrong)
         if scenario is not None:
-            timeline, misfits = compile_timeline(scenario, source)
+            timeline, misfits = compile_timeline(scenario, variant.source)
             mistakes |= dict.fromkeys(misfits)
             if timeline is not None:
-                cases += [Case(source, scenario, variant, timeline, system) for system in scenario.systems]
+                cases += [Case(variant.source, scenario, variant, timeline, system) for system in scenario.systems]
     return cases, tuple(mistakes)
 
 

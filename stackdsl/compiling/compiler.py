@@ -3,7 +3,8 @@
 The scene is laid out in its own frame, level ground at z = 0; a tilt then turns it as a whole into the world frame W.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 from typing import Final, TypeAlias
 
@@ -88,7 +89,10 @@ def _too_many(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
 def _timeline(built: Built, impacts: Iterable[tuple[Moment, Action]], scenario: Scenario) -> Timeline:
     tilt, asked = tilt_of(scenario), asked_of(scenario)
     planes = tuple(turned_plane(plane, tilt) for plane in built.planes)
-    placements = [(brick.placed, _placement(brick, tilt)) for brick in built.in_order]
+    steps = _steps_by_level(built)
+    placements = [
+        (brick.placed, _placement(brick, tilt, step_text(brick, scenario, steps))) for brick in built.in_order
+    ]
     return Timeline(
         World(scenario.world.gravity, scenario.friction, planes),
         tuple(action for _, action in sorted((*placements, *impacts), key=lambda timed: timed[0])),
@@ -101,8 +105,25 @@ def _timeline(built: Built, impacts: Iterable[tuple[Moment, Action]], scenario: 
     )
 
 
-def _placement(brick: BuiltBrick, tilt: Quaternion) -> Placement:
+def _steps_by_level(built: Built) -> Mapping[int, set[int]]:
+    """Which steps build each level: those of a layout count from 1, wherever it stands."""
+    found: defaultdict[int, set[int]] = defaultdict(set)
+    for brick in built.bricks:
+        found[brick.level].add(brick.written.step)
+    return found
+
+
+def step_text(brick: BuiltBrick, scenario: Scenario, steps: Mapping[int, set[int]]) -> str:
+    """The step that builds a brick, where its level alone does not tell; empty otherwise."""
+    step = brick.written.step
+    if brick.written.inserted or len(steps[brick.level]) == 1:
+        return ""
+    name = scenario.build[step].name
+    return f"step {step + 1}" + (f" '{name}'" if name else "")
+
+
+def _placement(brick: BuiltBrick, tilt: Quaternion, step: str) -> Placement:
     made = brick.written
     arrival = Arrival.LET_GO if made.drop else Arrival.SLID_IN if made.inserted else Arrival.SET_DOWN
     pose = turned_pose(made.pose, tilt)
-    return Placement(brick.placed.time, Brick(brick.name, made.shape, made.mass), brick.level, pose, arrival)
+    return Placement(brick.placed.time, Brick(brick.name, made.shape, made.mass), brick.level, pose, arrival, step=step)

@@ -20,9 +20,9 @@ def contradictions(built: Built, scenario: Scenario, source: Source) -> Iterator
             shared = [name for name in scenario.systems if _is_of(claim, name) and _is_of(earlier, name)]
             if shared and _exclude(claim.stated, earlier.stated, levels, hold):
                 there = source.key_span_of(("expect", before, earlier.kind))
-                which = f"`{earlier.kind}` at {there.line}:{there.column}"
-                message = f"this and {which} cannot both hold on {', '.join(shared)}"
                 here = source.key_span_of(("expect", number, claim.kind))
+                which = f"`{earlier.kind}` at {there.seen_from(here)}"
+                message = f"this and {which} cannot both hold on {', '.join(shared)}"
                 yield Diagnostic("SD104", here, message, "remove one, or say by `system:` what each is expected of")
                 break
 

@@ -32,7 +32,7 @@ def shared_names(built: Built, _scenario: Scenario, source: Source) -> Iterator[
         other = first.setdefault(brick.name, brick)
         if other is not brick:
             there, here = source.span_of(other.written.path), source.span_of(brick.written.path)
-            message = f"two bricks are called '{brick.name}'; the other one is at {there.line}:{there.column}"
+            message = f"two bricks are called '{brick.name}'; the other one is at {there.seen_from(here)}"
             yield Diagnostic("SD203", here, message, "give the step or the brick a name")
 
 

@@ -7,7 +7,7 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from stackdsl.language.author_models import Choice
-from stackdsl.language.author_types import NAME, Duration, Reads, text_schema
+from stackdsl.language.author_types import NAME, REPEAT, Duration, Reads, text_schema
 from stackdsl.language.mistakes import MistakeError, shown
 from stackdsl.language.quantities import DURATION, parse_quantity, quantity_pattern
 
@@ -44,6 +44,7 @@ AnchorText = Annotated[
 class Timed(Choice):
     """A step that begins at a time, or after an event, or else after what comes before it."""
 
+    repeat: REPEAT = Field(None, description="variables that each repetition has its own values of")
     at: Duration | None = Field(None, description="when the step begins; default: after the previous step")
     after: AnchorText | None = Field(None, description="the event that the step begins after")
 

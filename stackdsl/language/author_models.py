@@ -1,5 +1,6 @@
 """The kinds of mapping that an author writes, which the models of the language are made from."""
 
+from collections.abc import Mapping
 from typing import Any, ClassVar, Self
 
 from pydantic import (
@@ -8,6 +9,7 @@ from pydantic import (
     Field,
     GetJsonSchemaHandler,
     ModelWrapValidatorHandler,
+    ValidationInfo,
     field_validator,
     model_validator,
 )
@@ -92,8 +94,8 @@ class Shorthand(AuthorModel):
     scalar_word: ClassVar[str] = ""
 
     @classmethod
-    def spelt_out(cls, scalar: object) -> object:
-        """The scalar as a mapping, or as the model itself."""
+    def spelt_out(cls, scalar: object, known: Mapping[str, object]) -> object:
+        """The scalar as a mapping, or as the model itself; `known` are the words that the scenario gives a meaning."""
         if cls.scalar_key:
             return {cls.scalar_key: scalar}
         if scalar == cls.scalar_word:
@@ -116,10 +118,10 @@ class Shorthand(AuthorModel):
 
     @model_validator(mode="wrap")
     @classmethod
-    def _spell_out(cls, written: object, handler: ModelWrapValidatorHandler[Self]) -> Self:
+    def _spell_out(cls, written: object, handler: ModelWrapValidatorHandler[Self], info: ValidationInfo) -> Self:
         if written == {}:
             raise MistakeError("SD102", "the mapping is empty", cls._remedy())
-        spelt = written if isinstance(written, dict | list | cls) else cls.spelt_out(written)
+        spelt = written if isinstance(written, dict | list | cls) else cls.spelt_out(written, info.context or {})
         return spelt if isinstance(spelt, cls) else handler(spelt)
 
     @classmethod

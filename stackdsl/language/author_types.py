@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Annotated, Final, Literal, TypeAlias, get_args
 
-from pydantic import AfterValidator, Field, GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic import AfterValidator, Field, GetCoreSchemaHandler, GetJsonSchemaHandler, WithJsonSchema
 from pydantic_core import CoreSchema, core_schema
 
 from stability.model import GROUND
@@ -85,7 +85,7 @@ def _tolerance(dimension: Dimension, example: str, parse: Callable[..., Toleranc
 
 def _or_number(schema: JsonSchema, dimension: Dimension) -> JsonSchema:
     if dimension.needs_unit:
-        return schema
+        return schema if dimension.positive else {"anyOf": [{"const": 0}, schema]}
     number = {"type": "integer" if dimension.whole else "number", "minimum": dimension.least, "maximum": dimension.most}
     return {"anyOf": [number, schema]}
 
@@ -170,8 +170,32 @@ BrickName = Annotated[
     ),
     AfterValidator(_not_fixed),
 ]
+TYPE_NAME: Final = _text(NAME, "a name that a kind of brick can have", _NAME_ADVICE, "carton")
 Text = Annotated[str, Field(min_length=1, max_length=2000)]
 
+
+# --- variables --------------------------------------------------------------------------------------------------------
+
+VALUE: Final[JsonSchema] = {"type": ["number", "string"]}  # a number, a quantity, or a word
+VALUES: Final[JsonSchema] = {
+    "anyOf": [
+        {"type": "array", "items": VALUE, "minItems": 1},
+        {"type": "string", "pattern": r"\.\.|\$\{", "description": "a range", "examples": ["5 mm .. 15 mm by 0.5 mm"]},
+    ]
+}
+
+
+def variables_schema(values: JsonSchema) -> WithJsonSchema:
+    """A mapping of variables to these."""
+    return WithJsonSchema({"type": "object", "additionalProperties": values})
+
+
+# Written out by `spreading` before anything is validated.
+REPEAT = Annotated[object, variables_schema(VALUES)]
+
+# --- files ------------------------------------------------------------------------------------------------------------
+
+FILE: Final[JsonSchema] = {"type": "string", "description": "a file, as seen from this one", "examples": ["base.yaml"]}
 
 # --- systems ----------------------------------------------------------------------------------------------------------
 

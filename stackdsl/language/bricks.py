@@ -1,8 +1,9 @@
 """What an author may say of a brick: what it is, and where it is put."""
 
-from typing import Annotated, ClassVar
+from collections.abc import Mapping
+from typing import Annotated, ClassVar, Final
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import AfterValidator, Field, ValidationError, ValidationInfo, field_validator
 
 from stability.model import Vec3
 from stability.statics.admission import LIGHTEST
@@ -11,7 +12,9 @@ from stackdsl.language import author_types as t
 from stackdsl.language.author_models import AuthorModel, Choice, Shorthand, default
 from stackdsl.language.author_types import Levels
 from stackdsl.language.catalogue import CATALOGUE
-from stackdsl.language.mistakes import MistakeError, shown
+from stackdsl.language.mistakes import EchoError, MistakeError, shown
+
+MAX_TYPES: Final = 1000
 
 
 class BrickKind(Shorthand, Choice):
@@ -24,16 +27,23 @@ class BrickKind(Shorthand, Choice):
     one_of: ClassVar[tuple[str, ...]] = ("density", "mass")
 
     @classmethod
-    def spelt_out(cls, scalar: object) -> object:
-        if not isinstance(scalar, str) or scalar not in CATALOGUE:
-            hint = did_you_mean(str(scalar), tuple(CATALOGUE))
-            raise MistakeError("SD104", f"the catalogue has no brick {shown(scalar)}", hint)
-        known = CATALOGUE[scalar]
-        return cls.model_construct(size=known.size, density=known.density)
+    def spelt_out(cls, scalar: object, known: Mapping[str, object]) -> object:
+        name = scalar if isinstance(scalar, str) else ""
+        if name in known:
+            if known[name] is None:
+                raise EchoError
+            return known[name]
+        if name in CATALOGUE:
+            return cls.model_construct(size=CATALOGUE[name].size, density=CATALOGUE[name].density)
+        message = f"there is no brick {shown(scalar)} in the catalogue, nor under `brick_types`"
+        raise MistakeError("SD104", message, did_you_mean(str(scalar), (*known, *CATALOGUE)))
 
     @classmethod
     def scalar_schema(cls, _properties: dict[str, t.JsonSchema]) -> t.JsonSchema:
-        return {"type": "string", "anyOf": [{"enum": list(CATALOGUE)}, {"pattern": t.EXPRESSION_PATTERN}]}
+        return {
+            "type": "string",
+            "anyOf": [{"enum": list(CATALOGUE)}, {"pattern": f"^{t.NAME}$|{t.EXPRESSION_PATTERN}"}],
+        }
 
     @field_validator("density", "mass")
     @classmethod
@@ -56,6 +66,29 @@ class BrickKind(Shorthand, Choice):
         return self.mass * (size[0] * size[1] * size[2]) / (self.size[0] * self.size[1] * self.size[2])
 
 
+def _of_its_own(name: str) -> str:
+    if name in CATALOGUE:
+        raise MistakeError("SD104", f"'{name}' is a brick of the catalogue", "take another name")
+    return name
+
+
+BrickTypes = Annotated[
+    dict[Annotated[str, t.TYPE_NAME, AfterValidator(_of_its_own)], BrickKind], Field(max_length=MAX_TYPES)
+]
+
+
+def brick_types_of(written: object) -> Mapping[str, BrickKind | None]:
+    """The bricks that a scenario names, by name; None where its own lines are mistaken, which is told of these."""
+    return {name: _kind(kind) for name, kind in written.items()} if isinstance(written, dict) else {}
+
+
+def _kind(written: object) -> BrickKind | None:
+    try:
+        return BrickKind.model_validate(written)
+    except ValidationError:
+        return None
+
+
 class SetBrick(AuthorModel):
     """One brick set down in any pose."""
 
@@ -72,3 +105,4 @@ class PlacedBrick(SetBrick):
     """One brick in any pose, set down or let go."""
 
     drop: Annotated[bool, Field(strict=True)] = Field(False, description="let go in the air, rather than set down")
+    repeat: t.REPEAT = Field(None, description="variables that each repetition has its own values of")

@@ -8,12 +8,22 @@ from typing import Any, Final
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
-from stackdsl.language.author_types import EXPRESSION_PATTERN
+from stackdsl.language.author_types import EXPRESSION_PATTERN, FILE
 from stackdsl.language.schema import Scenario, models
+from stackdsl.reading.composing import INCLUDE, LISTS
 from stackdsl.reading.source import Path
 
 DIALECT: Final = "https://json-schema.org/draft/2020-12/schema"
 PUBLISHED: Final = "http://json-schema.org/draft-07/schema#"  # what language servers for YAML read, old ones too
+
+
+_INCLUDE: Final = {
+    "description": "All items of the list that is called so in another file.",
+    "type": "object",
+    "properties": {INCLUDE: FILE},
+    "required": [INCLUDE],
+    "additionalProperties": False,
+}
 
 
 class _ForEditors(GenerateJsonSchema):
@@ -51,6 +61,10 @@ def json_schema() -> JsonSchemaValue:
 @cache
 def _json_schema_of(scenario: type[Scenario]) -> JsonSchemaValue:
     schema = scenario.model_json_schema(schema_generator=_ForEditors)
+    for owner, key in [*((schema, key) for key in LISTS), (schema["$defs"]["BuildStep"], "bricks")]:
+        items = owner["properties"][key]
+        items["items"] = {"anyOf": [items["items"], {"$ref": "#/$defs/Include"}]}
+    schema["$defs"]["Include"] = _INCLUDE
     return {"$schema": DIALECT, **schema, "title": "StackDSL scenario"}
 
 
@@ -88,6 +102,9 @@ def nodes_at(path: Path) -> Iterator[JsonSchemaValue]:
         return
     for parent in nodes_at(path[:-1]):
         within = parent.get("items") if isinstance(path[-1], int) else parent.get("properties", {}).get(path[-1])
+        within = within or next(
+            iter(parent.get("patternProperties", {}).values()), None
+        )  # what authors call as they like
         if isinstance(within, dict):
             yield from _alternatives(within)
 

@@ -1,4 +1,4 @@
-"""One `${...}`: arithmetic with units over the variables of `let:` and `matrix:`, done before validation.
+"""One `${...}`: arithmetic with units over the variables of a scenario, done before validation.
 
 An expression is split into tokens here; only Python's grammar is borrowed to group them, and nothing is evaluated by
 Python. Values are exact fractions, so that `floor(0.3 m / 0.1 m)` is 3. Roots and sines are kept to 15 digits, so that
@@ -23,8 +23,9 @@ from stackdsl.reading.source import MAX_EXACT, Plain
 if TYPE_CHECKING:
     from stackdsl.language.quantities import Amount
 
+    Value: TypeAlias = Amount | str  # a number, a quantity, or a word
     # None stands for a variable whose own line is mistaken: what uses it is left as written.
-    Names: TypeAlias = Mapping[str, Amount | None]
+    Names: TypeAlias = Mapping[str, Value | None]
 
 MAX_LENGTH: Final = 160  # [characters] of an expression
 MAX_BITS: Final = 1000  # of numerator and denominator; any such fraction is a finite double
@@ -64,6 +65,7 @@ REMEDIES: Final = {
 _EXPRESSION = re.compile(r"\$\{([^{}]*)\}")
 _CONSTANT = re.compile(rf"(?P<number>[+-]?{NUMBER})\s*(?P<unit>{UNIT})?")
 VARIABLE: Final = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+WORD: Final = re.compile(r"[A-Za-z][A-Za-z0-9_.-]{0,63}")  # such as `kapla`, `L3.2` or `tuned`
 _TOKEN = re.compile(
     rf"\s*(?:(?P<literal>{NUMBER})\s*(?P<unit>{UNIT})(?!\s*\()|(?P<number>{NUMBER})(?![\w.])"
     rf"|(?P<name>{VARIABLE.pattern})|(?P<operator>\*\*|[-+*/(),]))\s*"
@@ -82,10 +84,21 @@ def interpolate(text: str, names: "Names") -> int | float | str:
     """Text with its expressions worked out; a number if it is one expression and that a number."""
     whole = _EXPRESSION.fullmatch(text.strip())
     if whole:
-        return _plain(evaluate(whole[1], names))
+        return _worked_out(whole[1], names)
     if "${" in _EXPRESSION.sub("", text):
         raise _mistake(f"{shown(text)} has an expression without an end", "close it by }; braces do not nest")
-    return _EXPRESSION.sub(lambda match: str(_plain(evaluate(match[1], names))), text)
+    return _EXPRESSION.sub(lambda match: str(_worked_out(match[1], names)), text)
+
+
+def _worked_out(expression: str, names: "Names") -> int | float | str:
+    """The number, or else the text, that an expression stands for; a word may stand in one by itself."""
+    value = names.get(expression.strip())
+    return value if isinstance(value, str) else _plain(evaluate(expression, names))
+
+
+def variables_in(text: str) -> set[str]:
+    """The names in the expressions of a text, those of units and functions among them."""
+    return {name for expression in _EXPRESSION.findall(text) for name in VARIABLE.findall(expression)}
 
 
 def evaluate(expression: str, names: "Names") -> "Amount":
@@ -145,10 +158,12 @@ def _variable(name: str, names: "Names") -> "Amount":
     if name not in names:
         known = [known for known in names if not known.startswith("_")]
         raise _mistake(f"unknown variable '{name}'", did_you_mean(name, known) or "define it above, under `let`")
-    amount = names[name]
-    if amount is None:
+    value = names[name]
+    if value is None:
         raise EarlierMistakeError
-    return amount
+    if isinstance(value, str):
+        raise _mistake(f"'{name}' is the word '{value}', and no number", f"a word stands alone: ${{{name}}}")
+    return value
 
 
 def _operation(operator: ast.operator, left: "Amount", right: "Amount") -> "Amount":
@@ -202,7 +217,9 @@ def _root(value: "Amount") -> "Amount":
 def _wave(name: str, angle: "Amount") -> "Amount":
     if _unit_text(angle) != "rad":
         raise _mistake(f"{name} takes an angle, not {_noun(angle)}", f"write such as {name}(30 deg)")
-    wave = WAVES[name](float(angle.magnitude))
+    # Whole turns are taken off while the angle is still exact: floats would lose the digits of a large one.
+    turns = round(angle.magnitude / (2 * PI)) if abs(angle.magnitude) > 2 * PI else 0
+    wave = WAVES[name](float(angle.magnitude - turns * 2 * PI))
     if abs(wave) > 1 / ROUNDOFF:
         raise _mistake("the tangent of a right angle", "keep the angle from being 90 deg")
     # The cosine of 90 deg is 6e-17 in floats; 15 digits alone would keep it.
@@ -212,13 +229,27 @@ def _wave(name: str, angle: "Amount") -> "Amount":
 # --- amounts ----------------------------------------------------------------------------------------------------------
 
 
-def constant(written: Plain) -> "Amount":
+def constant(written: Plain, hint: str = "write such as 12 or 13.5 mm") -> "Amount":
     """A number or a quantity, written without an expression."""
     text = str(written) if isinstance(written, int | float) and not isinstance(written, bool) else written
     match = _CONSTANT.fullmatch(text.strip()) if isinstance(text, str) else None
     if match is None:
-        raise _mistake(f"{shown(written)} is neither a number nor a quantity", "write such as 12, 13.5 mm, or ${2 * n}")
+        raise _mistake(f"{shown(written)} is neither a number nor a quantity", hint)
     return _bounded(unit_amount(match["unit"] or "") * Fraction(match["number"]))
+
+
+def value_of(written: Plain, known: "Iterable[str]" = (), hint: str = "write such as 12, 13.5 mm, or kapla") -> "Value":
+    """What a variable may be: a number, a quantity, or a word that is not called as something `known`."""
+    word = written.strip() if isinstance(written, str) else ""
+    if not WORD.fullmatch(word):
+        if "${" in word:
+            hint = "write the values themselves, and work out what follows from them under `let`"
+        return constant(written, hint)
+    if word in known:
+        raise _mistake(f"'{word}' is a variable, and not its value", f"write ${{{word}}}")
+    if word in UNITS or word in FUNCTIONS or word == "pi":
+        raise _mistake(f"'{word}' has a meaning in expressions, and is no word", "write such as 1 mm, or another word")
+    return word
 
 
 def _number(amount: "Amount", role: str) -> Fraction:

@@ -9,6 +9,10 @@ class MistakeError(ValueError):
         self.code, self.message, self.hint = code, message, hint
 
 
+class EchoError(ValueError):
+    """What follows from a mistake that is told elsewhere, and is itself none."""
+
+
 def shown(written: object) -> str:
     """What the author wrote, for a message."""
     match written:

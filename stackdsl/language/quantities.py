@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 # What pint is told, and nothing more: no prefixes, no long names.
 UNITS: Final[Mapping[str, str]] = {
-    **{"m": "[length]", "mm": "0.001 * m", "cm": "0.01 * m", "km": "1000 * m"},
+    **{"m": "[length]", "mm": "0.001 * m", "cm": "0.01 * m", "km": "1000 * m", "um": "0.000001 * m"},
     **{"s": "[time]", "ms": "0.001 * s", "min": "60 * s", "Hz": "1 / s"},
     **{"kg": "[mass]", "g": "0.001 * kg"},
     # An angle is not a number here, so `sin(0.5)` and `tilt: 50 %` are mistakes that can be told.
@@ -34,7 +34,13 @@ UNITS: Final[Mapping[str, str]] = {
 }
 # How many SI base units each is. Pint says the same (a test asks it), but takes longer to import than most checks take.
 _IN_SI: Final[Mapping[str, Fraction]] = {
-    **{"m": Fraction(1), "mm": Fraction(1, 1000), "cm": Fraction(1, 100), "km": Fraction(1000)},
+    **{
+        "m": Fraction(1),
+        "mm": Fraction(1, 1000),
+        "cm": Fraction(1, 100),
+        "km": Fraction(1000),
+        "um": Fraction(1, 10**6),
+    },
     **{"s": Fraction(1), "ms": Fraction(1, 1000), "min": Fraction(60), "Hz": Fraction(1)},
     **{"kg": Fraction(1), "g": Fraction(1, 1000)},
     **{"rad": Fraction(1), "deg": Fraction("3.14159265358979323846264338327950288") / 180},
@@ -48,15 +54,18 @@ _IN_SI: Final[Mapping[str, Fraction]] = {
 }
 # What authors write in place of an SI unit, below so much of it.
 _EVERYDAY: Final[Mapping[str, tuple[str, float]]] = {"m": ("mm", 1.0), "kg": ("g", 1.0), "rad": ("deg", inf)}
-_SPELLINGS = str.maketrans({"²": "2", "³": "3", "^": "", "·": "*", "°": "deg", "%": "percent"})
+_SPELLINGS = str.maketrans(
+    {"²": "2", "³": "3", "^": "", "·": "*", "°": "deg", "%": "percent", "µ": "u", "μ": "u"}
+)  # both signs of micro
 
 # Digits are bounded: reading a number of a million digits takes minutes. And they are ASCII: Python takes the digits of
 # other scripts for numbers as well, and no other reader of the file does.
 NUMBER: Final = r"(?:[0-9]{1,20}(?:\.[0-9]{1,20})?|\.[0-9]{1,20})(?:[eE][+-]?[0-9]{1,3})?"
-_NAMES = "|".join(sorted([*UNITS, "%", "°"], key=len, reverse=True))
+_NAMES = "|".join(sorted([*UNITS, "%", "°", "µm", "μm"], key=len, reverse=True))
 _FACTOR = rf"(?:{_NAMES})(?:\^?[23]|[²³])?(?!\w)"
 UNIT: Final = rf"{_FACTOR}(?:[*/·]{_FACTOR})*"
 SIGNED: Final = rf"[+-]?{NUMBER}"
+ZERO: Final = r"[+-]?0(?:\.0{1,20})?"  # needs no unit
 QUANTITY: Final = re.compile(rf"(?P<number>{SIGNED})\s*(?P<unit>(?:[^\W\d_]|[%°])[^\s.<>=±]*)?")
 
 
@@ -81,7 +90,7 @@ def _degrees(angle: int) -> float:
 
 
 # Beyond 10 km, a day or a hundred turns there is a typo, which should not cost a day to find.
-LENGTH: Final = Dimension("a length", ("mm", "cm", "m", "km"), "13.5 mm", -1e4, 1e4)
+LENGTH: Final = Dimension("a length", ("mm", "cm", "m", "km", "um"), "13.5 mm", -1e4, 1e4)
 EXTENT: Final = replace(LENGTH, least=0.0)
 SIDE: Final = replace(LENGTH, least=SHORTEST, positive=True)  # the least that statics tells from nothing
 DURATION: Final = Dimension("a duration", ("ms", "s", "min"), "1.5 s", 0.0, 86_400.0)
@@ -190,7 +199,7 @@ def exact_quantity(text: str, dimension: Dimension) -> Fraction:
     if match is None:
         raise MistakeError("SD103", f"expected {dimension.noun}, not {shown(text)}", advice(dimension))
     unit = match["unit"] or ""
-    if not unit and dimension.needs_unit:
+    if not unit and dimension.needs_unit and Fraction(match["number"]) != 0:  # which is the same in every unit
         raise MistakeError("SD105", f"{shown(text)} lacks the unit of {dimension.noun}", advice(dimension))
     if unit and unit.translate(_SPELLINGS) not in {known.translate(_SPELLINGS) for known in dimension.units}:
         hint = did_you_mean(unit, dimension.units) or advice(dimension)
@@ -221,10 +230,18 @@ def quantity_pattern(dimension: Dimension) -> str:
     """A regular expression for the quantities of a dimension, common to Python and ECMAScript."""
     units = "|".join(_any_spelling(unit) for unit in dimension.units)
     unit = rf"\s*(?:{units})" if units else ""
-    return SIGNED + (f"(?:{unit})?" if unit and not dimension.needs_unit else unit)
+    if dimension.needs_unit:
+        return rf"(?:{SIGNED}{unit}|{ZERO})"
+    return SIGNED + (f"(?:{unit})?" if unit else "")
 
 
 def _any_spelling(unit: str) -> str:
-    for spelling, pattern in {"*": "[*·]", "2": r"(?:\^?2|²)", "3": r"(?:\^?3|³)", "deg": "(?:deg|°)"}.items():
+    for spelling, pattern in {
+        "*": "[*·]",
+        "2": r"(?:\^?2|²)",
+        "3": r"(?:\^?3|³)",
+        "deg": "(?:deg|°)",
+        "um": "[uµμ]m",
+    }.items():
         unit = unit.replace(spelling, pattern)
     return unit

@@ -15,7 +15,7 @@ from stackdsl.language import author_types as t
 from stackdsl.language.anchors import Timed
 from stackdsl.language.author_models import AuthorModel, Shorthand, default
 from stackdsl.language.author_types import MAX_BRICKS
-from stackdsl.language.bricks import BrickKind, PlacedBrick
+from stackdsl.language.bricks import BrickKind, BrickTypes, PlacedBrick
 from stackdsl.language.claims.claim import Claim, Expectation, Truth
 from stackdsl.language.claims.claim_kind import CLAIMS, KindOfClaim
 from stackdsl.language.impacts.impact import Impact
@@ -112,26 +112,39 @@ class BuildStep(Timed):
 
 # --- the whole --------------------------------------------------------------------------------------------------------
 
-_VALUE = {"type": ["number", "string"]}
+_NAMED: Final[t.JsonSchema] = {
+    "type": "object",
+    "properties": {"file": t.FILE, "scenario": {"type": "string", "description": "its name; default: the only one"}},
+    "additionalProperties": False,
+}
+_BASE = WithJsonSchema({"anyOf": [t.FILE, _NAMED]})  # what it says is taken over by `composing`
+_CHOSEN = WithJsonSchema({"type": "array", "items": {"type": "object", "additionalProperties": t.VALUE}, "minItems": 1})
 
 
 class Scenario(AuthorModel):
     """What is built, and what must come of it."""
 
     scenario: t.Slug = Field(description="its name, and that of its files")
+    extends: Annotated[object, _BASE] = Field(
+        None, description="a scenario, in another file or in this one, whose keys hold for all that is not said here"
+    )
     description: t.Text | None = Field(None, description="what it shows, in a sentence")
     tags: Annotated[tuple[t.Slug, ...], Field(max_length=32)] = Field((), description="words to select scenarios by")
+    brick_types: BrickTypes = Field({}, description="names for bricks, to be written wherever a brick is asked for")
     brick: BrickKind = default("kapla", "what is built with")
     friction: t.Friction = Field(0.5, description="Coulomb coefficient of brick on brick")
     world: World = Field(default_factory=World, description="gravity, ground, walls, tilt")
     # Judged by `variants.expand`, which has filled them in before.
-    let: Annotated[object, WithJsonSchema({"type": "object", "additionalProperties": _VALUE})] = Field(
-        None, description="variables for ${...}, each of numbers, quantities, and variables above it"
+    let: Annotated[object, t.variables_schema(t.VALUE)] = Field(
+        None, description="variables for ${...}, each of numbers, quantities, words, and variables above it"
     )
-    matrix: Annotated[
-        object,
-        WithJsonSchema({"type": "object", "additionalProperties": {"type": "array", "items": _VALUE, "minItems": 1}}),
-    ] = Field(None, description="variables with several values: a variant of the scenario for each combination")
+    matrix: Annotated[object, t.variables_schema(t.VALUES)] = Field(
+        None, description="variables with several values: a variant of the scenario for each combination"
+    )
+    cases: Annotated[object, _CHOSEN] = Field(
+        None, description="variables whose values belong together: a variant for each, called by the first of them"
+    )
+    exclude: Annotated[object, _CHOSEN] = Field(None, description="combinations that are left out")
     build: Annotated[tuple[BuildStep, ...], Field(min_length=1, max_length=1000)] = Field(
         description="what is built, step by step"
     )

@@ -73,7 +73,8 @@ def parse_tolerance(written: object, dimension: Dimension) -> Tolerance:
     tolerance = Tolerance(float(low), float(high), is_open and low != -inf, is_open and high != inf, text)
     if low > high:
         raise _malformed(text, "has its bounds the wrong way round", "write the smaller number first")
-    if low == high and not dimension.whole:
+    # But a measured value may be exactly the least there is: `drift: 0 mm` says that nothing moves at all.
+    if low == high and not dimension.whole and low != dimension.least:
         raise _malformed(text, "leaves no room, and a measured value is never exact", _with_room(body))
     if not _can_hold(tolerance, dimension):
         raise _malformed(text, f"can never hold for {dimension.noun}", range_advice(dimension))

@@ -1,7 +1,9 @@
 """From plain values to a scenario, or to everything that is wrong with them: in plain words, each in its place."""
 
 import re
-from collections.abc import Iterable, Sequence
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Sequence
+from difflib import get_close_matches
 from typing import Final, NamedTuple
 
 from pydantic import ValidationError
@@ -9,8 +11,9 @@ from pydantic_core import ErrorDetails
 
 from stackdsl.diagnostics import Diagnostic, did_you_mean, first_of, reading_order
 from stackdsl.entry_points import offered
+from stackdsl.language.bricks import brick_types_of
 from stackdsl.language.disagreements import disagreements
-from stackdsl.language.mistakes import MistakeError, shown
+from stackdsl.language.mistakes import EchoError, MistakeError, shown
 from stackdsl.language.schema import Scenario, models
 from stackdsl.language.variants import Variant
 from stackdsl.reading.source import Path, Source
@@ -44,6 +47,10 @@ LIMITS: Final = (
 )
 
 
+MOST_COMPARED: Final = 20  # unknown keys with one that is missing
+_ITEMS: Final = "begin each item with `- `"
+
+
 class _Told(NamedTuple):
     """A mistake in plain words."""
 
@@ -59,9 +66,10 @@ def validate(source: Source, variant: Variant) -> tuple[Scenario | None, tuple[D
     scenario may be None without a diagnostic.
     """
     try:
-        scenario = models().Scenario.model_validate(variant.values)
+        known = brick_types_of(variant.values.get("brick_types"))
+        scenario = models().Scenario.model_validate(variant.values, context=known)
     except ValidationError as error:
-        details = (detail for detail in error.errors(include_url=False) if not _is_echo(detail))
+        details = _without_echoes(error.errors(include_url=False))
         return None, _in_order(first_of(_diagnostic(source, detail) for detail in details))
     mistakes = _in_order(first_of(disagreements(scenario, source)))
     return (None if mistakes else scenario), mistakes
@@ -71,10 +79,23 @@ def _in_order(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
     return tuple(sorted(set(diagnostics), key=reading_order))
 
 
+def _without_echoes(details: Sequence[ErrorDetails]) -> Iterator[ErrorDetails]:
+    """The errors that do not follow from others; a key that is written wrongly is not missing as well."""
+    unknown: defaultdict[Path, list[str]] = defaultdict(list)
+    for detail in details:
+        if detail["type"] == "extra_forbidden":
+            unknown[detail["loc"][:-1]].append(str(detail["loc"][-1]))
+    for detail in details:
+        *path, last = detail["loc"] or ("",)
+        misspelt = detail["type"] == "missing" and get_close_matches(str(last), unknown[tuple(path)][:MOST_COMPARED])
+        if not misspelt and not _is_echo(detail):
+            yield detail
+
+
 def _is_echo(detail: ErrorDetails) -> bool:
     """Whether an error only follows from one that is reported elsewhere."""
     written = detail["input"]
-    if isinstance(written, str) and "${" in written:
+    if (isinstance(written, str) and "${" in written) or isinstance(detail.get("ctx", {}).get("error"), EchoError):
         return True
     # Pydantic counts the items that are valid.
     return detail["type"] == "too_short" and len(written) >= detail["ctx"]["min_length"]
@@ -84,6 +105,8 @@ def _diagnostic(source: Source, detail: ErrorDetails) -> Diagnostic:
     """One of pydantic's errors; levels of its path that the file has not are left to `span_of`."""
     path = detail["loc"]
     told = _told(detail)
+    if path[-1:] == ("[key]",):  # as pydantic calls the key of a mapping
+        return Diagnostic(told.code, source.key_span_of(path[:-1]), told.message, told.hint)
     if told.code == "SD102" and detail["type"] == "missing":
         span = source.span_of(path[:-1])
     else:
@@ -92,7 +115,7 @@ def _diagnostic(source: Source, detail: ErrorDetails) -> Diagnostic:
 
 
 def _told(detail: ErrorDetails) -> _Told:
-    from stackdsl.language.editor_schema import description_at, keys_at  # noqa: PLC0415 -- only mistakes need it
+    from stackdsl.language.editor_schema import description_at  # noqa: PLC0415 -- only mistakes need it
 
     kind, path, written, terms = detail["type"], detail["loc"], detail["input"], detail.get("ctx", {})
     last = path[-1] if path else ""
@@ -111,7 +134,7 @@ def _told(detail: ErrorDetails) -> _Told:
             hint = did_you_mean(str(written), choices) + (_of_others() if "systems" in path else "")
             return _Told("SD104", f"{shown(written)} is not one of the choices", hint)
         case "model_type":
-            return _Told("SD103", f"expected a mapping, not {shown(written)}", _as_mapping(written, keys_at(path)))
+            return _Told("SD103", f"expected a mapping, not {shown(written)}", _as_mapping(written, path))
     if kind in RANGES:
         return _Told("SD104", RANGES[kind].format(value=shown(written), **terms), _with_meaning(_within(path), path))
     return _Told(
@@ -128,9 +151,20 @@ def _known_key(key: str, path: Path) -> str:
     return f"it belongs in `{homes[0]}`" if len(homes) == 1 else did_you_mean(key, beside)
 
 
-def _as_mapping(written: object, keys: Sequence[str]) -> str:
+def _as_mapping(written: object, path: Path) -> str:
     """How a mapping is written where there is none; one of its keys alone lacks but its value."""
-    return f"write `{written}: ` and its value" if written in keys else f"its keys: {', '.join(keys)}"
+    from stackdsl.language.editor_schema import keys_at  # noqa: PLC0415 -- only mistakes need it
+
+    keys = keys_at(path)
+    return _with_value(str(written), path) if written in keys else f"its keys: {', '.join(keys)}"
+
+
+def _with_value(key: str, path: Path) -> str:
+    """A key of the mapping at a path, and the word that may be its value, if there is one: `stands: all`."""
+    from stackdsl.language.editor_schema import nodes_at  # noqa: PLC0415 -- only mistakes need it
+
+    word = next((node["const"] for node in nodes_at((*path, key)) if isinstance(node.get("const"), str)), "")
+    return f"write `{key}: {word}`" + (" and its value" * (not word))
 
 
 def _of_others() -> str:
@@ -163,8 +197,8 @@ def _list_of(written: float | str, path: Path) -> str:
     """A list in place of one value: around it, unless more are due, or mappings."""
     from stackdsl.language.editor_schema import keys_at, nodes_at  # noqa: PLC0415 -- only mistakes need it
 
-    if keys_at((*path, 0)):
-        return "begin each item with `- `"
+    if keys := keys_at((*path, 0)):
+        return _with_value(str(written), (*path, 0)).replace("`", "`- ", 1) if written in keys else _ITEMS
     due = next((int(node["minItems"]) for node in nodes_at(path) if "minItems" in node), 1)
     return f"write [{written}]" if due == 1 else f"write a list of {due}"
 
@@ -174,7 +208,7 @@ def _form(detail: ErrorDetails) -> str:
     written = detail["input"]
     match detail["type"]:
         case "tuple_type" if isinstance(written, dict):
-            return "begin each item with `- `"
+            return _ITEMS
         case "tuple_type" if isinstance(written, str | int | float):
             return _list_of(written, detail["loc"])
         case "int_type" | "float_type" if isinstance(written, str) and MISWRITTEN.fullmatch(written):

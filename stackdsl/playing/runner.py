@@ -30,6 +30,7 @@ from stackdsl.systems.systems import System
 from stackdsl.systems.worlds import extension_for, load, opened_world
 from stackdsl.timeline import Moment, Placement, Push, Removal, Timeline
 from stackdsl.trace import STAND, BrickState, Collapse, Cost, Event, EventKind, Trace
+from stackdsl.wording import level_text
 
 CLOSE_SAMPLING = 0.002  # [s] between looks while it is asked how something begins to fall, or where it lands
 FORCE_WINDOW = 0.25  # [s] at the end over which a bare engine's contact forces are averaged
@@ -202,9 +203,16 @@ class _Run:
             for brick in moving:
                 self.forces.add(brick, self.world.contacts(brick))
         if self.collapse is None and (first := self.watch.first_to_leave()) is not None:
-            level = self.watch.level_under_construction()
-            self.collapse = Collapse(now, level, first, self.answers.gave_way)
-            self.log.tell(Event(now, EventKind.COLLAPSED, (first,), f"level {level} under construction"))
+            youngest = self.watch.youngest()
+            self.collapse = Collapse(now, youngest.level, first, self.answers.gave_way, youngest.step)
+            self.log.tell(
+                Event(
+                    now,
+                    EventKind.COLLAPSED,
+                    (first,),
+                    f"{level_text(youngest.level, youngest.step)} under construction",
+                )
+            )
         return self.collapse is not None
 
     def trace(self, wall_time: float) -> Trace:

@@ -180,8 +180,7 @@ class Watch:
         left = min(self._left.values(), key=lambda watched: (-watched.shift, watched.number), default=None)
         return left.placement.brick.id if left is not None else None
 
-    def level_under_construction(self) -> int:
-        """The level of the youngest brick; what hits, or is slid in below, does not count if there is another."""
+    def youngest(self) -> Placement:
+        """Whose level is under construction; what hits, or is slid in below, does not count if there is another."""
         placements = [watched.placement for watched in reversed(self.bricks.values())]
-        built = (placement.level for placement in placements if placement.builds)
-        return next(built, placements[0].level)
+        return next((placement for placement in placements if placement.builds), placements[0])

@@ -47,6 +47,7 @@ def _diagnostic(diagnostic: Diagnostic) -> dict[str, object]:
         "message": diagnostic.message,
         "hint": diagnostic.hint,
         "span": _span(diagnostic.span),
+        "repetition": diagnostic.span.where or None,
     }
 
 
@@ -109,6 +110,7 @@ def _collapse(collapse: Collapse) -> dict[str, object]:
     return {
         "time_s": _number(collapse.time),
         "level": collapse.level,
+        "step": collapse.step or None,
         "brick": collapse.brick,
         "gave_way": collapse.gave_way,
     }

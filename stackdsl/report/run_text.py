@@ -9,7 +9,7 @@ from stackdsl.report.energy_text import energy_text
 from stackdsl.report.modified_text import modified_text
 from stackdsl.report.outcome_text import outcome_text
 from stackdsl.trace import Trace
-from stackdsl.wording import names_text
+from stackdsl.wording import level_text, names_text
 
 
 def run_text(trace: Trace, result: VariantResult) -> str:
@@ -18,7 +18,10 @@ def run_text(trace: Trace, result: VariantResult) -> str:
 
 
 def _lines(trace: Trace, result: VariantResult) -> Iterator[str]:
-    fell = trace.collapse and f"collapses at level {trace.collapse.level} after {trace.collapse.time:.3f} s"
+    fell = (
+        trace.collapse
+        and f"collapses at {level_text(trace.collapse.level, trace.collapse.step)} after {trace.collapse.time:.3f} s"
+    )
     cost = f"{trace.cost.simulated_time:g} s played in {trace.cost.wall_time:.3f} s, {trace.cost.steps} steps"
     yield f"{fell or trace.verdict}; {cost}" + (f"; a numerical collapse: {trace.numerical}" * bool(trace.numerical))
     if result.modified:

@@ -77,7 +77,7 @@ def _blocked(crossing: Crossing, scenario: Scenario, source: Source) -> Diagnost
     )
     message = (
         f"brick '{later.placement.brick.id}' begins {mm(crossing.depth)} inside "
-        f"brick '{earlier.placement.brick.id}', which is still on its way from {there.line}:{there.column}"
+        f"brick '{earlier.placement.brick.id}', which is still on its way from {there.seen_from(here)}"
     )
     hint = f"let it come later, such as `after: impact {earlier.number + 1} + 0.5 s`, or from elsewhere"
     return Diagnostic("SD201", here, message, hint)

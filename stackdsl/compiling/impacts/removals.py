@@ -30,7 +30,7 @@ def missing_bricks(built: Built, scenario: Scenario, source: Source) -> Iterator
             path, name = (("impacts", number, impact.kind, *named.path)), named.name
             if name in gone:
                 there = source.span_of(gone[name])
-                message = f"brick '{name}' is pulled out already, at {there.line}:{there.column}"
+                message = f"brick '{name}' is pulled out already, at {there.seen_from(source.span_of(path))}"
                 yield Diagnostic("SD204", source.span_of(path), message, "leave out one of them")
             elif name in when and when[name] > begins:
                 message = f"brick '{name}' is placed at {when[name].time:g} s, not before {begins.time:g} s"

@@ -12,6 +12,8 @@ from stackdsl.language.claims.claim_kind import ClaimKind
 class Claim(Choice):
     """One statement about what happened, less the keys of the kinds of claims, which `schema` adds."""
 
+    repeat: t.REPEAT = Field(None, description="variables that each repetition has its own values of")
+
     @property
     def stated(self) -> ClaimKind:
         """What is written under its key."""

@@ -12,7 +12,7 @@ from stackdsl.language.author_models import Shorthand
 from stackdsl.language.claims.claim_kind import ClaimKind, Count, Fate, claim
 from stackdsl.language.claims.finding import Finding, margin_to_collapse, remaining
 from stackdsl.trace import BrickState, BrickTrack, Trace
-from stackdsl.wording import names_text
+from stackdsl.wording import level_text, names_text
 
 
 @claim("stands", "bricks are where they came to rest")
@@ -78,7 +78,7 @@ class Stands(Shorthand, ClaimKind):
             return Finding(f"only {levels} levels are built", levels - self.levels, "levels", passed=False)
         missing = sum(track.state is BrickState.UNPLACED for track in meant)
         if missing:
-            why = f"it fell at level {trace.collapse.level}; " if trace.collapse is not None else ""
+            why = f"it fell at {level_text(fell.level, fell.step)}; " if (fell := trace.collapse) is not None else ""
             return Finding(f"{why}{missing} of {len(meant)} never placed", -missing, "bricks", passed=False)
         unsettled = [track.brick.id for track in meant if track.state is BrickState.UNSETTLED]
         if unsettled:

@@ -2,12 +2,19 @@
 
 from typing import cast
 
+from pydantic import Field
+
 from stackdsl.language.anchors import Timed
+from stackdsl.language.author_types import PositiveDuration
 from stackdsl.language.impacts.impact_kind import ImpactKind
 
 
 class Impact(Timed):
     """One thing done to the structure. Another kind is another key here, and another action of the timeline."""
+
+    every: PositiveDuration | None = Field(
+        None, description="from one repetition to the next; default: all at one time"
+    )
 
     @property
     def done(self) -> ImpactKind:

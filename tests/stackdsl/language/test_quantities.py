@@ -53,6 +53,12 @@ def mistake(written: object, dimension: Dimension) -> MistakeError:
         ("1.5 min", DURATION, 90.0),
         ("250 ms", DURATION, 0.25),
         ("2.5 Hz", FREQUENCY, 2.5),
+        ("50 um", LENGTH, 5e-5),
+        ("50 \N{MICRO SIGN}m", LENGTH, 5e-5),
+        ("50 \N{GREEK SMALL LETTER MU}m", LENGTH, 5e-5),
+        (0, LENGTH, 0.0),
+        ("0", DURATION, 0.0),
+        ("-0.0", ANGLE, 0.0),
         ("180 deg", ANGLE, pi),
         ("180°", ANGLE, pi),
         ("1 rad", ANGLE, 1.0),
@@ -69,7 +75,7 @@ def test_a_quantity_is_read_into_si_to_the_last_bit(written: object, dimension: 
     assert parse_quantity(written, dimension) == si
 
 
-@pytest.mark.parametrize("written", [13.5, 0, "13.5", "-1"])
+@pytest.mark.parametrize("written", [13.5, "13.5", "-1", 1e-9])
 def test_a_bare_number_is_told_which_unit_it_wants(written: object) -> None:
     found = mistake(written, LENGTH)
     assert found.code == "SD105"
@@ -80,9 +86,9 @@ def test_a_bare_number_is_told_which_unit_it_wants(written: object) -> None:
     ("written", "hint"),
     [
         ("5 mmm", "did you mean 'mm'?"),
-        ("5 s", "choose from: mm, cm, m, km"),
-        ("5 MM", "choose from: mm, cm, m, km"),
-        ("5 %", "choose from: mm, cm, m, km"),
+        ("5 s", "choose from: mm, cm, m, km, um"),
+        ("5 MM", "choose from: mm, cm, m, km, um"),
+        ("5 %", "choose from: mm, cm, m, km, um"),
     ],
 )
 def test_another_unit_is_told_the_right_ones(written: str, hint: str) -> None:
@@ -139,7 +145,13 @@ def test_the_ends_of_a_range_belong_to_it(written: str, dimension: Dimension) ->
 @example(135, 1, "mm")
 def test_a_unit_scales_its_number_exactly(digits: int, decimals: int, unit: str) -> None:
     number = f"{'-' * (digits < 0)}{abs(digits) // 10**decimals}.{abs(digits) % 10**decimals:0{max(decimals, 1)}}"
-    factor = {"mm": Fraction(1, 1000), "cm": Fraction(1, 100), "m": Fraction(1), "km": Fraction(1000)}[unit]
+    factor = {
+        "mm": Fraction(1, 1000),
+        "cm": Fraction(1, 100),
+        "m": Fraction(1),
+        "km": Fraction(1000),
+        "um": Fraction(1, 10**6),
+    }[unit]
     if abs(Fraction(number) * factor) <= 10_000:
         assert parse_quantity(f"{number} {unit}", LENGTH) == float(Fraction(number) * factor)
 

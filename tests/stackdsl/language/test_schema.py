@@ -229,10 +229,10 @@ def test_the_schema_is_a_valid_one() -> None:
 
 
 def test_a_layout_of_the_registry_is_a_key_of_a_step() -> None:
-    assert set(LAYOUTS) | {"bricks", "name", "brick", "every", "until", "at", "after"} == set(
+    assert set(LAYOUTS) | {"bricks", "name", "brick", "every", "until", "at", "after", "repeat"} == set(
         models().BuildStep.model_fields
     )
-    assert set(keys_at(("build", 0))) == set(models().BuildStep.model_fields)
+    assert set(keys_at(("build", 0))) == set(models().BuildStep.model_fields) | {"include"}
     assert set(keys_at(("build", 0, "wall"))) == {"levels", "bricks", "gap", "origin", "heading"}
 
 
@@ -273,7 +273,7 @@ def test_editors_accept_a_scenario_that_uses_everything() -> None:
         ("distance: 0.5 m", "distance: 0.5 s"),
         ("density: 500 kg/m3", "density: 500 kg"),
         ("density: 500 kg/m3", "density: 500 kg/m3, mass: 1 g"),
-        ("brick: kapla-ideal", "brick: kapla-idea"),
+        ("brick: kapla-ideal", "brick: kapla ideal"),
         ("name: tower", "column: {levels: 3}"),
         ("levels: 4, step", "levels: four, step"),
         ("levels: 4, step", "levels: 0, step"),

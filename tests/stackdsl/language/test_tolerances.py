@@ -1,6 +1,6 @@
 """Tolerances, read as people write them."""
 
-from dataclasses import FrozenInstanceError
+from dataclasses import FrozenInstanceError, replace
 from math import inf, nan
 
 import pytest
@@ -8,7 +8,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from stackdsl.language.mistakes import MistakeError
-from stackdsl.language.quantities import COUNT, DURATION, EXTENT, LEVEL, SHARE, Dimension
+from stackdsl.language.quantities import COUNT, DURATION, EXTENT, LENGTH, LEVEL, SHARE, Dimension
 from stackdsl.language.tolerances import Tolerance, parse_lower_bound, parse_tolerance
 
 
@@ -239,3 +239,11 @@ def test_a_number_that_is_not_known_yet_is_judged_where_all_that_it_may_be_comes
     text: str, least: float, most: float, same: bool
 ) -> None:
     assert parse_tolerance(text, COUNT).same_for(least, most) is same
+
+
+def test_the_least_value_there_is_needs_no_room() -> None:
+    nothing = parse_tolerance("0 mm", EXTENT)
+    assert nothing.holds(0.0)
+    assert not nothing.holds(1e-12)
+    assert parse_tolerance(0, EXTENT) == replace(nothing, text="0")
+    assert mistake("0 mm", LENGTH).code == "SD107"  # which may be less

@@ -80,6 +80,14 @@ def told(text: str) -> list[tuple[str, str, str]]:
         (HEAD + BUILD + "systems: [stok]", "SD104", "stok", "not one of the choices", "did you mean 'stock'?"),
         (HEAD + BUILD + "systems: [stock, stock]", "SD104", "[stock, stock]", "named twice", "once"),
         (HEAD + BUILD + "brick: kaplaa", "SD104", "kaplaa", "no brick 'kaplaa'", "did you mean 'kapla'?"),
+        (HEAD + BUILD + "brick_types: {slab: kaplaa}\nbrick: slab", "SD104", "kaplaa", "no brick 'kaplaa'", "'kapla'?"),
+        (HEAD + BUILD + "brick_types: {slab: kapla}\nbrick: slabb", "SD104", "slabb", "no brick 'slabb'", "'slab'?"),
+        (HEAD + BUILD + "brick_types: {kapla: kapla}", "SD104", "kapla", "a brick of the catalogue", "another name"),
+        (HEAD + BUILD + "brick_types: {1x: kapla}", "SD104", "1x", "not a name that a kind", "begin with a letter"),
+        (
+            HEAD + BUILD + "brick_types: {slab: {size: [1 m, 1 m, 1 m], mas: 1 kg}}\nbrick: slab",
+            *("SD101", "mas", "unknown key 'mas'", "did you mean 'mass'?"),
+        ),
         (HEAD + BUILD + "description: ''", "SD104", "''", "the text is empty", ""),
         (BUILD + "scenario: A b", "SD104", "A b", "'A b' is not a name for files", "small letters"),
         (HEAD + BUILD + "expect: [{stands: al}]", "SD104", "al", "expected 'all' or a mapping", "write all"),
@@ -263,7 +271,7 @@ PLACES = sorted((path for path in places(cast("Plain", VALUES)) if path[0] not i
 def test_whatever_stands_in_a_scenario_is_accepted_or_diagnosed(path: Path, new: Plain) -> None:
     values = cast("dict[str, Plain]", replaced(cast("Plain", VALUES), path, new))
     nowhere = Source("a.yaml", values, {(): Span("a.yaml", 1, 1, 2)}, {})
-    scenario, diagnostics = validate(nowhere, Variant((), values))
+    scenario, diagnostics = validate(nowhere, Variant((), values, nowhere))
     echo = isinstance(new, str) and "${" in new
     assert (scenario is None) is bool(diagnostics) or echo
     for diagnostic in diagnostics:

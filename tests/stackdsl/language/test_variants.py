@@ -5,7 +5,8 @@ from itertools import product
 import pytest
 
 from stackdsl.diagnostics import Diagnostic
-from stackdsl.language.variants import MAX_VARIANTS, Variant, expand, repeated
+from stackdsl.language.choices import MAX_VARIANTS
+from stackdsl.language.variants import Variant, expand, repeated
 from stackdsl.reading.source import Source, parse
 
 
@@ -33,7 +34,7 @@ def marked(diagnostic: Diagnostic) -> str:
 
 def test_a_scenario_without_variables_is_its_own_only_variant() -> None:
     text = "{scenario: a, build: [{column: {levels: 3}}]}"
-    assert expanded(text) == (Variant((), source(text).values),)
+    assert expanded(text) == (Variant((), source(text).values, source(text)),)
 
 
 def test_a_matrix_gives_each_combination_in_the_order_of_the_author() -> None:
@@ -80,9 +81,9 @@ def test_values_keep_their_digits_where_they_are_used_and_lose_them_where_people
     [
         ("matrix: 5", ["SD103 5: expected a mapping"]),
         ("let: []", ["SD103 []: expected a mapping"]),
-        ("matrix: {n: 5}", ["SD103 5: expected a list of values"]),
-        ("matrix: {n: []}", ["SD103 []: expected a list of values"]),
-        ("matrix: {n: [1, one]}", ["SD109 one: 'one' is neither a number nor a quantity"]),
+        ("matrix: {n: 5}", ["SD103 5: expected a list of values or a range, not 5"]),
+        ("matrix: {n: []}", ["SD103 []: expected a list of values or a range, not a list"]),
+        ("matrix: {n: [1, 1 one]}", ["SD109 1 one: '1 one' is neither a number nor a quantity"]),
         ("matrix: {n: [1, true]}", ["SD109 true: true is neither a number nor a quantity"]),
         ("matrix: {n: [1, 2, 1]}", ["SD104 1: 1 is in the row already"]),
         ("matrix: {n: [1, 1.0]}", ["SD104 1.0: 1.0 is in the row already"]),
@@ -98,6 +99,15 @@ def test_values_keep_their_digits_where_they_are_used_and_lose_them_where_people
         ("let: {a: '${b}', b: 1}", ["SD109 '${b}': unknown variable 'b'"]),
         ("let: {a: '${a}'}", ["SD109 '${a}': unknown variable 'a'"]),
         ("{matrix: {a: [1]}, let: {a: 2}}", ["SD109 a: 'a' is a variable of the matrix already"]),
+        ("let: {a: mm}", ["SD109 mm: 'mm' has a meaning in expressions, and is no word"]),
+        ("{let: {a: 1, b: a}, c: '${b}'}", ["SD109 a: 'a' is a variable, and not its value"]),
+        ("{matrix: {n: ['${2}', 3]}}", ["SD109 '${2}': '${2}' is neither a number nor a quantity"]),
+        ("{matrix: {n: [10 mm, 1 cm]}, c: '${n}'}", ["SD104 1 cm: '1 cm' is in the row already"]),
+        ("{let: {a: kapla}, c: '${a + 1}'}", ["SD109 '${a + 1}': 'a' is the word 'kapla', and no number"]),
+        (
+            "{matrix: {n: [1, 2]}, let: {a: 1}}",
+            ["SD112 n: the variable 'n' is used nowhere", "SD112 a: the variable 'a' is used nowhere"],
+        ),
         ("scenario: tower-${1}", ["SD109 tower-${1}: the name of a scenario cannot vary"]),
         ("build: [{a: '${1 / 0}'}]", ["SD109 '${1 / 0}': division by zero"]),
     ],
@@ -107,15 +117,15 @@ def test_mistakes_are_shown_where_they_are(text: str, expected: list[str]) -> No
 
 
 def test_mistakes_are_told_in_the_order_of_the_text() -> None:
-    text = "{a: ['${b}', '${c}', '${d}', '${e}'], let: {f: x}, matrix: {k: [v, w]}}"
+    text = "{a: ['${b}', '${c}', '${d}', '${e}'], let: {f: 1 x}, matrix: {k: [1 v, 1 w]}}"
     places = [each.span.column for each in expand(source(text))[1]]
     assert len(places) == 7
     assert places == sorted(places)
 
 
 def test_what_follows_from_a_mistake_is_not_told_again() -> None:
-    text = "{let: {a: x, b: '${2 * a}'}, c: '${b + 1}', d: '${a}'}"
-    assert mistakes(text) == ["SD109 x: 'x' is neither a number nor a quantity"]
+    text = "{let: {a: 1 x, b: '${2 * a}'}, c: '${b + 1}', d: '${a}'}"
+    assert mistakes(text) == ["SD109 1 x: '1 x' is neither a number nor a quantity"]
     assert expand(source(text))[0][0].values["c"] == "${b + 1}"
 
 
@@ -129,7 +139,7 @@ def test_a_mistake_of_several_variants_is_told_once() -> None:
 
 def test_variants_are_limited() -> None:
     row = ", ".join(str(number) for number in range(16))
-    full = f"{{matrix: {{a: [{row}], b: [{row}]}}, c: 1}}"
+    full = f"{{matrix: {{a: [{row}], b: [{row}]}}, c: '${{a + b}}'}}"
     assert len(expanded(full)) == MAX_VARIANTS
     variants, (diagnostic,) = expand(source(f"{{matrix: {{a: [{row}], b: [{row}], d: [1, 2]}}, c: '${{a}}'}}"))
     assert diagnostic.code == "SD206"

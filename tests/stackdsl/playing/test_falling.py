@@ -262,3 +262,15 @@ def test_what_is_proven_to_fall_does_not_stand_because_the_run_ended_before_it_w
     assert trace.verdict is Verdict.UNSETTLED
     assert not outcome.passed
     assert "has not come to rest" in outcome.measured
+
+
+def test_where_levels_restart_the_step_that_falls_is_named() -> None:
+    """Of three planks, each 40 mm beside the one below, the upper two have their centre 60 mm beside the lowest."""
+    column = "- column: {levels: 3}\n  every: 1 s\n"
+    top = "- name: top\n  column: {levels: 3, step: 40 mm, origin: [0 mm, 0 mm, 23.4 mm]}\n  every: 1 s"
+    cases, _ = compiled(scene(column + top, "expect: [stands: all]"))
+    trace = play(cases[0].timeline, SYSTEMS["exact"])
+    assert trace.collapse is not None
+    assert (trace.collapse.level, trace.collapse.step) == (3, "step 2 'top'")
+    (outcome,) = judge(trace, cases[0].scenario, cases[0].variant, cases[0].source, "exact")
+    assert "level 3 of step 2 'top'" in f"{outcome.measured} {trace.events[-2:]}"

@@ -1,0 +1,272 @@
+"""`extends` and `include`: one scenario out of several files, each value with its place in its own file."""
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import count
+from pathlib import Path as FilePath
+from typing import Final
+
+from stackdsl.diagnostics import Diagnostic, Span, did_you_mean, reading_order
+from stackdsl.reading.places import Places
+from stackdsl.reading.project import OutsideError, file_in_project, root_of
+from stackdsl.reading.source import MAX_BYTES, MAX_VALUES, Loaded, Path, Plain, Source, load
+
+EXTENDS: Final = "extends"
+INCLUDE: Final = "include"
+LISTS: Final = ("build", "impacts", "expect", "truth")  # whose items may come from another file; and those of `bricks`
+MERGED: Final = ("world", "let", "matrix", "brick_types")  # key by key; all else is replaced
+MAX_PARTS: Final = 1000  # files that all scenarios of one file name, one by one
+MAX_TAKEN: Final = MAX_VALUES  # values that these bring, however often; a second
+MAX_TRAIL: Final = 16  # files that name one another
+
+
+@dataclass(slots=True)
+class Library:
+    """Files that others name, each read once."""
+
+    files: dict[str, Loaded] = field(default_factory=dict)  # by their true paths
+
+    def read(self, path: str) -> Loaded:
+        """What a file holds, whatever is wrong with it."""
+        true = os.path.realpath(path)
+        if true not in self.files:
+            self.files[true] = load(FilePath(path))
+        return self.files[true]
+
+
+class _MistakeError(Exception):
+    """What is wrong with a part, as diagnostics."""
+
+    def __init__(self, *diagnostics: Diagnostic) -> None:
+        super().__init__(diagnostics)
+        self.diagnostics = diagnostics
+
+
+def composed(loaded: Loaded, library: Library) -> Loaded:
+    """The scenarios of a file with all that they take from others; those that cannot have it are left out, and told."""
+    composing = _Composing(library, loaded.sources)
+    sources: list[Source] = []
+    mistakes: list[Diagnostic] = []
+    for source in loaded.sources:
+        try:
+            sources.append(composing.whole(source, ()) if _is_composed(source) else source)
+        except _MistakeError as mistake:
+            mistakes += mistake.diagnostics
+    return Loaded(tuple(sources), (*loaded.diagnostics, *sorted(dict.fromkeys(mistakes), key=reading_order)))
+
+
+def _is_composed(source: Source) -> bool:
+    return EXTENDS in source.values or any(_includes(source.values.get(key)) for key in LISTS)
+
+
+def _includes(items: Plain) -> bool:
+    """Whether anything in a list comes from another file."""
+    mappings = [item for item in items if isinstance(item, dict)] if isinstance(items, list) else []
+    return any(INCLUDE in item or _includes(item.get("bricks")) for item in mappings)
+
+
+@dataclass(slots=True)
+class _Composing:
+    """The scenarios of one file while they take what they name."""
+
+    library: Library
+    siblings: Sequence[Source]
+    parts: int = 0
+    taken: int = 0
+    read: int = 0  # [bytes]
+    seen: dict[str, None] = field(default_factory=dict)  # the files
+
+    def whole(self, source: Source, trail: tuple[Source, ...]) -> Source:
+        """A scenario, or a part of one, with all that it takes. `trail` is what led to it. Raises _MistakeError."""
+        self._keep_off(source, trail)
+        trail = (*trail, source)
+        for key in LISTS:
+            if _includes(source.values.get(key)):
+                source = self._with_included(source, key, trail)
+        return self._extended(source, trail) if EXTENDS in source.values else source
+
+    def _keep_off(self, source: Source, trail: Sequence[Source]) -> None:
+        """Raise _MistakeError if a part leads back to itself, or too deep."""
+        circle = any(each.file == source.file and each.value_spans[()] == source.value_spans[()] for each in trail)
+        if not circle and len(trail) < MAX_TRAIL:
+            return
+        files = " -> ".join(each.file for each in (*trail, source))
+        message = f"the files name each other in a circle: {files}"
+        if not circle:
+            message = f"more than {MAX_TRAIL} files name one another: {files}"
+        raise _MistakeError(Diagnostic("SD113", _named_at(trail[-1]), message, "name what is meant at once"))
+
+    # --- include ------------------------------------------------------------------------------------------------------
+
+    def _with_included(self, source: Source, key: str, trail: tuple[Source, ...]) -> Source:
+        places = Places()
+        places.keep(source, {(key,): None})
+        places.note(source, (key,), (key,))
+        values = {**source.values, key: self._list(source, source.values[key], (key,), (key,), places, trail)}
+        return replace(
+            source, values=values, value_spans=places.value_spans, key_spans=places.key_spans, parts=tuple(self.seen)
+        )
+
+    def _list(  # noqa: PLR0913, PLR0917 -- a value, where it comes from and where it goes
+        self, source: Source, items: Plain, old: Path, new: Path, places: Places, trail: tuple[Source, ...]
+    ) -> list[Plain]:
+        made: list[Plain] = []
+        for index, item in enumerate(items if isinstance(items, list) else ()):
+            here = (*old, index)
+            if isinstance(item, dict) and INCLUDE in item:
+                part, where = self._part(source, here, item, trail), f"included from {source.span_of(here)}"
+                for number, (value, goes) in enumerate(zip(_items(part, str(old[-1])), count(len(made)), strict=False)):
+                    self._take(part, value, (str(old[-1]), number), (*new, goes), places, where)
+                    made.append(value)
+                continue
+            goes_to = (*new, len(made))
+            if isinstance(item, dict) and old == ("build",) and _includes(item.get("bricks")):
+                places.note_all(source, {key: value for key, value in item.items() if key != "bricks"}, here, goes_to)
+                places.note(source, (*here, "bricks"), (*goes_to, "bricks"))
+                bricks = self._list(source, item["bricks"], (*here, "bricks"), (*goes_to, "bricks"), places, trail)
+                made.append({**item, "bricks": bricks})
+            else:
+                places.note_all(source, item, here, goes_to)
+                made.append(item)
+        return made
+
+    def _part(self, source: Source, path: Path, item: Mapping[str, Plain], trail: tuple[Source, ...]) -> Source:
+        """The file that an item names, with all that it takes itself."""
+        span = source.span_of((*path, INCLUDE))
+        if len(item) > 1:
+            other = next(key for key in item if key != INCLUDE)
+            message = f"`{INCLUDE}` stands alone in its item, without '{other}'"
+            hint = "write what else there is in the file that is included, or in an item of its own"
+            raise _MistakeError(Diagnostic("SD108", source.key_span_of((*path, other)), message, hint))
+        part = self.whole(self._document(source, item[INCLUDE], "", span), trail)
+        key = str(path[-2])
+        if not isinstance(part.values.get(key), list):
+            message = f"{part.file} has no list `{key}` that could be included here"
+            raise _MistakeError(Diagnostic("SD113", span, message, f"begin it with `{key}:`, and its items below"))
+        return part
+
+    # --- extends ------------------------------------------------------------------------------------------------------
+
+    def _extended(self, source: Source, trail: tuple[Source, ...]) -> Source:
+        base = self.whole(self._base(source), trail)
+        own = {key: value for key, value in source.values.items() if key != EXTENDS}
+        kept = {"scenario", *own} - set(MERGED)
+        theirs = {key: value for key, value in base.values.items() if key not in kept}
+        merged = [key for key in MERGED if isinstance(own.get(key), dict) and isinstance(theirs.get(key), dict)]
+        replaced = {key: value for key, value in theirs.items() if key not in own or key in merged}
+        where = f"extended from {source.key_span_of((EXTENDS,))}"
+        places = Places()
+        for key in [key for key in replaced if key not in merged]:
+            self._take(base, replaced[key], (key,), (key,), places, where)
+        for key in merged:
+            for name in [name for name in _mapping(theirs[key]) if name not in _mapping(own[key])]:
+                self._take(base, _mapping(theirs[key])[name], (key, name), (key, name), places, where)
+        for key, value in own.items():
+            places.note_all(source, value, (key,), (key,))
+        places.note(source, (), ())
+        values = {**replaced, **own, **{key: {**_mapping(theirs[key]), **_mapping(own[key])} for key in merged}}
+        inherited = _variables(replaced) - _variables(own) | base.inherited
+        return Source(source.file, values, places.value_spans, places.key_spans, inherited, tuple(self.seen))
+
+    def _base(self, source: Source) -> Source:
+        """The scenario that another one extends, as it is written."""
+        written = source.values[EXTENDS]
+        span = source.span_of((EXTENDS,))
+        if isinstance(written, str):
+            return self._document(source, written, "", span)
+        if not isinstance(written, dict) or not written or set(written) - {"file", "scenario"}:
+            hint = "write such as base.yaml, or {file: base.yaml, scenario: tower}"
+            raise _MistakeError(Diagnostic("SD103", span, "expected a file, or a mapping of file and scenario", hint))
+        name = written.get("scenario", "")
+        if not isinstance(name, str):
+            span = source.span_of((EXTENDS, "scenario"))
+            raise _MistakeError(Diagnostic("SD103", span, "expected the name of a scenario", "quote it"))
+        place = (EXTENDS, "file") if "file" in written else (EXTENDS, "scenario")
+        return self._document(source, written.get("file"), name, source.span_of(place))
+
+    def _document(self, source: Source, written: Plain, name: str, span: Span) -> Source:
+        """The one document of a file, or the one that is called so; of this file, if none is named."""
+        self.parts += 1
+        if self.parts > MAX_PARTS:
+            message = f"the scenarios of this file take from others more than {MAX_PARTS} times"
+            raise _MistakeError(Diagnostic("SD206", span, message, "take more at a time"))
+        file, documents = source.file, self.siblings
+        if written is not None:
+            file = self._file(source, written, span)
+            documents = self._read(file, span)
+        elif self.siblings and source.file != self.siblings[0].file:
+            documents = self._read(file, span)
+        named = [each for each in documents if not name or each.values.get("scenario") == name]
+        if len(named) == 1:
+            return named[0]
+        if name:
+            names = [str(each.values.get("scenario")) for each in documents]
+            raise _MistakeError(
+                Diagnostic("SD113", span, f"{file} has no scenario '{name}'", did_you_mean(name, names))
+            )
+        hint = "say which: {file: base.yaml, scenario: tower}; what is included stands in a file of its own"
+        raise _MistakeError(Diagnostic("SD113", span, f"{file} holds {len(documents)} scenarios", hint))
+
+    def _file(self, source: Source, written: Plain, span: Span) -> str:
+        if not isinstance(written, str) or not written.strip() or "${" in written or "\0" in written:
+            raise _MistakeError(Diagnostic("SD103", span, "expected the path of a file", "write such as base.yaml"))
+        try:
+            return file_in_project(written.strip(), source.file, root_of(self.siblings[0].file))
+        except OutsideError as error:
+            raise _MistakeError(Diagnostic("SD113", span, error.message, error.hint)) from error
+
+    def _read(self, file: str, span: Span) -> Sequence[Source]:
+        if file not in self.seen:
+            self.seen[file] = None
+            self.read += os.path.getsize(file)
+        if self.read > MAX_BYTES:
+            message = f"the files that are taken from have more than {MAX_BYTES >> 20} MiB in all"
+            raise _MistakeError(Diagnostic("SD206", span, message, "take from smaller ones"))
+        loaded = self.library.read(file)
+        if loaded.diagnostics:
+            raise _MistakeError(*loaded.diagnostics)
+        return loaded.sources
+
+    def _take(  # noqa: PLR0913, PLR0917 -- likewise
+        self, part: Source, value: Plain, old: Path, new: Path, places: Places, where: str
+    ) -> None:
+        self.taken += _size(value)
+        if self.taken > MAX_TAKEN:
+            message = f"what is taken from other files comes to more than {MAX_TAKEN} values"
+            raise _MistakeError(Diagnostic("SD206", part.span_of(old), message, "take less, or use a layout"))
+        places.note_all(part, value, old, new, where)
+
+
+# --- small things -----------------------------------------------------------------------------------------------------
+
+
+def _named_at(source: Source) -> Span:
+    """Where a file names another one."""
+    if EXTENDS in source.values:
+        return source.span_of((EXTENDS,))
+    paths = (path for path in source.value_spans if path and path[-1] == INCLUDE)
+    return source.span_of(next(paths, ()))
+
+
+def _items(part: Source, key: str) -> list[Plain]:
+    items = part.values[key]
+    return items if isinstance(items, list) else []
+
+
+def _mapping(value: Plain) -> dict[str, Plain]:
+    return value if isinstance(value, dict) else {}
+
+
+def _size(value: Plain) -> int:
+    if isinstance(value, dict | list):
+        return 1 + sum(map(_size, value.values() if isinstance(value, dict) else value))
+    return 1
+
+
+def _variables(values: Mapping[str, Plain]) -> frozenset[Path]:
+    """Where the variables of a scenario are defined."""
+    named = [(key, name) for key in ("let", "matrix") for name in _mapping(values.get(key))]
+    cases = values.get("cases")
+    first = _mapping(cases[0]) if isinstance(cases, list) and cases else {}
+    return frozenset([*named, *(("cases", 0, name) for name in first)])

@@ -1,0 +1,43 @@
+"""Which files a scenario may be made of: those inside the root of its project, and no other."""
+
+import os
+from pathlib import Path as FilePath
+from typing import Final
+
+ROOT_MARKS: Final = ("stackdsl.toml", "pyproject.toml", ".git")  # any of these marks the root of a project
+
+
+class OutsideError(ValueError):
+    """A file that a scenario may not be made of."""
+
+    def __init__(self, message: str, hint: str) -> None:
+        super().__init__(message)
+        self.message, self.hint = message, hint
+
+
+def root_of(file: str) -> str:
+    """The true path of the folder around a file that is marked as the root of a project, or else its own folder."""
+    folder = FilePath(os.path.realpath(os.path.dirname(file) or "."))
+    marked = (each for each in (folder, *folder.parents) if any((each / mark).exists() for mark in ROOT_MARKS))
+    return str(next(marked, folder))
+
+
+def file_in_project(written: str, beside: str, root: str) -> str:
+    """The path of a file that is named in another one, relative to it. Raises OutsideError.
+
+    Links are followed, so that no way leads outside.
+    """
+    if os.path.isabs(written) or written.startswith(("~", "\\")) or written[1:2] == ":":
+        raise OutsideError(f"'{written}' is an absolute path", "write it as seen from the folder of this file")
+    path = os.path.normpath(os.path.join(os.path.dirname(beside), written))
+    true = os.path.realpath(os.path.join(os.path.dirname(beside), written))
+    if os.path.commonpath([true, root]) != root:
+        message = f"'{written}' leads outside of the project, whose root is {os.path.relpath(root)}"
+        raise OutsideError(
+            message, f"keep all files inside, or mark a folder above as the root by a file {ROOT_MARKS[0]}"
+        )
+    if not os.path.exists(true):
+        raise OutsideError(f"there is no file {path}", "check its name; it is looked for from the folder of this file")
+    if not os.path.isfile(true):
+        raise OutsideError(f"{path} is no regular file", "name a file of YAML")
+    return path
