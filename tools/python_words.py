@@ -32,6 +32,7 @@ from stackdsl.api.written import Written, written
 
 '''
 TIME: Final = {"at": "when"}  # of a step; `at` is a place in what it does
+LOOPS: Final = ("repeat",)  # Python has its own
 WIDTH: Final = 116  # [characters] of a line of a docstring
 SCALARS: Final = {"integer": "int", "number": "float", "boolean": "bool", "string": "str"}
 
@@ -51,7 +52,7 @@ def _fields(model: type, but: Any) -> dict[str, tuple[str, str]]:  # noqa: ANN40
     """Type and description of the keys of a model that are not among others."""
     schema = TypeAdapter(model).json_schema()
     found = _properties(schema, schema.get("$defs", {}))
-    return {key: value for key, value in found.items() if key not in but}
+    return {key: value for key, value in found.items() if key not in but and key not in LOOPS}
 
 
 def _properties(schema: Schema, defs: Schema) -> dict[str, tuple[str, str]]:

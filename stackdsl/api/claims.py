@@ -116,7 +116,7 @@ def falls(
 def pivots(
     *,
     about: str | None = None,
-    within: str | None = None,
+    within: int | str | None = None,
     proportions: float | str | None = None,
     system: str | Sequence[str] | None = None,
     source: str | None = None,
@@ -138,8 +138,8 @@ def pivots(
 def lands(
     *,
     reach: str | None = None,
-    bearing: str | None = None,
-    within: str | None = None,
+    bearing: int | str | None = None,
+    within: int | str | None = None,
     system: str | Sequence[str] | None = None,
     source: str | None = None,
     because: str | None = None,

@@ -13,8 +13,9 @@ def remove(
     *,
     brick: str | None = None,
     bricks: Sequence[str] | None = None,
-    when: str | None = None,
+    when: int | str | None = None,
     after: str | None = None,
+    every: str | None = None,
 ) -> Written:
     """Pull bricks out.
 
@@ -22,20 +23,22 @@ def remove(
     bricks: the bricks
     when: when the step begins; default: after the previous step
     after: the event that the step begins after
+    every: from one repetition to the next; default: all at one time
     """
     what_is_written = {"brick": brick, "bricks": bricks}
-    return written({"remove": what_is_written, "at": when, "after": after})
+    return written({"remove": what_is_written, "at": when, "after": after, "every": every})
 
 
 def insert(
     *,
     name: str | None = None,
-    at: Sequence[str] | None = None,
-    rotate: Sequence[str] | None = None,
+    at: Sequence[int | str] | None = None,
+    rotate: Sequence[int | str] | None = None,
     brick: str | Mapping[str, object] | None = None,
     level: int | None = None,
-    when: str | None = None,
+    when: int | str | None = None,
     after: str | None = None,
+    every: str | None = None,
 ) -> Written:
     """Slide a brick in.
 
@@ -46,9 +49,10 @@ def insert(
     level: its level; default: judged by its height
     when: when the step begins; default: after the previous step
     after: the event that the step begins after
+    every: from one repetition to the next; default: all at one time
     """
     what_is_written = {"name": name, "at": at, "rotate": rotate, "brick": brick, "level": level}
-    return written({"insert": what_is_written, "at": when, "after": after})
+    return written({"insert": what_is_written, "at": when, "after": after, "every": every})
 
 
 def throw(
@@ -58,9 +62,10 @@ def throw(
     at: str | None = None,
     from_: Mapping[str, object] | None = None,
     speed: str | None = None,
-    turn: str | None = None,
-    when: str | None = None,
+    turn: int | str | None = None,
+    when: int | str | None = None,
     after: str | None = None,
+    every: str | None = None,
 ) -> Written:
     """Throw a brick at it.
 
@@ -72,18 +77,20 @@ def throw(
     turn: about its upright axis, from end-on; at 90 deg it comes broadside
     when: when the step begins; default: after the previous step
     after: the event that the step begins after
+    every: from one repetition to the next; default: all at one time
     """
     what_is_written = {"name": name, "brick": brick, "at": at, "from": from_, "speed": speed, "turn": turn}
-    return written({"throw": what_is_written, "at": when, "after": after})
+    return written({"throw": what_is_written, "at": when, "after": after, "every": every})
 
 
 def push(
     *,
     brick: str | None = None,
-    impulse: Sequence[str] | None = None,
-    point: Sequence[str] | None = None,
-    when: str | None = None,
+    impulse: Sequence[int | str] | None = None,
+    point: Sequence[int | str] | None = None,
+    when: int | str | None = None,
     after: str | None = None,
+    every: str | None = None,
 ) -> Written:
     """Give a brick an impulse.
 
@@ -92,9 +99,10 @@ def push(
     point: where it is pushed, from its centre, in the axes of the scene
     when: when the step begins; default: after the previous step
     after: the event that the step begins after
+    every: from one repetition to the next; default: all at one time
     """
     what_is_written = {"brick": brick, "impulse": impulse, "point": point}
-    return written({"push": what_is_written, "at": when, "after": after})
+    return written({"push": what_is_written, "at": when, "after": after, "every": every})
 
 
 def drop(
@@ -103,9 +111,10 @@ def drop(
     brick: str | Mapping[str, object] | None = None,
     onto: str | None = None,
     height: str | None = None,
-    rotate: Sequence[str] | None = None,
-    when: str | None = None,
+    rotate: Sequence[int | str] | None = None,
+    when: int | str | None = None,
     after: str | None = None,
+    every: str | None = None,
 ) -> Written:
     """Drop a brick onto it.
 
@@ -116,6 +125,7 @@ def drop(
     rotate: turn about x, then y, then z, the axes of the scene; default: flat, along what it falls onto
     when: when the step begins; default: after the previous step
     after: the event that the step begins after
+    every: from one repetition to the next; default: all at one time
     """
     what_is_written = {"name": name, "brick": brick, "onto": onto, "height": height, "rotate": rotate}
-    return written({"drop": what_is_written, "at": when, "after": after})
+    return written({"drop": what_is_written, "at": when, "after": after, "every": every})

@@ -85,7 +85,9 @@ def _tolerance(dimension: Dimension, example: str, parse: Callable[..., Toleranc
 
 def _or_number(schema: JsonSchema, dimension: Dimension) -> JsonSchema:
     if dimension.needs_unit:
-        return schema if dimension.positive else {"anyOf": [{"const": 0}, schema]}
+        # What editors tell of another number; only 0 is the same in every unit.
+        bare = {"const": 0, "errorMessage": f"write {schema['description']}"}
+        return schema if dimension.positive else {"anyOf": [bare, schema]}
     number = {"type": "integer" if dimension.whole else "number", "minimum": dimension.least, "maximum": dimension.most}
     return {"anyOf": [number, schema]}
 

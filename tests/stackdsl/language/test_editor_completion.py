@@ -51,8 +51,8 @@ def test_what_may_stand_at_a_place_is_offered(text: str, offered: set[str], serv
     [
         ("scenario: a\nbuild:\n  - column: {levls: 2}\n", "levls"),
         ("scenario: a\nbuild:\n  - column: {levels: 2, origin: [0 mm, 0 mm]}\n", "3"),
-        ("scenario: a\nbuild:\n  - column: {levels: 2, origin: [0 mm, 0 mm, 7]}\n", "string"),
-        ("scenario: a\nbuild:\n  - column: {levels: 2, step: 5}\n", "string"),
+        ("scenario: a\nbuild:\n  - column: {levels: 2, origin: [0 mm, 0 mm, 7]}\n", "write a length with its unit"),
+        ("scenario: a\nbuild:\n  - column: {levels: 2, step: 5}\n", "write a length with its unit"),
     ],
 )
 def test_a_mistake_is_marked(wrong: str, told: str, server: LanguageServer) -> None:
