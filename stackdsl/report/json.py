@@ -9,8 +9,8 @@ from math import isfinite
 
 from stackdsl.diagnostics import Diagnostic, Span
 from stackdsl.observations import Change, Seen
-from stackdsl.outcome import GoldenResult, Outcome, Report, VariantResult, exit_code
-from stackdsl.trace import Collapse, Cost, EarlyEnd, WrongEdges
+from stackdsl.outcome import GoldenResult, Outcome, Report, Spared, VariantResult, exit_code
+from stackdsl.trace import Collapse, Cost, WrongEdges
 
 FORMAT = 1
 
@@ -114,8 +114,8 @@ def _collapse(collapse: Collapse) -> dict[str, object]:
     }
 
 
-def _early_end(early: EarlyEnd) -> dict[str, object]:
-    return {"time_s": early.time, "planned_s": early.planned, "actions_left_out": len(early.undone)}
+def _early_end(early: Spared) -> dict[str, object]:
+    return {"time_s": early.time, "planned_s": early.planned, "actions_left_out": early.actions}
 
 
 def _cost(cost: Cost) -> dict[str, object]:

@@ -28,7 +28,9 @@ DISPENSABLE = (
 )  # columns left out where no row fills them
 
 
-def report_text(report: Report, width: int = 120, colour: bool = False) -> str:
+def report_text(
+    report: Report, width: int = 120, colour: bool = False, *, verbosity: int = 0, durations: int = 0
+) -> str:
     """The whole report; tables keep to `width` [characters] where words let them, other lines stay whole."""
     blocks = [*filter(None, _blocks(report)), [line(closing_line(report))]]
     return blocks_text(blocks, width, colour)
