@@ -52,6 +52,8 @@ class GoldenDifference:
     expected: str
     got: str
     tolerance: str
+    numbers: tuple[float | None, float | None] = (None, None)  # expected and got, in `unit`, where they are numbers
+    unit: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,7 +21,7 @@ from stackdsl.commands.selecting import code_without_runs, warn_of_nothing
 from stackdsl.commands.terminal import progress, tell
 from stackdsl.exits import ExitCode
 from stackdsl.outcome import Report, exit_code
-from stackdsl.project import Project, ProjectError, project_of
+from stackdsl.project_file import Project, ProjectError, project_of
 from stackdsl.reading.characters import visible
 from stackdsl.snapshots.golden import GoldenWriteRefusedError, is_ci, refuse_in_ci
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import Final, TypeAlias
 
@@ -28,13 +29,20 @@ def _text(report: Report, style: Style) -> str:
     return report_text(report, *paper(), verbosity=style.verbosity, durations=style.durations)
 
 
-def _json(report: Report, _: Style) -> str:
-    from stackdsl.report.json import report_json  # noqa: PLC0415 -- likewise
+def _of(name: str) -> Renderer:
+    def render(report: Report, _: Style) -> str:
+        module = import_module(f"stackdsl.report.{name}")
+        text: str = getattr(module, f"report_{name}")(report)
+        return text
 
-    return report_json(report)
+    return render
 
 
-FORMATS: Final[Mapping[str, Renderer]] = {"text": _text, "json": _json}  # as docs/command.md lists them
+# As docs/command.md lists them; each but text is `report_<name>` of the module of that name.
+FORMATS: Final[Mapping[str, Renderer]] = {
+    "text": _text,
+    **{name: _of(name) for name in ("json", "junit", "github", "markdown", "csv")},
+}
 
 
 @dataclass(frozen=True, slots=True)

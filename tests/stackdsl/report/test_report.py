@@ -304,7 +304,8 @@ def test_a_run_that_ended_before_its_time_says_why_and_what_it_left_out() -> Non
     early = Spared(9.25, 14.0, 1)
     seen = report(replace(PASSED, early_end=early), PASSED)
     told = "ended at 9.250 s of 14.000 s, as all that is asked is known; 1 action still to come left out"
-    assert report_text(seen).count(f"slant[step=11mm,thesis]: {told}") == 1
+    assert told not in report_text(seen)  # nothing hangs on it
+    assert report_text(seen, verbosity=1).count(f"slant[step=11mm,thesis]: {told}") == 1
     ends = [result["early_end"] for result in json.loads(report_json(seen))["results"]]
     assert ends == [{"time_s": 9.25, "planned_s": 14.0, "actions_left_out": 1}, None]
 
