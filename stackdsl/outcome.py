@@ -34,6 +34,7 @@ class GoldenStatus(StrEnum):
     MISSING = "missing"
     DIFFERENT = "different"
     WRITTEN = "written"
+    NEW = "new"  # there was none, and it was written
     OTHER_ENGINE = "of another engine"  # made with it, and the same in what no engine decides
     NEWER = "newer"  # a newer version of stackdsl wrote it, so that it is neither read nor rewritten
     UNREADABLE = "unreadable"
@@ -51,6 +52,8 @@ class GoldenDifference:
     expected: str
     got: str
     tolerance: str
+    numbers: tuple[float | None, float | None] = (None, None)  # expected and got, in `unit`, where they are numbers
+    unit: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +64,21 @@ class GoldenResult:
     file: str
     differences: tuple[GoldenDifference, ...] = ()
     note: str = ""  # such as a stamp that differs, or why the file cannot be read
+    digest: str = ""  # SHA-256 of the file that the snapshot was compared with; empty where it was with none
+
+
+@dataclass(frozen=True, slots=True)
+class Spared:
+    """What was left out of a run that ended early, as all that is asked of it was known."""
+
+    time: float  # of its end [s]
+    planned: float  # until when it would have gone on [s]
+    actions: int  # that would still have been done
+
+    @classmethod
+    def by(cls, early: EarlyEnd | None) -> "Spared | None":
+        """What an early end spares; None where there was none."""
+        return cls(early.time, early.planned, len(early.undone)) if early is not None else None
 
 
 class RunStatus(StrEnum):
@@ -89,7 +107,7 @@ class VariantResult:
     energy_gained: float = 0.0  # share of energy that the engine added by itself, where that is a fault
     collapse: Collapse | None = None
     moving: tuple[BodyId, ...] = ()  # what was not at rest at the end
-    early_end: EarlyEnd | None = None  # None where it went on for as long as it was to
+    early_end: Spared | None = None  # None where it went on for as long as it was to
     drift: float = 0.0  # [m]
     cost: Cost | None = None
     outcomes: tuple[Outcome, ...] = ()  # expectations
@@ -100,6 +118,8 @@ class VariantResult:
     message: str = ""  # why it crashed, timed out or was skipped
     mistake: Diagnostic | None = None  # what kept a run that was blocked from going on, and where in the file that is
     refinement: tuple[Change, ...] | None = None  # beside the refined run; None if that was not asked for
+    parameters: tuple[tuple[str, str], ...] = ()  # the choice from each row of the matrix, as written
+    remembered: bool = False  # from an earlier call, of the same program with the same files
 
     @property
     def passed(self) -> bool:
@@ -166,6 +186,7 @@ class Report:
     obsolete: tuple[str, ...] = ()  # golden files that belong to no variant any more
     removed: tuple[str, ...] = ()  # obsolete golden files that this call removed
     interrupted: bool = False
+    left: int = 0  # cases that were not played, since one failed and that was to be enough
     accept: str = ""  # the command that accepts all that differs from its golden file, and removes what is obsolete
     wall_time: float = field(default=0.0, compare=False)  # [s]
 

@@ -1,19 +1,23 @@
 """The pipeline: cases -> traces -> outcomes and snapshots -> report. Worlds are stepped in supervised processes."""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from time import perf_counter
+from typing import Protocol
 
-from stackdsl.checking.gathering import Case, Gathered
+from stackdsl.checking.gathering import Case
+from stackdsl.checking.memory import Memory, as_record, from_record, may_be_remembered
 from stackdsl.checking.one_case import play_case, play_refined, played_or_blocked
-from stackdsl.checking.processes import OnWait, run_supervised
-from stackdsl.checking.results import checked, skipped
+from stackdsl.checking.processes import EnoughSeenError, OnWait, run_supervised
+from stackdsl.checking.results import Goldens, checked, skipped
+from stackdsl.checking.survey import Listed
 from stackdsl.checking.worker import Task, TaskResult
+from stackdsl.diagnostics import Diagnostic
 from stackdsl.judging.known import known_of
-from stackdsl.outcome import Report, VariantResult
-from stackdsl.snapshots.golden import golden_name, obsolete, remove_obsolete
+from stackdsl.outcome import Report, RunStatus, VariantResult
+from stackdsl.snapshots.golden import content, golden_name, obsolete, remove_obsolete, text_digest
 from stackdsl.systems.known_systems import unplayable
 
 TIME_LIMIT = 600.0  # [s] of wall time a case; many times what the largest scenario takes
@@ -24,39 +28,71 @@ REFINED_COST = 5.0  # runs' worth of time: the run, and one with twice the steps
 class Terms:
     """How a check is carried out."""
 
-    golden: Path
+    golden: Path | None  # None where golden files are not looked at
     update: bool = False
     workers: int = 1
     time_limit: float = TIME_LIMIT  # [s] of wall time a case
     update_command: str = ""  # the same call, with an update of the golden files
     refine: bool = False  # play each case again at half the step and twice the iterations
     on_wait: OnWait = lambda: None  # called several times a second while cases are played
+    lock_new: bool = False  # write the golden file of what is as expected and has none
+    first_failure: bool = False  # play nothing more once something has failed
+    memory: Memory = field(default_factory=lambda: Memory(Path(), used=False))
+    digests: Mapping[str, str] = field(default_factory=dict)  # of the text of each file, by what it is called
+
+    @property
+    def goldens(self) -> Goldens:
+        """What is done about golden files."""
+        return Goldens(self.golden, self.update, self.lock_new and not self.update)
 
 
 OnResult = Callable[[VariantResult], None]
+
+
+class Found(Protocol):
+    """What was found under some paths."""
+
+    @property
+    def cases(self) -> Sequence[Listed]:
+        """All cases without a mistake."""
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """All mistakes."""
 
 
 @dataclass(slots=True)
 class _Played:
     """The results of a check by the number of the case, each told as it comes."""
 
-    selected: Sequence[Case]
+    selected: Sequence[Listed]
     terms: Terms
     on_result: OnResult
     results: dict[int, VariantResult] = field(default_factory=dict)
+    cases: dict[int, Case] = field(default_factory=dict)  # those that are played
     interrupted: bool = False
+
+    def recall(self) -> None:
+        """Take over what is remembered; nothing of it is told, for nothing happens."""
+        for index, case in enumerate(self.selected):
+            if (found := recalled(case, self.terms)) is not None:
+                self.results[index] = found
 
     def play(self) -> None:
         """Play all that can be played here, and tell of the rest why it cannot."""
-        for index, case in enumerate(self.selected):
+        rest = [index for index in range(len(self.selected)) if index not in self.results]
+        self.cases = {index: self.selected[index].compiled() for index in rest}
+        for index, case in self.cases.items():
             if why := unplayable(case.system):
                 self._ended(index, skipped(case, why))
-        playable = [index for index in range(len(self.selected)) if index not in self.results]
+        playable = [index for index in rest if index not in self.results]
 
         def done(number: int, result: TaskResult) -> None:
             self._ended(playable[number], self._checked(playable[number], result))
+            if self.terms.first_failure and failed(self.results[playable[number]]):
+                raise EnoughSeenError
 
-        tasks = [self._task(self.selected[index]) for index in playable]
+        tasks = [self._task(self.cases[index]) for index in playable]
         pool = run_supervised(tasks, self.terms.workers, done, self.terms.on_wait)
         for index, left in zip(playable, pool.results, strict=True):
             if index not in self.results:
@@ -69,50 +105,90 @@ class _Played:
         return Task(played_or_blocked, (playing, case.timeline, case.system, is_known), runs * self.terms.time_limit)
 
     def _checked(self, index: int, result: TaskResult) -> VariantResult:
-        return checked(self.selected[index], result, self.terms.golden, self.terms.update)
+        return checked(self.cases[index], result, self.terms.goldens)
 
     def _ended(self, index: int, result: VariantResult) -> None:
         self.results[index] = result
+        _remember(self.selected[index], result, self.terms)
         self.on_result(result)
 
 
+def failed(result: VariantResult) -> bool:
+    """Whether a result is one to look into."""
+    return result.status is not RunStatus.SKIPPED and (not result.passed or result.golden_failed)
+
+
+def recalled(case: Listed, terms: Terms) -> VariantResult | None:
+    """What came of a case when it was last played, if that is remembered and all that it came from is as it was."""
+    if terms.golden is None or terms.update or not _may_be_known(case, terms):
+        return None
+    digest = text_digest(content(terms.golden / golden_name(case.identity)))
+    return from_record(terms.memory.recall(_key(case, digest, terms))) if digest else None
+
+
+def _remember(case: Listed, result: VariantResult, terms: Terms) -> None:
+    if may_be_remembered(result) and _may_be_known(case, terms) and result.golden is not None and result.golden.digest:
+        terms.memory.remember(_key(case, result.golden.digest, terms), as_record(result))
+
+
+def _may_be_known(case: Listed, terms: Terms) -> bool:
+    """Whether anything may be remembered of it: a file that was not read whole is none that can be as it was."""
+    return terms.memory.used and not terms.refine and bool(terms.digests.get(case.file))
+
+
+def _key(case: Listed, golden_digest: str, terms: Terms) -> str:
+    golden = (terms.golden or Path()) / golden_name(case.identity)
+    asked = terms.digests[case.file], case.name, case.system, terms.time_limit
+    return terms.memory.key("case", case.file, *asked, golden.as_posix(), golden_digest)
+
+
 def check(
-    gathered: Gathered,
-    selected: Sequence[Case],
+    found: Found,
+    selected: Sequence[Listed],
     whole_set: bool,
     terms: Terms,
     on_result: OnResult = lambda _: None,
 ) -> Report:
     """Play the selected cases and judge them; `on_result` hears of each as it is done.
 
-    With `whole_set`, golden files that belong to none of all gathered cases are obsolete.
+    With `whole_set`, golden files that belong to none of all that was found are obsolete.
     """
     started = perf_counter()
     played = _Played(selected, terms, on_result)
-    played.play()
-    known = whole_set and bool(gathered.cases) and not gathered.diagnostics and not played.interrupted
-    unused = obsolete(terms.golden, [golden_name(case.identity) for case in gathered.cases], known)
+    played.recall()
+    try:
+        played.play()
+    finally:
+        terms.memory.settle()
+    known = whole_set and bool(found.cases) and not found.diagnostics and not played.interrupted
+    unused: tuple[str, ...] = ()
+    if terms.golden is not None:
+        unused = obsolete(terms.golden, [golden_name(case.identity) for case in found.cases], known)
     removed = remove_obsolete(unused) if terms.update else ()
     # After an interrupt an update would accept what nobody has seen.
     to_accept = (unused or any(result.golden_failed for result in played.results.values())) and not played.interrupted
+    results = [played.results[index] for index in range(len(selected))]
+    shown = [result for result in results if played.interrupted or result.status is not RunStatus.NOT_RUN]
     return Report(
-        results=tuple(played.results[index] for index in range(len(selected))),
-        diagnostics=gathered.diagnostics,
+        results=tuple(shown),
+        diagnostics=found.diagnostics,
         obsolete=tuple(file for file in unused if file not in removed),
         removed=removed,
         interrupted=played.interrupted,
+        left=len(results) - len(shown),
         accept=terms.update_command if to_accept and not terms.update else "",
         wall_time=perf_counter() - started,
     )
 
 
-def is_whole_set(paths: Sequence[Path], golden: Path) -> bool:
+def is_whole_set(paths: Sequence[Path], golden: Path, scenarios: Path | None = None) -> bool:
     """Whether all scenarios that the golden directory may belong to are checked.
 
-    They are in `scenarios` beside it, or around it; any other directory may hold just some of them.
+    They are in `scenarios`, as the project says, or else in the directory of this name beside it, or around it; any
+    other directory may hold just some of them.
     """
     # Not Path.resolve, which raises where links form a loop.
     home = Path(os.path.realpath(golden)).parent
-    scenarios = home / "scenarios"
-    wholes = [Path(os.path.realpath(scenarios)), home, *home.parents]
+    beside = scenarios if scenarios is not None else home / "scenarios"
+    wholes = [Path(os.path.realpath(beside)), home, *home.parents]
     return any(path.is_dir() and Path(os.path.realpath(path)) in wholes for path in paths)

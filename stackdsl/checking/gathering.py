@@ -1,10 +1,13 @@
 """Paths -> cases: every scenario of every file, in every variant, on every system that it names."""
 
 import os
+import sys
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
+from typing import Final
 
 from stackdsl.compiling.compiler import bricks_at_most, compile_timeline
 from stackdsl.diagnostics import Diagnostic, Span
@@ -14,11 +17,13 @@ from stackdsl.language.validation import validate
 from stackdsl.language.variants import Variant, expand
 from stackdsl.reading.characters import visible
 from stackdsl.reading.composing import Library, composed
-from stackdsl.reading.source import Loaded, Source, load
+from stackdsl.reading.source import MAX_BYTES, Loaded, Source, load, parsed
 from stackdsl.snapshots.record import Identity
 from stackdsl.timeline import Timeline
 
 SUFFIXES = (".yaml", ".yml")  # or in capitals
+STDIN: Final = Path("-")  # in place of a file
+STDIN_SHOWN: Final = "<stdin>"
 MAX_BRICKS = 100_000  # in all variants of a scenario; some seconds of compiling, and some hundred megabytes
 
 
@@ -31,17 +36,51 @@ class Case:
     variant: Variant
     timeline: Timeline
     system: str
+    lines: tuple[int, int] = (1, sys.maxsize)  # of the file, from what ends the scenario before to its own last
+
+    @property
+    def scenario_name(self) -> str:
+        """Of its scenario."""
+        return self.scenario.scenario
+
+    @property
+    def parameters(self) -> tuple[tuple[str, str], ...]:
+        """The choice from each row of `matrix`, as written."""
+        return self.variant.parameters
+
+    @property
+    def tags(self) -> tuple[str, ...]:
+        """Of its scenario."""
+        return self.scenario.tags
+
+    @property
+    def file(self) -> str:
+        """The file of its scenario, as it is told."""
+        return self.source.file
+
+    def on(self, system: str) -> "Case":
+        """The same on another system."""
+        return replace(self, system=system)
+
+    def compiled(self) -> "Case":
+        """Itself: it is ready."""
+        return self
 
     @property
     def identity(self) -> Identity:
         """What it is called: `stepped-column`, `step=10mm,thesis`, `thesis`."""
-        chosen = [f"{name}={compact(text)}" for name, text in self.variant.parameters]
-        return Identity(self.scenario.scenario, ",".join([*chosen, self.system]), self.system)
+        return identity_of(self.scenario.scenario, self.parameters, self.system)
 
     @property
     def name(self) -> str:
         """What people call it: the scenario, then the variant in brackets."""
         return f"{self.identity.scenario}[{self.identity.variant}]"
+
+
+def identity_of(scenario: str, parameters: Iterable[tuple[str, str]], system: str) -> Identity:
+    """What a case is called, by its choices from the matrix."""
+    chosen = [f"{name}={compact(text)}" for name, text in parameters]
+    return Identity(scenario, ",".join([*chosen, system]), system)
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +99,7 @@ def gather(paths: Iterable[Path]) -> Gathered:
     cases: list[Case] = []
     meant, diagnostics = files_under(paths)
     library = Library()
-    files = [composed(load(path), library) for path in meant]
+    files = [composed(loaded_from(path), library) for path in meant]
     first = _first_of_shared_names(source for loaded in files for source in loaded.sources)
     for loaded in files:
         found, mistakes = cases_of(loaded)
@@ -72,6 +111,17 @@ def gather(paths: Iterable[Path]) -> Gathered:
         ]
         cases += [case for case in found if case.scenario.scenario not in first]
     return Gathered(tuple(cases), tuple(dict.fromkeys(diagnostics)))  # of a file that several take from, each once
+
+
+def loaded_from(path: Path) -> Loaded:
+    """What a file holds, or the standard input where `-` stands for it."""
+    return _from_stdin() if path == STDIN else load(path)
+
+
+@cache
+def _from_stdin() -> Loaded:
+    """What the standard input holds; it can be read only once."""
+    return parsed(sys.stdin.buffer.read(MAX_BYTES + 1), STDIN_SHOWN)
 
 
 def files_under(paths: Iterable[Path]) -> tuple[list[Path], list[Diagnostic]]:
@@ -141,12 +191,21 @@ def cases_of(loaded: Loaded) -> tuple[list[Case], list[Diagnostic]]:
     """The cases of the scenarios of one file that are without a mistake, and the mistakes of the others."""
     cases: list[Case] = []
     mistakes = list(loaded.diagnostics)
-    for source in loaded.sources:
+    for source, lines in zip(loaded.sources, _lines(loaded.sources), strict=True):
         found, wrong = _source_cases(source)
         mistakes += wrong
         # A mistake in one variant may be one in the meaning of all: what its matrix says, for example.
-        cases += [] if wrong else found
+        cases += [] if wrong else [replace(case, lines=lines) for case in found]
     return cases, list(dict.fromkeys(mistakes))
+
+
+def _lines(sources: Sequence[Source]) -> Iterator[tuple[int, int]]:
+    """The first and the last line of each scenario of a file, with the comments above it."""
+    first = 1
+    for number, source in enumerate(sources, start=1):
+        last = max(span.line for span in source.value_spans.values()) if number < len(sources) else sys.maxsize
+        yield first, last
+        first = last + 1
 
 
 def _source_cases(source: Source) -> tuple[Sequence[Case], Sequence[Diagnostic]]:

@@ -36,6 +36,10 @@ class PoolResult:
     interrupted: bool
 
 
+class EnoughSeenError(Exception):
+    """Raised by a listener: what is not done yet need not be."""
+
+
 OnDone = Callable[[int, TaskResult], None]
 OnWait = Callable[[], None]
 
@@ -50,11 +54,13 @@ def run_supervised(
     """Run all tasks in at most `workers` processes at a time.
 
     `on_done` hears of each as it ends, and `on_wait` is called several times a second meanwhile. An interrupt (Ctrl-C)
-    ends all workers at once; what was done is returned.
+    ends all workers at once; what was done is returned. So does an EnoughSeenError of `on_done`.
     """
     pool = _Pool(tasks, on_done, on_wait, start)
     try:
         pool.run(workers)
+        return PoolResult(pool.in_order(), interrupted=False)
+    except EnoughSeenError:
         return PoolResult(pool.in_order(), interrupted=False)
     except KeyboardInterrupt:
         return PoolResult(pool.in_order(), interrupted=True)

@@ -1,15 +1,15 @@
 """What came of one case: its run judged, held against its snapshot, or told why there was none."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from stackdsl.checking.gathering import Case
+from stackdsl.checking.gathering import STDIN_SHOWN, Case
 from stackdsl.checking.worker import TaskResult, TaskStatus
 from stackdsl.compiling.compiler import where_placed
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.judging.judge import compare_with_truth, judge
 from stackdsl.judging.numerical import Refinement
-from stackdsl.outcome import RunStatus, VariantResult
+from stackdsl.outcome import RunStatus, Spared, VariantResult
 from stackdsl.playing.clearance import Blocked
 from stackdsl.snapshots.golden import check_golden
 from stackdsl.snapshots.record import Snapshot
@@ -35,13 +35,22 @@ REMEDIES = {
 }  # for what ended so
 
 
-def checked(case: Case, result: TaskResult, golden: Path, update: bool) -> VariantResult:
+@dataclass(frozen=True, slots=True)
+class Goldens:
+    """What is done about golden files."""
+
+    folder: Path | None  # None where they are not looked at
+    update: bool = False  # whether what comes out is accepted
+    lock_new: bool = False  # whether one is written where there was none, and all is as expected
+
+
+def checked(case: Case, result: TaskResult, goldens: Goldens) -> VariantResult:
     """The result of a case: expectations, truths, and the comparison with its golden file."""
     if isinstance(result.value, Refinement):
-        whole = _compared(case, result.value.trace, golden, update)
+        whole = _compared(case, result.value.trace, goldens)
         return replace(whole, refinement=result.value.changes)
     if isinstance(result.value, Trace):
-        return _compared(case, result.value, golden, update)
+        return _compared(case, result.value, goldens)
     if isinstance(result.value, Blocked):
         return held_up(case, result.value)
     remedy = REMEDIES[result.status].format(file=case.source.file, name=case.name)
@@ -61,7 +70,8 @@ def skipped(case: Case, why: str) -> VariantResult:
 
 def _unfinished(case: Case, status: RunStatus, message: str) -> VariantResult:
     name = case.identity
-    return VariantResult(name.scenario, name.variant, case.system, case.source.file, status, message=message)
+    where = name.scenario, name.variant, case.system, case.source.file
+    return VariantResult(*where, status, message=message, parameters=case.parameters)
 
 
 def _in_the_way(case: Case, blocked: Blocked) -> Diagnostic:
@@ -75,11 +85,13 @@ def _in_the_way(case: Case, blocked: Blocked) -> Diagnostic:
     return Diagnostic("SD208", where_placed(blocked.brick, case.scenario, case.source), message, hint)
 
 
-def _compared(case: Case, trace: Trace, golden: Path, update: bool) -> VariantResult:
-    if case.system not in SYSTEMS:  # what came with another package is nobody's snapshot
-        return judged(case, trace)
-    compared = check_golden(snapshot_of(case, trace), golden, update)
-    return replace(judged(case, trace), golden=compared)
+def _compared(case: Case, trace: Trace, goldens: Goldens) -> VariantResult:
+    result = judged(case, trace)
+    # What came with another package is nobody's snapshot, and what came by a pipe is in nobody's keeping.
+    if goldens.folder is None or case.system not in SYSTEMS or case.file == STDIN_SHOWN:
+        return result
+    lock_new = goldens.lock_new and result.passed
+    return replace(result, golden=check_golden(snapshot_of(case, trace), goldens.folder, goldens.update, lock_new))
 
 
 def judged(case: Case, trace: Trace) -> VariantResult:
@@ -96,13 +108,14 @@ def judged(case: Case, trace: Trace) -> VariantResult:
         energy_gained=trace.energy_gained,
         collapse=trace.collapse,
         moving=trace.moving,
-        early_end=trace.early_end,
+        early_end=Spared.by(trace.early_end),
         drift=trace.drift,
         engine=system_named(case.system).engine.package.name if trace.cost.steps else "",
         modified=system_named(case.system).modification.summary,
         cost=trace.cost,
         outcomes=judge(trace, case.scenario, case.variant, case.source, case.system),
         truths=compare_with_truth(trace, case.scenario, case.variant, case.source),
+        parameters=case.parameters,
     )
 
 

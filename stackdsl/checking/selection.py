@@ -1,13 +1,69 @@
-"""Which of the gathered cases are played, and why there may be none."""
+"""Which of the cases found are played, and why there may be none."""
 
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from hashlib import sha256
 from itertools import groupby
 from pathlib import Path
+from typing import Protocol, Self, TypeVar
 
-from stackdsl.checking.gathering import SUFFIXES, Case
+from stackdsl.checking.gathering import SUFFIXES
+from stackdsl.checking.keywords import expression_of, words_of
 from stackdsl.diagnostics import did_you_mean
 from stackdsl.systems.systems import SYSTEMS
+
+
+class Selectable(Protocol):
+    """What a case is selected by."""
+
+    @property
+    def name(self) -> str:
+        """What people call it."""
+
+    @property
+    def scenario_name(self) -> str:
+        """Of its scenario."""
+
+    @property
+    def parameters(self) -> tuple[tuple[str, str], ...]:
+        """The choice from each row of `matrix`, as written."""
+
+    @property
+    def system(self) -> str:
+        """What it is played on."""
+
+    @property
+    def tags(self) -> tuple[str, ...]:
+        """Of its scenario."""
+
+    @property
+    def file(self) -> str:
+        """The file of its scenario, as it is told."""
+
+    @property
+    def lines(self) -> tuple[int, int]:
+        """The first and the last line of its scenario."""
+
+    def on(self, system: str) -> Self:
+        """The same on another system."""
+
+
+Some = TypeVar("Some", bound=Selectable)
+
+
+@dataclass(frozen=True, slots=True)
+class Shard:
+    """One of several parts of all cases; to which one a case belongs, its name alone decides."""
+
+    number: int  # from 1
+    count: int
+
+    def __str__(self) -> str:
+        return f"{self.number}/{self.count}"
+
+    def takes(self, name: str) -> bool:
+        """Whether a case of this name belongs to it."""
+        return int.from_bytes(sha256(name.encode()).digest()[:8], "big") % self.count == self.number - 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,38 +71,48 @@ class Selection:
     """Which cases to play; empty parts select everything."""
 
     systems: tuple[str, ...] = ()
-    keyword: str = ""  # part of the name
+    keyword: str = ""  # an expression of words that the name holds
     tags: tuple[str, ...] = ()  # any of these; with `!` in front: none of these
+    places: tuple[tuple[str, int], ...] = ()  # lines of files; of a file with places, only what is there
+    names: Collection[str] | None = field(default=None, compare=False)  # only these, as somebody remembers them
+    shard: Shard | None = None
 
-    def of(self, cases: Sequence[Case]) -> list[Case]:
+    def of(self, cases: Sequence[Some]) -> list[Some]:
         """The cases selected, and where a peer is asked for, each variant on it as well, after its own systems."""
         peers = [system for system in self.systems if system not in SYSTEMS]
         return [
             case
-            for _, own in groupby(cases, key=lambda case: (case.scenario.scenario, case.variant.parameters))
+            for _, own in groupby(cases, key=lambda case: (case.scenario_name, case.parameters))
             for case in _with(peers, list(own))
             if self.takes(case)
         ]
 
-    def takes(self, case: Case) -> bool:
+    def takes(self, case: Selectable) -> bool:
         """Whether a case is selected."""
         wanted = {tag for tag in self.tags if not tag.startswith("!")}
         unwanted = {tag[1:] for tag in self.tags if tag.startswith("!")}
-        own = set(case.scenario.tags)
+        own = set(case.tags)
         return (
             (not self.systems or case.system in self.systems)
-            and self.keyword.casefold() in case.name.casefold()
+            and expression_of(self.keyword)(case.name.casefold())
             and (not wanted or bool(wanted & own))
             and not unwanted & own
+            and self._is_there(case)
+            and (self.names is None or case.name in self.names)
+            and (self.shard is None or self.shard.takes(case.name))
         )
 
+    def _is_there(self, case: Selectable) -> bool:
+        lines = [line for file, line in self.places if file == case.file]
+        return not lines or any(case.lines[0] <= line <= case.lines[1] for line in lines)
 
-def _with(peers: Iterable[str], cases: Sequence[Case]) -> list[Case]:
+
+def _with(peers: Iterable[str], cases: Sequence[Some]) -> list[Some]:
     """The cases of one variant, also on these systems."""
-    return [*cases, *(replace(cases[0], system=peer) for peer in peers)]
+    return [*cases, *(cases[0].on(peer) for peer in peers)]
 
 
-def why_nothing(selection: Selection, cases: Sequence[Case], paths: Sequence[Path]) -> str:
+def why_nothing(selection: Selection, cases: Sequence[Selectable], paths: Sequence[Path]) -> str:
     """Why nothing is selected of these cases, which were found under some paths, and what to do about it."""
     if not cases:
         where = ", ".join(map(str, paths))
@@ -56,17 +122,31 @@ def why_nothing(selection: Selection, cases: Sequence[Case], paths: Sequence[Pat
     return f"nothing selected: {'; '.join(reasons)}; `stackdsl check --list` names what there is"
 
 
-def _reasons(selection: Selection, cases: Sequence[Case]) -> Iterator[str]:
+def _reasons(selection: Selection, cases: Sequence[Selectable]) -> Iterator[str]:
     """What is asked for and no case has."""
-    if not any(replace(selection, systems=(), tags=()).takes(case) for case in cases):
-        close = did_you_mean(selection.keyword, sorted({case.scenario.scenario for case in cases}))
-        yield f"no case has '{selection.keyword}' in its name{_in_brackets(close)}"
-    known = sorted({tag for case in cases for tag in case.scenario.tags})
+    if not any(Selection(keyword=selection.keyword).takes(case) for case in cases):
+        yield from _words_of_no_name(selection.keyword, cases)
+    known = sorted({tag for case in cases for tag in case.tags})
     for tag in selection.tags:
         if not tag.startswith("!") and tag not in known:
             yield f"no scenario has the tag '{tag}'{_in_brackets(did_you_mean(tag, known))}"
-    if selection.systems and not replace(selection, keyword="", tags=()).of(cases):
+    if selection.systems and not Selection(selection.systems).of(cases):
         yield f"none is played on {' or '.join(selection.systems)}, which a scenario says by `systems:`"
+    for file, line in selection.places:
+        if not any(replace(Selection(), places=((file, line),)).takes(case) for case in cases if case.file == file):
+            yield f"no scenario of {file} is at line {line}"
+    if selection.shard is not None and replace(selection, shard=None).of(cases):
+        yield f"of so few cases, none is in part {selection.shard}"
+
+
+def _words_of_no_name(keyword: str, cases: Sequence[Selectable]) -> Iterator[str]:
+    names = {case.name.casefold() for case in cases}
+    known = sorted({case.scenario_name for case in cases})
+    words = [word for word in words_of(expression_of(keyword)) if not any(word in name for name in names)]
+    for word in words:
+        yield f"no case has '{word}' in its name{_in_brackets(did_you_mean(word, known))}"
+    if not words:
+        yield f"no name is as '{keyword}' says"
 
 
 def _in_brackets(remark: str) -> str:

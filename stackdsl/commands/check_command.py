@@ -1,127 +1,181 @@
 """`stackdsl check`: plays and judges scenarios, and holds them against their golden files."""
 
 import os
+import re
 import shlex
-from collections.abc import Callable, Mapping, Sequence
-from math import isnan
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Final
+from typing import Final, Unpack
 
 import click
 
-from stackdsl.checking.check import TIME_LIMIT, Terms, check, is_whole_set
-from stackdsl.checking.gathering import Case, Gathered, gather
+from stackdsl.checking.check import TIME_LIMIT, Terms, check, failed, is_whole_set, recalled
+from stackdsl.checking.gathering import SUFFIXES
+from stackdsl.checking.memory import Memory
 from stackdsl.checking.selection import Selection
-from stackdsl.commands.options import LONGEST_LIMIT, ON_KEYWORD, ON_SYSTEMS, ON_TAGS, FilePath
-from stackdsl.commands.selecting import code_without_runs, complain, warn_of_nothing
-from stackdsl.commands.terminal import paper, progress, write
+from stackdsl.checking.survey import ChangedMeanwhileError, Listed, Surveyed, survey
+from stackdsl.commands.check_options import Asked, with_options
+from stackdsl.commands.formats import Output, Style, outputs_of, write_report
+from stackdsl.commands.selecting import code_without_runs, warn_of_nothing
+from stackdsl.commands.terminal import progress, tell
+from stackdsl.exits import ExitCode
 from stackdsl.outcome import Report, exit_code
-from stackdsl.snapshots.golden import GoldenWriteRefusedError, refuse_in_ci
+from stackdsl.project_file import Project, ProjectError, project_of
+from stackdsl.reading.characters import visible
+from stackdsl.snapshots.golden import GoldenWriteRefusedError, is_ci, refuse_in_ci
 
-GOLDEN = Path("golden")
-
-
-def _text(report: Report) -> str:
-    from stackdsl.report.text import report_text  # noqa: PLC0415 -- only the one that is asked for
-
-    return report_text(report, *paper())
-
-
-def _json(report: Report) -> str:
-    from stackdsl.report.json import report_json  # noqa: PLC0415 -- likewise
-
-    return report_json(report)
-
-
-FORMATS: Final[Mapping[str, Callable[[Report], str]]] = {"text": _text, "json": _json}  # as docs/command.md lists them
-
-
-def _number(value: float) -> float:
-    """A number that is one: no range excludes nan."""
-    if isnan(value):
-        raise click.BadParameter("nan is no number.")
-    return value
+PLACE: Final = re.compile(r"(.+?):([0-9]{1,9})(?::[0-9]+)?")  # as reports tell it, with or without a column
 
 
 @click.command("check")
-@click.argument("paths", nargs=-1, type=FilePath)
-@ON_SYSTEMS
-@ON_KEYWORD
-@ON_TAGS
-@click.option("--list", "list_only", is_flag=True, help="Print the names of the selected cases and stop.")
-@click.option("--format", "form", type=click.Choice(list(FORMATS)), default="text", show_default=True)
-@click.option("--update", is_flag=True, help="Accept what comes out as the new golden files. Refused in CI.")
-@click.option("--refine", is_flag=True, help="Play again at half the step and twice the iterations; tell what moves.")
-@click.option("--golden", type=FilePath, default=GOLDEN, show_default=True, help="Directory of the golden files.")
-@click.option("--jobs", type=click.IntRange(1, 256), default=os.cpu_count() or 1, help="Processes; default: all cores.")
-@click.option(
-    "--time-limit",
-    type=click.FloatRange(0.001, LONGEST_LIMIT),
-    callback=lambda *given: _number(given[-1]),
-    default=TIME_LIMIT,
-    show_default=True,
-    help="Seconds a case.",
-)
+@with_options
 @click.pass_context
-def check_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
-    context: click.Context,
-    paths: Sequence[Path],
-    systems: tuple[str, ...],
-    keyword: str,
-    tags: tuple[str, ...],
-    list_only: bool,
-    form: str,
-    update: bool,
-    refine: bool,
-    golden: Path,
-    jobs: int,
-    time_limit: float,
-) -> None:
+def check_command(context: click.Context, **asked: Unpack[Asked]) -> None:
     """Play and judge everything under PATHS (default: scenarios), and compare it with its golden files."""
-    if update:
-        _may_write(refine)
-    selection = Selection(systems, keyword, tags)
-    accept = _update_command(paths, selection, golden, time_limit)
-    paths = paths or (Path("scenarios"),)
-    gathered = gather(paths)
-    selected = selection.of(gathered.cases)
-    warn_of_nothing(selection, gathered, selected, paths)
-    if list_only:
-        _list(gathered, selected)
-        context.exit(code_without_runs(gathered, selected))
-    with progress(len(selected)) as bar:
-        terms = Terms(golden, update, jobs, time_limit, accept, refine, bar.wait)
-        report = check(gathered, selected, is_whole_set(paths, golden), terms, bar.tell)
-    write(FORMATS[form](report))
+    _refuse_what_does_not_go_together(asked)
+    outputs = outputs_of(asked["outputs"])
+    if asked["watch"]:
+        from stackdsl.commands.watching import watch  # noqa: PLC0415 -- few calls do
+
+        context.exit(watch([_split(path)[0] for path in asked["paths"]] or [_project(()).scenarios]))
+    paths, places = _places(asked["paths"])
+    project = _project(paths)
+    paths = paths or (project.scenarios,)
+    golden = asked["golden"] or project.golden
+    memory = Memory(project.state(golden), asked["cache"])
+    found = survey(paths, memory)
+    terms = _terms(asked, golden, memory, found)
+    selection = _selection(asked, places, memory)
+    selected = selection.of(found.cases)
+    if asked["only_changed"]:
+        selected = [case for case in selected if recalled(case, terms) is None]
+    elif not asked["statics"] or not selected:
+        warn_of_nothing(selection, found, selected, paths)
+    if not selected and not found.diagnostics and _may_be_none(asked, found):
+        memory.settle()
+        context.exit(ExitCode.OK)
+    if asked["list_only"] or asked["statics"]:
+        memory.settle()
+        _tell_only(asked, outputs, found, selected)
+        context.exit(code_without_runs(found, selected))
+    whole = is_whole_set(paths, golden, project.scenarios if project.root is not None else None)
+    report = _checked(found, selected, whole and not asked["no_golden"], terms)
+    write_report(report, outputs, Style(asked["verbosity"], asked["durations"]))
     context.exit(exit_code(report))
 
 
-def _may_write(refine: bool) -> None:
-    """Raise a usage error if golden files must not be written."""
-    if refine:
+def _checked(found: Surveyed, selected: Sequence[Listed], whole: bool, terms: Terms) -> Report:
+    left = sum(recalled(case, terms) is None for case in selected)
+    try:
+        with progress(left) as bar:
+            report = check(found, selected, whole, replace(terms, on_wait=bar.wait), bar.tell)
+    except ChangedMeanwhileError as error:
+        raise click.ClickException(str(error)) from error
+    finished = [result for result in report.results if result.status != "not run"]
+    terms.memory.keep_failed(
+        [result.name for result in finished if failed(result)], [result.name for result in finished]
+    )
+    return report
+
+
+def _terms(asked: Asked, golden: Path, memory: Memory, found: Surveyed) -> Terms:
+    return Terms(
+        golden=None if asked["no_golden"] else golden,
+        update=asked["update"],
+        workers=asked["jobs"],
+        time_limit=asked["time_limit"],
+        update_command=_update_command(asked),
+        refine=asked["refine"],
+        lock_new=not is_ci(os.environ) and not asked["refine"],
+        first_failure=asked["first_failure"],
+        memory=memory,
+        digests=found.digests,
+    )
+
+
+def _selection(asked: Asked, places: Sequence[tuple[str, int]], memory: Memory) -> Selection:
+    names = memory.failed() if asked["only_failed"] else None
+    if asked["only_failed"] and not names:
+        tell("nothing failed when it was last played, as far as is known: all are played")
+    parts = asked["systems"], asked["keyword"], asked["tags"], tuple(places)
+    return Selection(*parts, names=names or None, shard=asked["shard"])
+
+
+def _may_be_none(asked: Asked, found: Surveyed) -> bool:
+    """Whether it is in order that nothing is selected, which is told then."""
+    if asked["only_changed"]:
+        tell("nothing has changed since it passed")
+    return asked["only_changed"] or (asked["shard"] is not None and bool(found.cases))
+
+
+def _refuse_what_does_not_go_together(asked: Asked) -> None:
+    """Raise a usage error if what was asked for cannot be had together, or golden files must not be written."""
+    if asked["update"] and asked["no_golden"]:
+        raise click.UsageError("--no-golden leaves golden files alone; leave one of --no-golden and --update out")
+    if asked["only_changed"] and not asked["cache"]:
+        raise click.UsageError("--changed asks what is remembered; leave one of --changed and --no-cache out")
+    if asked["watch"] and asked["update"]:
+        raise click.UsageError("--watch accepts nothing that nobody has seen; leave one of --watch and --update out")
+    if asked["update"] and asked["refine"]:
         message = (
             "--refine writes no golden files: it asks what of a run would move; leave one of --refine and --update out"
         )
         raise click.UsageError(message)
+    if asked["update"]:
+        try:
+            refuse_in_ci(os.environ)
+        except GoldenWriteRefusedError as error:
+            raise click.ClickException(str(error)) from error
+
+
+def _project(paths: Sequence[Path]) -> Project:
     try:
-        refuse_in_ci(os.environ)
-    except GoldenWriteRefusedError as error:
-        raise click.ClickException(str(error)) from error
+        return project_of(paths)
+    except ProjectError as error:
+        raise click.UsageError(str(error)) from error
 
 
-def _update_command(paths: Sequence[Path], selection: Selection, golden: Path, time_limit: float) -> str:
+def _places(written: Sequence[Path]) -> tuple[tuple[Path, ...], list[tuple[str, int]]]:
+    """The paths meant, and the lines of files among them: `tower.yaml:12`, or with a column, as reports tell it."""
+    found = [_split(path) for path in written]
+    places = [(visible(path.as_posix()), line) for path, line in found if line is not None]
+    return tuple(path for path, _ in found), places
+
+
+def _split(path: Path) -> tuple[Path, int | None]:
+    place = PLACE.fullmatch(str(path))
+    if place is None or path.exists() or not place[1].lower().endswith(SUFFIXES):
+        return path, None
+    return Path(place[1]), int(place[2])
+
+
+def _update_command(asked: Asked) -> str:
     """The same check with --update, for a shell; it accepts what the check shows, and nothing else."""
+    return shlex.join(["stackdsl", "check", *_words(asked), "--update"])
+
+
+def _words(asked: Asked) -> Iterator[str]:
     # A path that begins with a dash would be taken for an option.
-    words = ["stackdsl", "check", *(f"./{path}" if str(path).startswith("-") else str(path) for path in paths)]
-    words += [word for system in selection.systems for word in ("--system", system)]
-    words += ["-k", selection.keyword] if selection.keyword else []
-    words += [word for tag in selection.tags for word in ("--tag", tag)]
-    words += ["--golden", str(golden)] if golden != GOLDEN else []
-    words += ["--time-limit", str(time_limit)] if time_limit != TIME_LIMIT else []
-    return shlex.join([*words, "--update"])
+    yield from (f"./{path}" if str(path).startswith("-") else str(path) for path in asked["paths"])
+    for system in asked["systems"]:
+        yield from ("--system", system)
+    if asked["keyword"]:
+        yield from ("-k", asked["keyword"])
+    for tag in asked["tags"]:
+        yield from ("--tag", tag)
+    if asked["shard"] is not None:
+        yield from ("--shard", str(asked["shard"]))
+    yield from ["--failed"] * asked["only_failed"]
+    yield from ["--changed"] * asked["only_changed"]
+    if asked["golden"] is not None:
+        yield from ("--golden", str(asked["golden"]))
+    if asked["time_limit"] != TIME_LIMIT:
+        yield from ("--time-limit", str(asked["time_limit"]))
 
 
-def _list(gathered: Gathered, selected: Sequence[Case]) -> None:
-    complain(gathered.diagnostics)
-    for case in selected:
-        write(case.name)
+def _tell_only(asked: Asked, outputs: Sequence[Output], found: Surveyed, selected: Sequence[Listed]) -> None:
+    from stackdsl.commands.listing import tell_cases, tell_statics  # noqa: PLC0415 -- only where it is asked for
+
+    telling = tell_statics if asked["statics"] else tell_cases
+    telling(found, selected, outputs)

@@ -6,6 +6,7 @@ from pathlib import Path
 import click
 
 from stability.engines.settings import Package
+from stackdsl.checking.keywords import KeywordError, expression_of
 from stackdsl.systems.known_systems import KNOWN, needs_of
 
 FilePath = click.Path(path_type=Path)
@@ -56,7 +57,26 @@ ON_SYSTEMS = click.option(
     callback=lambda *given: playable(given[-1]),
     help="Only these systems. Those on other engines than PyBullet are played wherever they are asked for.",
 )
-ON_KEYWORD = click.option("-k", "keyword", default="", help="Only cases whose name contains this.")
+
+
+def _expression(texts: tuple[str, ...]) -> str:
+    """All of the expressions that were given, as one."""
+    for text in texts:
+        try:
+            expression_of(text)
+        except KeywordError as error:
+            raise click.BadParameter(str(error)) from error
+    given = [text for text in texts if text.strip()]
+    return given[0] if len(given) == 1 else " and ".join(f"({text})" for text in given)
+
+
+ON_KEYWORD = click.option(
+    "-k",
+    "keyword",
+    multiple=True,
+    callback=lambda *given: _expression(given[-1]),
+    help="Only cases whose name contains this, as in 'tower and not (tuned or stock)'; all of several.",
+)
 ON_TAGS = click.option(
     "--tag", "tags", multiple=True, help="Only scenarios with this tag; with ! in front, without it."
 )

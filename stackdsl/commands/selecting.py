@@ -3,8 +3,9 @@
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from stackdsl.checking.check import Found
 from stackdsl.checking.gathering import Case, Gathered, gather
-from stackdsl.checking.selection import Selection, why_nothing
+from stackdsl.checking.selection import Selectable, Selection, why_nothing
 from stackdsl.commands.terminal import tell
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.exits import ExitCode
@@ -26,13 +27,15 @@ def complain(diagnostics: Iterable[Diagnostic]) -> None:
         tell(diagnostic_text(diagnostic))
 
 
-def warn_of_nothing(selection: Selection, gathered: Gathered, selected: Sequence[Case], paths: Sequence[Path]) -> None:
+def warn_of_nothing(
+    selection: Selection, gathered: Found, selected: Sequence[Selectable], paths: Sequence[Path]
+) -> None:
     """Tell why nothing is selected, unless mistakes are told that may be why."""
     if not selected and not gathered.diagnostics:
         tell(why_nothing(selection, gathered.cases, paths))
 
 
-def code_without_runs(gathered: Gathered, selected: Sequence[Case]) -> ExitCode:
+def code_without_runs(gathered: Found, selected: Sequence[Selectable]) -> ExitCode:
     """The exit code of a call that plays nothing."""
     if gathered.diagnostics:
         return ExitCode.INVALID

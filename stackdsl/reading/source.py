@@ -5,7 +5,8 @@ refuses a little more, such as `[why?]`.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from hashlib import sha256
 from itertools import islice
 from pathlib import Path as FilePath
 from typing import Final, TypeAlias
@@ -44,6 +45,7 @@ __all__ = [
     "Source",
     "load",
     "parse",
+    "parsed",
 ]
 
 Path: TypeAlias = tuple[str | int, ...]
@@ -84,6 +86,7 @@ class Loaded:
 
     sources: tuple[Source, ...]
     diagnostics: tuple[Diagnostic, ...]
+    digest: str = ""  # SHA-256 of the bytes that were read; empty where nothing could be
 
 
 def load(path: FilePath) -> Loaded:
@@ -97,10 +100,15 @@ def load(path: FilePath) -> Loaded:
         missing = isinstance(error, FileNotFoundError)
         hint = "check its name, or begin one by `stackdsl new`" if missing else "name a file that can be read"
         return _refused(Diagnostic("SD001", Span(file, 1, 1, 1), f"cannot read the file: {reason}", hint))
+    return parsed(data, file)
+
+
+def parsed(data: bytes, file: str) -> Loaded:
+    """What the bytes of a file hold, which is called so."""
     if len(data) > MAX_BYTES:
         return _refused(_too_large(file))
     try:
-        return parse(data.decode("utf-8"), file)
+        return replace(parse(data.decode("utf-8"), file), digest=sha256(data).hexdigest())
     except UnicodeDecodeError as error:
         return _refused(_not_utf8(data, error.start, file))
 

@@ -1,9 +1,10 @@
 """Blocks of lines and tables for a terminal or a file."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from io import StringIO
 from typing import TYPE_CHECKING, TypeAlias
+from unicodedata import combining, east_asian_width
 
 from stackdsl.trace import NUMERICAL_COLLAPSE
 
@@ -12,6 +13,8 @@ if TYPE_CHECKING:
 
 UNBOUNDED = 10_000  # [characters] more than any table takes
 GAP = "  "  # between two columns
+INDENT = "    "  # of what is folded below the beginning of a row
+ANSI = {"green": "32", "yellow": "33", "red": "31"}
 STYLES = (
     dict.fromkeys(("stands", "same", "agrees"), "green")
     | dict.fromkeys(("written", "differs", "not run", "skipped", "of another engine"), "yellow")
@@ -68,6 +71,8 @@ def titled(title: str, lines: Sequence[str]) -> Block:
 
 
 def _shown(part: Line | Table, width: int, colour: bool) -> str:
+    if isinstance(part, Table) and part.rows and _breadth(_widths(part)) > width:
+        return folded_text(part, width, colour)
     plain = None if colour else plain_text(part, width)
     return plain if plain is not None else drawn_text(part, width, colour)
 
@@ -84,6 +89,51 @@ def plain_text(part: Line | Table, width: int) -> str | None:
         return None
     flush = [str.ljust if name in part.left else str.rjust for name in names]
     return "".join(GAP.join(to(c, w) for to, c, w in zip(flush, row, widths, strict=True)) + "\n" for row in rows)
+
+
+def folded_text(part: Table, width: int, colour: bool) -> str:
+    """A table too wide for the paper: each row, and the header, on several lines, of which the later ones are indented.
+
+    Cells stay whole: one that is wider than the paper by itself reaches beyond it.
+    """
+    widths = _widths(part)
+    groups: list[list[str]] = [[]]
+    for name in part.rows[0]:
+        room = width - (len(INDENT) if len(groups) > 1 else 0)
+        if groups[-1] and _breadth({each: widths[each] for each in (*groups[-1], name)}) > room:
+            groups.append([])
+        groups[-1].append(name)
+    header = {name: name for name in part.rows[0]}
+    return "".join(
+        f"{INDENT * (number > 0)}{_cells(row, group, part.left, widths, colour)}\n"
+        for row in (header, *part.rows)
+        for number, group in enumerate(groups)
+    )
+
+
+def _cells(row: Row, names: Sequence[str], left: Sequence[str], widths: Mapping[str, int], colour: bool) -> str:
+    cells = []
+    for name in names:
+        text, gap = row[name], " " * (widths[name] - columns_of(row[name]))
+        code = ANSI.get(STYLES.get(text, ""), "") if colour else ""
+        shown = f"\x1b[{code}m{text}\x1b[0m" if code else text
+        cells.append(shown + gap if name in left else gap + shown)
+    return GAP.join(cells).rstrip()
+
+
+def _widths(part: Table) -> Mapping[str, int]:
+    return {name: max(columns_of(text) for text in (name, *(row[name] for row in part.rows))) for name in part.rows[0]}
+
+
+def _breadth(widths: Mapping[str, int]) -> int:
+    return sum(widths.values()) + len(GAP) * (len(widths) - 1)
+
+
+def columns_of(text: str) -> int:
+    """How many columns a text takes on a terminal."""
+    if text.isascii():
+        return len(text)
+    return sum(0 if combining(each) else 1 + (east_asian_width(each) in "WF") for each in text)
 
 
 def _is_simple(cell: str) -> bool:

@@ -9,8 +9,9 @@ from math import isfinite
 
 from stackdsl.diagnostics import Diagnostic, Span
 from stackdsl.observations import Change, Seen
-from stackdsl.outcome import GoldenResult, Outcome, Report, VariantResult, exit_code
-from stackdsl.trace import Collapse, Cost, EarlyEnd, WrongEdges
+from stackdsl.outcome import GoldenResult, Outcome, Report, Spared, VariantResult, exit_code
+from stackdsl.report.quantity_text import quantity_of
+from stackdsl.trace import Collapse, Cost, WrongEdges
 
 FORMAT = 1
 
@@ -29,6 +30,7 @@ def report_json(report: Report) -> str:
         "obsolete": list(report.obsolete),
         "removed": list(report.removed),
         "accept": report.accept or None,
+        "not_played": report.left,
     }
     return json.dumps(whole, indent=2, sort_keys=True, allow_nan=False) + "\n"
 
@@ -61,6 +63,8 @@ def _result(report: Report, result: VariantResult) -> dict[str, object]:
         "conclusion": result.conclusion,
         "message": result.message,
         "mistake": _diagnostic(result.mistake) if result.mistake else None,
+        "variables": {name: quantity_of(written) for name, written in result.parameters},
+        "remembered": result.remembered,
         "verdict": result.verdict or None,
         "numerical": result.numerical or None,
         "wrong_edges": _wrong_edges(result.wrong_edges) if result.wrong_edges else None,
@@ -116,8 +120,8 @@ def _collapse(collapse: Collapse) -> dict[str, object]:
     }
 
 
-def _early_end(early: EarlyEnd) -> dict[str, object]:
-    return {"time_s": early.time, "planned_s": early.planned, "actions_left_out": len(early.undone)}
+def _early_end(early: Spared) -> dict[str, object]:
+    return {"time_s": early.time, "planned_s": early.planned, "actions_left_out": early.actions}
 
 
 def _cost(cost: Cost) -> dict[str, object]:
@@ -157,6 +161,9 @@ def _golden(golden: GoldenResult) -> dict[str, object]:
                 "expected": difference.expected,
                 "got": difference.got,
                 "tolerance": difference.tolerance,
+                "expected_number": _number(difference.numbers[0]),
+                "got_number": _number(difference.numbers[1]),
+                "unit": difference.unit,
             }
             for difference in golden.differences
         ],

@@ -28,8 +28,8 @@ def _lines(trace: Trace, result: VariantResult) -> Iterator[str]:
         yield modified_text(result.modified)
     if trace.moving:
         yield f"still moving at the end: {names_text(trace.moving)}"
-    if trace.early_end is not None:
-        yield ending_text(trace.early_end)
+    if result.early_end is not None:
+        yield ending_text(result.early_end)
     if trace.energy_gained:
         yield energy_text(trace.energy_gained)
     if trace.wrong_edges is not None:

@@ -1,7 +1,7 @@
 """The report as text: mistakes first, then one row a variant, then failures one by one, then one line of sums."""
 
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from stackdsl.outcome import GOLDEN_FAILURES, REFERENCE_SYSTEM, GoldenStatus, Outcome, Report, RunStatus, VariantResult
 from stackdsl.report.blocks import Block, Row, Table, blocks_text, line, table, titled
@@ -12,6 +12,7 @@ from stackdsl.report.ending_text import ending_text
 from stackdsl.report.energy_text import energy_text
 from stackdsl.report.modified_text import modified_text
 from stackdsl.report.outcome_text import outcome_text, significant
+from stackdsl.wording import names_text
 
 NOTHING = "-"
 USUAL_ENGINE = "pybullet"  # not worth a column
@@ -28,9 +29,16 @@ DISPENSABLE = (
 )  # columns left out where no row fills them
 
 
-def report_text(report: Report, width: int = 120, colour: bool = False) -> str:
-    """The whole report; tables keep to `width` [characters] where words let them, other lines stay whole."""
-    blocks = [*filter(None, _blocks(report)), [line(closing_line(report))]]
+def report_text(
+    report: Report, width: int = 120, colour: bool = False, *, verbosity: int = 0, durations: int = 0
+) -> str:
+    """The whole report; tables keep to `width` [characters] where words let them, other lines stay whole.
+
+    What failed comes first, and what is only a note below it. `verbosity` -1 leaves out notes and the table, and 1
+    tells also what passed, and notes on which nothing depends; `durations` is how many of the slowest are named.
+    """
+    parts = [*_failures(report, verbosity), *(_notes(report, verbosity) if verbosity >= 0 else ())]
+    blocks = [*filter(None, [*parts, _slowest(report, durations)]), [line(closing_line(report))]]
     return blocks_text(blocks, width, colour)
 
 
@@ -41,8 +49,13 @@ def closing_line(report: Report) -> str:
         "obsolete golden file": len(report.obsolete),
         "removed golden file": len(report.removed),
     }
-    sums = [f"{count} {conclusion}" for conclusion, count in report.conclusions.items() if count]
+    known = sum(result.remembered for result in report.results)
+    conclusions = dict(report.conclusions)
+    if known and (passed := conclusions.pop("passed")):
+        conclusions = {f"passed ({known} remembered)": passed} | conclusions
+    sums = [f"{count} {conclusion}" for conclusion, count in conclusions.items() if count]
     sums += [_counted(count, what) for what, count in extras.items() if count]
+    sums += [f"{report.left} not played after a failure"] if report.left else []
     sums += ["interrupted"] if report.interrupted else []
     ran = f"{_counted(report.scenarios, 'scenario')}, {_counted(len(report.results), 'variant')}"
     return f"{ran}: {', '.join(sums) or 'nothing run'} in {report.wall_time:.1f} s"
@@ -52,27 +65,53 @@ def _counted(count: int, noun: str) -> str:
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
-def _blocks(report: Report) -> Iterator[Block]:
+def _failures(report: Report, verbosity: int) -> Iterator[Block]:
+    """What is to be looked into, below what there was."""
     yield _diagnostics(report)
-    yield [_summary(report)] if report.results else []
+    yield [_summary(report)] if report.results and verbosity >= 0 else []
     yield _blocked(report)
     stopped = [result for result in report.results if _stopped(result)]
     yield titled("Did not finish", [f"{r.file}: {r.name}: {r.status}: {r.message}" for r in stopped])
-    yield titled("Skipped", list(_skipped(report)))
-    yield titled("Modified scenes", list(_modified(report)))
-    early = [(result.name, result.early_end) for result in report.results if result.early_end is not None]
-    yield titled("Ended early", [f"{name}: {ending_text(end)}" for name, end in early])
-    yield titled("Numerical collapses", [f"{r.name}: {r.numerical}" for r in report.results if r.numerical])
-    gained = [result for result in report.results if result.energy_gained]
-    yield titled("Energy from nowhere", [f"{result.name}: {energy_text(result.energy_gained)}" for result in gained])
-    yield titled("Wrong edge normals", list(_wrong_edges(report)))
     yield titled("Failed expectations", list(_missed(report, lambda result: result.outcomes)))
     yield titled("Moved at half the step and twice the iterations", list(_moved(report)))
     yield from (_differences(result) for result in report.results)
     yield titled("Golden files", list(_golden_files(report)))
+    yield titled("Passed expectations", list(_met(report)) if verbosity > 0 else [])
+
+
+def _notes(report: Report, verbosity: int) -> Iterator[Block]:
+    """What fails nothing. Of how well a run may be trusted, only where something is claimed of it."""
+    noted = [result for result in report.results if verbosity > 0 or result.outcomes or result.truths]
+    early = [(result.name, result.early_end) for result in report.results if result.early_end is not None]
+    shown = {result.name for result in report.results if verbosity > 0 or not result.passed or result.golden_failed}
+    gained = [result for result in noted if result.energy_gained]
+    yield titled("Skipped", list(_skipped(report)))
+    yield titled("Modified scenes", list(_modified(report)))
+    yield titled("Ended early", [f"{name}: {ending_text(end)}" for name, end in early if name in shown])
+    yield titled("Numerical collapses", [f"{r.name}: {r.numerical}" for r in report.results if r.numerical])
+    yield titled("Energy from nowhere", [f"{result.name}: {energy_text(result.energy_gained)}" for result in gained])
+    yield titled("Wrong edge normals", list(_wrong_edges(noted)))
     yield titled("Other than known from outside", list(_missed(report, lambda result: result.truths)))
     yield titled("Golden files of another engine, compared in what no engine decides", list(_other_engines(report)))
     yield titled("Golden files made with other versions", list(_stamps(report)))
+
+
+def _slowest(report: Report, count: int) -> Block:
+    """The cases that took longest, when they were played."""
+    timed = [(result.cost.wall_time, result) for result in report.results if result.cost is not None]
+    slowest = sorted(timed, key=lambda pair: -pair[0])[:count]
+    return titled("Slowest", [f"{time:.2f} s  {result.name}{_when(result)}" for time, result in slowest])
+
+
+def _when(result: VariantResult) -> str:
+    return " (remembered)" if result.remembered else ""
+
+
+def _met(report: Report) -> Iterator[str]:
+    for result in report.results:
+        for outcome in result.outcomes:
+            if outcome.passed:
+                yield f"{outcome.span}: {result.name}: {outcome_text(outcome)}"
 
 
 def _diagnostics(report: Report) -> Block:
@@ -120,8 +159,8 @@ def _modified(report: Report) -> Iterator[str]:
     yield from (f"{modified_text(modified)}: {', '.join(played)}" for modified, played in names.items())
 
 
-def _wrong_edges(report: Report) -> Iterator[str]:
-    for result in report.results:
+def _wrong_edges(results: Iterable[VariantResult]) -> Iterator[str]:
+    for result in results:
         if result.wrong_edges is not None:
             yield f"{result.name}: {wrong_edges_text(result.wrong_edges, result.collapse)}"
 
@@ -184,16 +223,25 @@ def _differences(result: VariantResult) -> Block:
 
 def _golden_files(report: Report) -> Iterator[str]:
     """What is to be done about golden files, and the command that does it."""
-    told = (*GOLDEN_FAILURES, GoldenStatus.WRITTEN)
-    for result in report.results:
-        if result.golden is not None and result.golden.status in told:
-            yield f"{result.golden.file}: {result.golden.status}" + (
-                f": {result.golden.note}" if result.golden.note else ""
-            )
+    goldens = [result.golden for result in report.results if result.golden is not None]
+    for status in (GoldenStatus.MISSING, GoldenStatus.NEW):
+        yield from _together([golden.file for golden in goldens if golden.status is status and not golden.note], status)
+    for golden in goldens:
+        alone = golden.status not in (GoldenStatus.MISSING, GoldenStatus.NEW) or golden.note
+        if golden.status in (*GOLDEN_FAILURES, GoldenStatus.WRITTEN) and alone:
+            yield f"{golden.file}: {golden.status}" + (f": {golden.note}" if golden.note else "")
     yield from (f"{file}: removed" for file in report.removed)
     yield from (f"{file}: obsolete, no variant has this name" for file in report.obsolete)
     if report.accept:
         yield f"accept{', and remove what is obsolete,' if report.obsolete else ''} with: {report.accept}"
+
+
+def _together(files: Sequence[str], status: GoldenStatus) -> Iterator[str]:
+    """All files of which there is nothing more to say, on one line."""
+    if len(files) == 1:
+        yield f"{files[0]}: {status}"
+    elif files:
+        yield f"{len(files)} {status}: {names_text(files)}"
 
 
 def _stamps(report: Report) -> Iterator[str]:

@@ -224,7 +224,9 @@ def _value(  # noqa: PLR0913, PLR0917 -- both sides, what they are called, and w
     if _same(expected, got, quantity) or is_excused(expected, got, unclear):
         return ()
     tolerance = f"± {quantity.tolerance:g} {quantity.unit}".rstrip() if quantity is not None else "exact"
-    return (GoldenDifference(subject, name, _shown(expected, quantity), _shown(got, quantity), tolerance),)
+    texts = _shown(expected, quantity), _shown(got, quantity)
+    numbers = expected if is_number(expected) else None, got if is_number(got) else None
+    return (GoldenDifference(subject, name, *texts, tolerance, numbers, quantity.unit if quantity is not None else ""),)
 
 
 def _same(expected: object, got: object, quantity: Quantity | None) -> bool:

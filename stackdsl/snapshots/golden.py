@@ -56,39 +56,59 @@ def _bytes(text: str) -> bytes:
     return text.encode("utf-8", errors="surrogatepass")
 
 
-def check_golden(snapshot: Snapshot, directory: Path, update: bool) -> GoldenResult:
+def check_golden(snapshot: Snapshot, directory: Path, update: bool, lock_new: bool = False) -> GoldenResult:
     """Hold a snapshot against its file; with `update`, write the file unless it agrees within tolerance.
 
     Of one that agrees only the stamp is written, if that has changed: who accepts what comes out need not hear again
-    what it was made with before.
+    what it was made with before. With `lock_new`, a file that there is not is written as well.
 
     A file that was made with another engine is not written over, for those who have that one: whoever means to removes
     it first.
 
     Raises GoldenWriteRefusedError if asked to update in CI.
     """
-    if update:
+    if update or lock_new:
         refuse_in_ci(os.environ)
     path = directory / golden_name(snapshot.identity)
     text = canonical_text(snapshot)
-    if _holds(path, text):  # as most do; of a large scene, reading what it says takes three times as long
-        return GoldenResult(GoldenStatus.SAME, path.as_posix())
-    result = judge_golden(path, document(snapshot))
+    found = content(path)
+    if found == text.encode("ascii"):  # as most are; of a large scene, reading what it says takes three times as long
+        return GoldenResult(GoldenStatus.SAME, path.as_posix(), digest=text_digest(found))
+    result = judged_content(path.as_posix(), found, document(snapshot))
+    if result.status is GoldenStatus.MISSING and lock_new and not update:
+        return _written(path, text, result, GoldenStatus.NEW)
     agrees = result.status is GoldenStatus.SAME
     if not update or (result.status in LEFT_ALONE and not (agrees and result.note)):
         return result
+    was = found.decode("utf-8") if isinstance(found, bytes) and agrees else ""
+    return _written(path, restamped(was, text) if agrees else text, result, GoldenStatus.WRITTEN)
+
+
+def _written(path: Path, text: str, result: GoldenResult, status: GoldenStatus) -> GoldenResult:
     try:
-        write_golden(path, restamped(path.read_text(encoding="utf-8"), text) if agrees else text)
+        write_golden(path, text)
     except OSError as error:
         return replace(result, note=f"cannot be written: {error.strerror}; {WRITABLE}")
-    return replace(result, status=GoldenStatus.WRITTEN, note="")
+    return replace(result, status=status, note="", digest="")
 
 
-def _holds(path: Path, text: str) -> bool:
-    """Whether a file holds this very text."""
-    with suppress(OSError):
-        return path.is_file() and path.read_bytes() == text.encode("ascii")
-    return False
+def content(path: Path) -> bytes | GoldenResult:
+    """All that a golden file holds, or why it cannot be read."""
+    file = path.as_posix()
+    # Reading a pipe may wait for ever, and a device may have no end.
+    if path.exists() and not path.is_file() and not path.is_dir():
+        return GoldenResult(GoldenStatus.UNREADABLE, file, note="it is no regular file")
+    try:
+        return path.read_bytes()
+    except FileNotFoundError:
+        return GoldenResult(GoldenStatus.MISSING, file)
+    except OSError as error:
+        return GoldenResult(GoldenStatus.UNREADABLE, file, note=f"it cannot be read: {error.strerror}")
+
+
+def text_digest(found: bytes | GoldenResult) -> str:
+    """The SHA-256 of what a golden file holds; empty where it cannot be read."""
+    return sha256(found).hexdigest() if isinstance(found, bytes) else ""
 
 
 def restamped(was: str, now: str) -> str:
@@ -97,21 +117,15 @@ def restamped(was: str, now: str) -> str:
     return STAMP_LINE.sub(lambda _: stamp.group(), was) if stamp and len(STAMP_LINE.findall(was)) == 1 else now
 
 
-def judge_golden(path: Path, got: Mapping[str, object]) -> GoldenResult:
-    """The comparison of a snapshot's JSON value with a golden file."""
-    file = path.as_posix()
-    # Reading a pipe may wait for ever, and a device may have no end.
-    if path.exists() and not path.is_file() and not path.is_dir():
-        return GoldenResult(GoldenStatus.UNREADABLE, file, note="it is no regular file")
+def judged_content(file: str, found: bytes | GoldenResult, got: Mapping[str, object]) -> GoldenResult:
+    """The comparison of a snapshot's JSON value with what was read of a golden file."""
+    if not isinstance(found, bytes):
+        return found
     try:
-        text = path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        return GoldenResult(GoldenStatus.MISSING, file)
-    except OSError as error:
-        return GoldenResult(GoldenStatus.UNREADABLE, file, note=f"it cannot be read: {error.strerror}")
+        text = found.decode("utf-8")
     except UnicodeDecodeError as error:
         return GoldenResult(GoldenStatus.UNREADABLE, file, note=f"it is not UTF-8 text: {error}")
-    return judge_text(file, text, got)
+    return replace(judge_text(file, text, got), digest=text_digest(found))
 
 
 def judge_text(file: str, text: str, got: Mapping[str, object]) -> GoldenResult:
@@ -153,9 +167,14 @@ def _without_duplicates(pairs: list[tuple[str, object]]) -> dict[str, object]:
     return values
 
 
+def is_ci(environment: Mapping[str, str]) -> bool:
+    """Whether an environment is that of a CI run."""
+    return environment.get("CI", "").strip().lower() not in NOT_CI
+
+
 def refuse_in_ci(environment: Mapping[str, str]) -> None:
     """Raise GoldenWriteRefusedError if the environment is that of a CI run."""
-    if environment.get("CI", "").strip().lower() not in NOT_CI:
+    if is_ci(environment):
         raise GoldenWriteRefusedError("golden files are not written in CI: update them locally and review the diff")
 
 

@@ -8,6 +8,8 @@ import pytest
 
 from tests.command_line import AMPLE, GOOD, Result, Stackdsl, ended, started, write
 
+MOVED = GOOD.replace("{levels: 3}", "{levels: 3, origin: [5 mm, 0 mm, 0 mm]}")
+
 
 @pytest.fixture(scope="module")
 def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -28,12 +30,12 @@ def project(written: Path, tmp_path: Path) -> Path:
 
 def test_missing_then_written_then_same_then_different(stackdsl: Stackdsl, tmp_path: Path) -> None:
     path = write(tmp_path, GOOD)
-    assert stackdsl("check", str(path)).code == 3
+    assert stackdsl("check", str(path), CI="true").code == 3
     assert not (tmp_path / "golden").exists()
     assert stackdsl("check", str(path), "--update").code == 0
     locked = (tmp_path / "golden" / "good[exact].json").read_bytes()
     assert stackdsl("check", str(path)).code == 0
-    write(tmp_path, GOOD.replace("{levels: 3}", "{levels: 3, origin: [5 mm, 0 mm, 0 mm]}"))
+    write(tmp_path, MOVED)
     moved = stackdsl("check", str(path))
     assert moved.code == 3
     row = next(line for line in moved.out.splitlines() if "L2.1" in line and " x" in line)
@@ -137,12 +139,14 @@ def test_the_command_told_accepts_what_was_shown_and_nothing_else(stackdsl: Stac
     write(tmp_path, GOOD + "tags: [short]\nsystems: [exact, tuned]\n", "my scenes/a.yaml")
     write(tmp_path, GOOD.replace("good", "other") + "systems: [exact]\n", "my scenes/b.yaml")
     call = ("check", "my scenes", "--golden", "locked here", "--system", "exact", "-k", "goo", "--tag", "!long")
+    assert stackdsl(*call).code == 0  # which locks
+    write(tmp_path, MOVED + "tags: [short]\nsystems: [exact, tuned]\n", "my scenes/a.yaml")
     assert stackdsl(*call).code == 3
     told = accepting(stackdsl(*call, "--time-limit", "99"))
     assert told == [*call[:2], *call[4:], *call[2:4], "--time-limit", "99.0", "--update"]
     assert stackdsl(*told).code == 0
     assert [entry.name for entry in (tmp_path / "locked here").iterdir()] == ["good[exact].json"]
-    assert [entry.name for entry in tmp_path.iterdir() if entry.name != "my scenes"] == ["locked here"]
+    assert {entry.name for entry in tmp_path.iterdir()} == {"my scenes", "locked here", ".stackdsl"}
     assert stackdsl(*call).code == 0
 
 

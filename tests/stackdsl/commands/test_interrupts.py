@@ -37,8 +37,8 @@ FAILING = GOOD + "  - height: 20 mm ± 1 mm\n"
 
 @pytest.mark.parametrize(
     ("text", "call", "code"),
-    [(GOOD, "check", 3), (GOOD, "check --update", 0), (GOOD, "run", 0), (FAILING, "run", 1)],
-    ids=["missing", "written", "passed", "failed"],
+    [(FAILING, "check", 1), (GOOD, "check --update", 0), (GOOD, "run", 0), (FAILING, "run", 1)],
+    ids=["checked", "written", "passed", "failed"],
 )
 def test_a_reader_who_leaves_changes_no_exit_code(tmp_path: Path, text: str, call: str, code: int) -> None:
     write(tmp_path, text)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from stackdsl.commands.check_command import FORMATS
+from stackdsl.commands.formats import FORMATS
 from tests.command_line import GOOD, Result, Stackdsl, ended, write
 from tests.engines_at_hand import needs_pybullet
 from tests.paths import ROOT

@@ -5,7 +5,7 @@ from pathlib import Path as FilePath
 import pytest
 
 from stackdsl.checking.gathering import gather
-from stackdsl.checking.results import REMEDIES, checked, judged
+from stackdsl.checking.results import REMEDIES, Goldens, checked, judged
 from stackdsl.checking.worker import TaskResult, TaskStatus
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.outcome import RunStatus
@@ -91,7 +91,7 @@ def test_a_file_that_cannot_be_read_is_told_with_a_remedy(tmp_path: FilePath, na
 )
 def test_a_run_without_an_end_is_told_with_a_remedy(status: TaskStatus, ended: RunStatus, remedy: str) -> None:
     case = compiled(COLUMN)[0][0]
-    result = checked(case, TaskResult(status, message="why"), FilePath("golden"), update=False)
+    result = checked(case, TaskResult(status, message="why"), Goldens(FilePath("golden")))
     assert result.status is ended
     assert remedy in result.message
     assert set(REMEDIES) == set(TaskStatus)
@@ -112,7 +112,7 @@ def test_a_golden_file_that_cannot_be_written_is_told_with_a_remedy(
     (tmp_path / "golden").write_text("a file, and no directory", encoding="utf-8")
     case = compiled(COLUMN)[0][0]
     played = TaskResult(TaskStatus.DONE, play(case.timeline, SYSTEMS["exact"]))
-    golden = checked(case, played, tmp_path / "golden", update=True).golden
+    golden = checked(case, played, Goldens(tmp_path / "golden", update=True)).golden
     assert golden is not None
     assert "cannot be written" in golden.note
     assert "--golden" in golden.note

@@ -17,6 +17,7 @@ from stackdsl.outcome import (
     Outcome,
     Report,
     RunStatus,
+    Spared,
     VariantResult,
     exit_code,
 )
@@ -24,8 +25,7 @@ from stackdsl.report.edge_text import wrong_edges_text
 from stackdsl.report.json import report_json
 from stackdsl.report.outcome_text import outcome_text
 from stackdsl.report.text import report_text
-from stackdsl.timeline import Removal
-from stackdsl.trace import Collapse, Cost, EarlyEnd, Updates, WrongEdges
+from stackdsl.trace import Collapse, Cost, Updates, WrongEdges
 from tests.paths import ROOT
 
 SPAN = Span("scenarios/slant.yaml", 14, 5, 14)
@@ -301,10 +301,11 @@ def test_a_scene_that_was_played_with_other_constants_is_told_with_them() -> Non
 
 
 def test_a_run_that_ended_before_its_time_says_why_and_what_it_left_out() -> None:
-    early = EarlyEnd(9.25, 14.0, (Removal(12.0, ("L3.1",)),))
+    early = Spared(9.25, 14.0, 1)
     seen = report(replace(PASSED, early_end=early), PASSED)
     told = "ended at 9.250 s of 14.000 s, as all that is asked is known; 1 action still to come left out"
-    assert report_text(seen).count(f"slant[step=11mm,thesis]: {told}") == 1
+    assert told not in report_text(seen)  # nothing hangs on it
+    assert report_text(seen, verbosity=1).count(f"slant[step=11mm,thesis]: {told}") == 1
     ends = [result["early_end"] for result in json.loads(report_json(seen))["results"]]
     assert ends == [{"time_s": 9.25, "planned_s": 14.0, "actions_left_out": 1}, None]
 

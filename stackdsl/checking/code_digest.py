@@ -1,0 +1,58 @@
+"""Which program this is: its own code, the libraries under it, Python and the machine, as one digest.
+
+What one program has found out says nothing of another, so whatever is remembered is remembered of a program.
+"""
+
+import os
+import platform
+import sys
+from collections.abc import Iterator
+from hashlib import sha256
+from pathlib import Path
+from typing import Final
+
+from stackdsl import LOADED
+
+PACKAGES: Final = ("stability", "stackdsl")
+LIBRARIES: Final = ("clarabel", "mujoco", "numpy", "pint", "pybullet", "pydantic", "pyyaml", "sapien", "scipy")
+SUFFIXES: Final = (".py", ".json", ".yaml")  # of what the packages read of themselves
+SETTINGS: Final = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_CORETYPE")
+CLOCK: Final = 0.05  # [s] by which the clock of a disk may be behind
+
+
+def program_digest() -> str:
+    """A digest of all that may change what comes of a case."""
+    digest = sha256()
+    for part in _parts():
+        digest.update(len(part).to_bytes(8, "big") + part)
+    return digest.hexdigest()
+
+
+def code_is_older() -> bool:
+    """Whether the code on the disk was last written before this process had loaded its own."""
+    return all(file.stat().st_mtime < LOADED - CLOCK for file in _files())
+
+
+def _parts() -> Iterator[bytes]:
+    for file in _files():
+        yield str(file).encode()
+        yield file.read_bytes()
+    told = (sys.version, sys.implementation.cache_tag, platform.system(), platform.machine(), platform.node())
+    yield from (str(text).encode() for text in told)
+    yield from (f"{name} {_version(name)}".encode() for name in LIBRARIES)
+    yield from (f"{name}={os.environ.get(name, '')}".encode() for name in SETTINGS)
+
+
+def _files() -> Iterator[Path]:
+    home = Path(__file__).parent.parent.parent
+    for package in PACKAGES:
+        yield from sorted(file for file in (home / package).rglob("*") if file.suffix in SUFFIXES)
+
+
+def _version(name: str) -> str:
+    from importlib.metadata import PackageNotFoundError, version  # noqa: PLC0415 -- `--help` does without
+
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return ""

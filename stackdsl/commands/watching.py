@@ -1,0 +1,49 @@
+"""`stackdsl check --watch`: checks again whenever a scenario is saved, each time in a new process.
+
+So it is always the code on the disk that plays, and what is remembered says what need not be played again.
+"""
+
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import click
+
+from stackdsl.checking.gathering import SUFFIXES
+from stackdsl.commands.terminal import tell
+
+
+def watch(paths: Sequence[Path]) -> int:
+    """Check as this call asks for, now and at every change below these paths; the exit code of the last check."""
+    try:
+        from watchfiles import watch as changes_of  # noqa: PLC0415 -- where something is watched
+    except ImportError as error:
+        raise click.UsageError(
+            "--watch needs watchfiles, which is not installed; try: pip install watchfiles"
+        ) from error
+    missing = [path for path in paths if not path.exists()]
+    if missing:
+        raise click.UsageError(f"{missing[0]} is not there to be watched")
+    command = [sys.executable, "-m", "stackdsl", *(word for word in sys.argv[1:] if word != "--watch")]
+    folders = {path if path.is_dir() else path.parent for path in paths}
+    files = {path.resolve() for path in paths if not path.is_dir()}
+
+    def is_meant(_: object, name: str) -> bool:
+        path = Path(name)
+        inside = any(path.resolve().is_relative_to(folder.resolve()) for folder in paths if folder.is_dir())
+        return path.suffix.lower() in SUFFIXES and (inside or path.resolve() in files)
+
+    code = 0
+    try:
+        changes = changes_of(*folders, watch_filter=is_meant, yield_on_timeout=True, rust_timeout=500)
+        for number, changed in enumerate(changes):
+            if number and not changed:
+                continue
+            for name in sorted({Path(name).name for _, name in changed}):
+                tell(f"changed: {name}")
+            code = subprocess.run(command, check=False).returncode
+            tell("watching; Ctrl-C ends it")
+    except KeyboardInterrupt:
+        pass
+    return code

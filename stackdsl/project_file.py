@@ -1,0 +1,106 @@
+"""The project that scenarios belong to: the nearest directory upwards that says it is one, and what it says.
+
+That is a directory with `stackdsl.toml`, or with a `pyproject.toml` that has a table `[tool.stackdsl]`. Golden files
+and what is remembered belong to it, wherever the command is called. Else the working directory counts.
+"""
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+GOLDEN: Final = Path("golden")
+SCENARIOS: Final = Path("scenarios")
+OWN_FILE: Final = "stackdsl.toml"
+SHARED_FILE: Final = "pyproject.toml"
+KEYS: Final = ("golden", "scenarios")
+STATE: Final = ".stackdsl"  # what is remembered from call to call; nothing is lost with it
+
+
+class ProjectError(ValueError):
+    """The file that marks a project cannot be read, or says what it cannot mean; the message says which, and where."""
+
+
+@dataclass(frozen=True, slots=True)
+class Project:
+    """Where things are, as seen from the working directory."""
+
+    golden: Path = GOLDEN
+    scenarios: Path = SCENARIOS
+    root: Path | None = None  # None where nothing marks one
+
+    def state(self, golden: Path) -> Path:
+        """Where to remember what concerns a directory of golden files."""
+        home = self.root if self.root is not None and golden == self.golden else golden.parent
+        return home / STATE
+
+
+def project_of(paths: Sequence[Path]) -> Project:
+    """The project around some files and directories, or around the working directory if there are none.
+
+    Raises ProjectError.
+    """
+    start = _common(paths) if paths else Path.cwd()
+    for folder in (start, *start.parents):
+        found = _settings(folder)
+        if found is not None:
+            return _project(folder, *found)
+    return Project()
+
+
+def _common(paths: Sequence[Path]) -> Path:
+    """The directory around all of them; links are left as they are, for goldens belong to where somebody points."""
+    try:
+        return Path(os.path.commonpath([os.path.abspath(path) for path in paths]))
+    except ValueError:  # on several drives, or a NUL in a name, which is told when the file is read
+        return Path.cwd()
+
+
+def _settings(folder: Path) -> tuple[Path, Mapping[str, object]] | None:
+    """The file that makes this directory a project, and its settings; None if there is none."""
+    own, shared = folder / OWN_FILE, folder / SHARED_FILE
+    if own.is_file():
+        return own, _read(own)
+    if shared.is_file() and "stackdsl" in (table := _table(_read(shared), "tool", shared)):
+        return shared, _table(table, "stackdsl", shared)
+    return None
+
+
+def _read(file: Path) -> Mapping[str, object]:
+    from tomllib import TOMLDecodeError, load  # noqa: PLC0415 -- most directories on the way up have no such file
+
+    try:
+        with file.open("rb") as stream:
+            return load(stream)
+    except OSError as error:
+        raise ProjectError(f"{_seen(file)} cannot be read: {error.strerror}") from error
+    except (TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ProjectError(f"{_seen(file)} is no TOML: {error}") from error
+
+
+def _table(holder: Mapping[str, object], key: str, file: Path) -> Mapping[str, object]:
+    value = holder.get(key, {})
+    if not isinstance(value, dict):
+        raise ProjectError(f"{_seen(file)}: '{key}' is to be a table, such as [tool.stackdsl]")
+    return value
+
+
+def _project(folder: Path, file: Path, settings: Mapping[str, object]) -> Project:
+    for key, value in settings.items():
+        if key not in KEYS:
+            raise ProjectError(f"{_seen(file)}: unknown key '{key}' of stackdsl; there are {' and '.join(KEYS)}")
+        if not isinstance(value, str) or not value or os.path.isabs(value):
+            raise ProjectError(f'{_seen(file)}: {key} is to be a directory below the file, such as {key} = "{key}"')
+    golden, scenarios = (
+        str(settings.get(key, default)) for key, default in zip(KEYS, (GOLDEN, SCENARIOS), strict=True)
+    )
+    return Project(_seen(folder / golden), _seen(folder / scenarios), _seen(folder))
+
+
+def _seen(path: Path) -> Path:
+    """A path as it is told: from the working directory on."""
+    try:
+        return Path(os.path.relpath(path))
+    except ValueError:  # on another drive
+        return path

@@ -1,0 +1,143 @@
+"""What is known to pass is not played again, and nothing that is remembered turns a failure green."""
+
+import json
+import os
+import time
+from pathlib import Path
+
+import pytest
+
+from tests.command_line import GOOD, Stackdsl, write
+
+TWO = GOOD + "---\n" + GOOD.replace("good", "other")
+
+
+@pytest.fixture
+def passed(stackdsl: Stackdsl, tmp_path: Path) -> Path:
+    """A folder of a file with two scenarios that pass, and are known to."""
+    write(tmp_path, TWO)
+    assert stackdsl("check", "scene.yaml").code == 0  # which locks
+    first = stackdsl("check", "scene.yaml")
+    assert "2 passed in" in first.out
+    return tmp_path
+
+
+def test_what_passed_as_it_stands_is_told_and_not_played(stackdsl: Stackdsl, passed: Path) -> None:
+    again = stackdsl("check", "scene.yaml", "--format", "json")
+    assert (again.code, again.err) == (0, "")
+    assert [result["remembered"] for result in json.loads(again.out)["results"]] == [True, True]
+    assert "2 passed (2 remembered)" in stackdsl("check", "scene.yaml").out
+    assert "remembered" not in stackdsl("check", "scene.yaml", "--no-cache").out
+
+
+def test_a_remembered_report_says_what_the_played_one_said(stackdsl: Stackdsl, passed: Path) -> None:
+    def said(*options: str) -> list[object]:
+        results = json.loads(stackdsl("check", "scene.yaml", "--format", "json", *options).out)["results"]
+        for result in results:
+            del result["remembered"], result["cost"], result["speed_up"]
+        return [*results]
+
+    assert said() == said("--no-cache")
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda folder: write(folder, TWO.replace("levels: 3", "levels: 4", 1)),
+        lambda folder: write(folder, TWO + "# a remark\n"),
+        lambda folder: [path.write_text(path.read_text() + "\n") for path in (folder / "golden").rglob("*.json")],
+    ],
+    ids=["other scenario", "other text", "other golden"],
+)
+def test_whatever_it_came_from_changes_it_is_played_again(stackdsl: Stackdsl, passed: Path, change: object) -> None:
+    assert callable(change)
+    change(passed)
+    assert "remembered" not in stackdsl("check", "scene.yaml").out
+
+
+def test_a_golden_that_no_longer_agrees_fails_though_the_pass_is_remembered(stackdsl: Stackdsl, passed: Path) -> None:
+    for path in (passed / "golden").rglob("*.json"):
+        path.write_text(path.read_text().replace('"verdict": "stands"', '"verdict": "collapses"'))
+    assert stackdsl("check", "scene.yaml").code == 3
+    assert stackdsl("check", "scene.yaml").code == 3
+    for path in (passed / "golden").rglob("*.json"):
+        path.unlink()
+    assert stackdsl("check", "scene.yaml", CI="true").code == 3
+
+
+def test_what_failed_is_played_again_every_time(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, GOOD + "  - height: 20 mm ± 1 mm\n")
+    for _ in range(2):
+        result = stackdsl("check", "scene.yaml")
+        assert (result.code, "[1/1] good[exact]: failed" in result.err) == (1, True)
+
+
+def test_a_limit_of_time_that_it_was_not_played_under_is_another_question(stackdsl: Stackdsl, passed: Path) -> None:
+    assert "remembered" not in stackdsl("check", "scene.yaml", "--time-limit", "50").out
+
+
+@pytest.mark.parametrize("spoilt", [b"", b"{", b"[]", b"\xff\xfe", b"0" * 64 + b"\n{}"])
+def test_records_that_are_cut_short_or_of_somebody_else_are_none(
+    stackdsl: Stackdsl, passed: Path, spoilt: bytes
+) -> None:
+    records = list((passed / ".stackdsl" / "passed").rglob("*.json"))
+    assert len(records) == 3  # two cases, and what the file holds
+    for record in records:
+        record.write_bytes(spoilt)
+    assert "2 passed in" in stackdsl("check", "scene.yaml").out
+    assert "2 remembered" in stackdsl("check", "scene.yaml").out
+
+
+def test_a_record_is_of_no_other_case(stackdsl: Stackdsl, passed: Path) -> None:
+    # A pass under the name of another record: the digest is that of the name as well.
+    write(passed, GOOD + "  - height: 20 mm ± 1 mm\n", "bad.yaml")
+    stackdsl("check", "bad.yaml", "--update", "--golden", "locked")
+    good = max((passed / ".stackdsl" / "passed").rglob("*.json"), key=lambda path: path.stat().st_size).read_bytes()
+    for record in (passed / ".stackdsl" / "passed").rglob("*.json"):
+        record.write_bytes(good)
+    assert stackdsl("check", "bad.yaml", "--golden", "locked").code == 1
+    assert "2 passed (1 remembered)" in stackdsl("check", "scene.yaml").out  # under its own name it is true
+
+
+def test_one_bit_that_flips_makes_a_record_none(stackdsl: Stackdsl, passed: Path) -> None:
+    for record in (passed / ".stackdsl" / "passed").rglob("*.json"):
+        data = bytearray(record.read_bytes())
+        data[-3] ^= 1
+        record.write_bytes(bytes(data))
+    assert "2 passed in" in stackdsl("check", "scene.yaml").out
+
+
+def test_code_that_was_written_after_the_start_is_not_what_played(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from stackdsl.checking import code_digest, memory  # noqa: PLC0415 -- whose names are replaced
+
+    source = write(tmp_path, "x = 1\n", "package.py")
+    monkeypatch.setattr(code_digest, "_files", lambda: [source])
+    monkeypatch.setattr(memory, "program_digest", code_digest.program_digest)
+    os.utime(source, (time.time() - 60.0, time.time() - 60.0))
+    monkeypatch.setattr(code_digest, "LOADED", time.time() - 30.0)
+    held = memory.Memory(tmp_path / ".stackdsl")
+    held.remember(key := held.key("case"), "passed")
+    held.settle()
+    assert held.recall(key) == "passed"
+    assert memory.Memory(tmp_path / ".stackdsl").key("case") == key
+    source.write_text("x = 2\n")  # while something is played
+    held.remember(other := held.key("other"), "passed")
+    held.settle()
+    assert held.recall(other) is None
+    assert memory.Memory(tmp_path / ".stackdsl").key("case") != key
+
+
+def test_two_scenarios_of_one_name_are_told_though_both_files_are_remembered(
+    stackdsl: Stackdsl, tmp_path: Path
+) -> None:
+    write(tmp_path, GOOD, "s/a.yaml")
+    write(tmp_path, GOOD, "t/b.yaml")
+    for folder in ("s", "t", "s"):
+        stackdsl("check", folder)
+    assert stackdsl("check", "s", "t").out.count("SD203") == 1
+
+
+def test_what_is_remembered_is_kept_from_git(passed: Path) -> None:
+    assert "*" in (passed / ".stackdsl" / ".gitignore").read_text().splitlines()

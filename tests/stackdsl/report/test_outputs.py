@@ -1,0 +1,130 @@
+"""Reports for other programs: each can be read by what reads such files, and names what failed, worst first."""
+
+import csv
+import json
+from dataclasses import replace
+from io import StringIO
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import jsonschema
+import pytest
+
+from stackdsl.outcome import GoldenStatus, RunStatus
+from stackdsl.report.csv import report_csv
+from stackdsl.report.github import report_github
+from stackdsl.report.json import report_json
+from stackdsl.report.junit import report_junit
+from stackdsl.report.markdown import report_markdown
+from tests.command_line import GOOD, Stackdsl, stackdsl_in_folder, write
+from tests.paths import ROOT
+from tests.stackdsl.report.test_report import CRASHED, FAILED, FULL, MISTAKE, PASSED, TUNED, report, with_golden
+
+__all__ = ["stackdsl_in_folder"]  # the fixture `stackdsl`
+
+SCHEMA = json.loads((ROOT / "stackdsl" / "report.schema.json").read_text(encoding="utf-8"))
+VARIED = replace(PASSED, parameters=(("step", "10 mm"), ("speed", "2 m/s"), ("share", "0.5"), ("kind", "kapla")))
+
+
+def test_the_json_report_is_as_its_schema_says() -> None:
+    validator = jsonschema.Draft202012Validator(SCHEMA)
+    jsonschema.Draft202012Validator.check_schema(SCHEMA)
+    for seen in (FULL, report(VARIED), report(replace(PASSED, refinement=()))):
+        assert list(validator.iter_errors(json.loads(report_json(seen)))) == []
+    wrong = json.loads(report_json(FULL)) | {"format": 2}
+    assert list(validator.iter_errors(wrong)) != []
+
+
+def test_the_schema_names_every_key_of_a_result() -> None:
+    (result,) = json.loads(report_json(report(VARIED)))["results"]
+    assert set(SCHEMA["$defs"]["result"]["properties"]) == set(result)
+    assert set(SCHEMA["properties"]) == set(json.loads(report_json(FULL)))
+
+
+def test_variables_are_numbers_with_their_units() -> None:
+    (result,) = json.loads(report_json(report(VARIED)))["results"]
+    assert result["variables"] == {
+        "step": {"written": "10 mm", "number": 10.0, "unit": "mm", "si": 0.01},
+        "speed": {"written": "2 m/s", "number": 2.0, "unit": "m/s", "si": 2.0},
+        "share": {"written": "0.5", "number": 0.5, "unit": "", "si": 0.5},
+        "kind": {"written": "kapla", "number": None, "unit": None, "si": None},
+    }
+
+
+def test_a_table_of_values_has_a_column_a_variable_in_si() -> None:
+    rows = list(csv.DictReader(StringIO(report_csv(report(VARIED, TUNED)))))
+    assert [row["variable_step"] for row in rows] == ["0.01", ""]
+    assert (rows[0]["variable_kind"], rows[0]["verdict"], rows[0]["collapse_level"]) == ("kapla", "collapses", "9")
+
+
+def test_junit_counts_what_failed_what_crashed_and_what_is_wrong() -> None:
+    root = ET.fromstring(report_junit(FULL))
+    (suite,) = [suite for suite in root if suite.get("name") == "scenarios/slant.yaml"]
+    counts = [suite.get(name) for name in ("tests", "failures", "errors", "skipped")]
+    assert counts == ["5", "2", "1", "0"]
+    assert [suite.get("name") for suite in root][-2:] == ["mistakes", "golden files"]
+    failure = next(suite.iter("failure"))
+    assert (failure.text or "").startswith("scenarios/slant.yaml:14:5: collapses: expected level 9")
+
+
+def test_junit_is_xml_whatever_names_hold() -> None:
+    hostile = replace(CRASHED, scenario="a\x00<b>&", message="\x1b[31m \ud800")
+    ET.fromstring(report_junit(report(hostile)))
+
+
+def test_annotations_come_worst_first_and_the_tenth_says_what_is_left() -> None:
+    many = [replace(FAILED, variant=f"n={number},thesis") for number in range(12)]
+    different = with_golden(GoldenStatus.DIFFERENT)
+    text = report_github(report(different, *many, CRASHED, diagnostics=(MISTAKE,)))
+    shown = [line for line in text.splitlines() if line.startswith("::error")]
+    assert len(shown) == 10
+    assert f"title={MISTAKE.code}" in shown[0]
+    assert "crashed" in shown[1]
+    assert "and 6 more" in shown[-1]
+    assert "golden/slant[thesis].json: different" in text.splitlines()[-2]
+    assert len([line for line in report_github(report(*many[:10])).splitlines() if line.startswith("::error")]) == 10
+
+
+def test_a_workflow_command_holds_no_line_break_and_no_colon_in_its_properties() -> None:
+    crashed = replace(CRASHED, message="two\nlines: 100 %", file="a:b,c.yaml")
+    (line, _) = report_github(report(crashed)).splitlines()
+    assert line.startswith("::error file=a%3Ab%2Cc.yaml,line=1,col=1,title=slant[step=11mm%2Cthesis]::")
+    assert line.endswith("two%0Alines: 100 %25")
+
+
+def test_a_page_of_markdown_names_failures_before_the_folded_table() -> None:
+    page = report_markdown(FULL)
+    assert page.index("measured level 11") < page.index("<details>")
+    assert "slant\\[step=11mm,thesis\\]" in page
+    assert report_markdown(report(PASSED)).count("| where |") == 0
+
+
+def test_several_formats_are_written_at_once(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, GOOD)
+    asked = ["json=out/a.json", "junit=b.xml", "csv=c.csv", "markdown=d.md", "github=e.txt"]
+    result = stackdsl("check", "scene.yaml", *(word for form in asked for word in ("--format", form)))
+    assert (result.code, "1 passed" in result.out) == (0, True)
+    assert json.loads((tmp_path / "out" / "a.json").read_text())["exit_code"] == 0
+    assert ET.parse(tmp_path / "b.xml").getroot().get("tests") == "1"
+    assert {"c.csv", "d.md", "e.txt"} <= {path.name for path in tmp_path.iterdir()}
+
+
+@pytest.mark.parametrize(
+    ("formats", "told"),
+    [
+        (["json", "text"], "cannot both go to the output"),
+        (["jsno"], "'jsno' is not one of 'text', 'json'"),
+        (["json="], "names no file"),
+    ],
+)
+def test_formats_that_cannot_be_had_are_wrong_usage(
+    stackdsl: Stackdsl, tmp_path: Path, formats: list[str], told: str
+) -> None:
+    write(tmp_path, GOOD)
+    result = stackdsl("check", "scene.yaml", *(word for form in formats for word in ("--format", form)))
+    assert (result.code, told in result.err) == (4, True)
+
+
+def test_a_skipped_case_is_skipped_in_junit() -> None:
+    skipped = replace(PASSED, status=RunStatus.SKIPPED, outcomes=(), message="not installed")
+    assert ET.fromstring(report_junit(report(skipped))).get("skipped") == "1"

@@ -1,0 +1,64 @@
+"""Golden files belong to the project that a file marks, wherever the command is called."""
+
+from pathlib import Path
+
+import pytest
+
+from stackdsl.project_file import Project, ProjectError, project_of
+from tests.command_line import GOOD, Stackdsl, stackdsl_in_folder, write
+
+__all__ = ["stackdsl_in_folder"]  # the fixture `stackdsl`
+
+
+@pytest.mark.parametrize("marked", ["stackdsl.toml", "pyproject.toml"])
+def test_the_nearest_file_upwards_marks_the_root(tmp_path: Path, marked: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    write(tmp_path, "[tool.stackdsl]\n" if marked == "pyproject.toml" else "", f"project/{marked}")
+    file = write(tmp_path, GOOD, "project/scenarios/deep/good.yaml")
+    monkeypatch.chdir(tmp_path)
+    assert project_of([file]) == Project(Path("project/golden"), Path("project/scenarios"), Path("project"))
+    monkeypatch.chdir(file.parent)
+    assert project_of([]) == Project(Path("../../golden"), Path(".."), Path("../.."))
+
+
+def test_what_says_nothing_of_stackdsl_marks_no_root(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write(tmp_path, "[tool.other]\n", "pyproject.toml")
+    monkeypatch.chdir(tmp_path)
+    assert project_of([]) == Project(Path("golden"), Path("scenarios"), None)
+
+
+def test_the_file_may_say_where_things_are(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write(tmp_path, 'golden = "locked"\nscenarios = "scenes"\n', "stackdsl.toml")
+    monkeypatch.chdir(tmp_path)
+    assert project_of([]) == Project(Path("locked"), Path("scenes"), Path())
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("golden = 7", "golden is to be a directory below the file"),
+        ('golden = "/elsewhere"', "golden is to be a directory below the file"),
+        ('goldne = "golden"', "unknown key 'goldne' of stackdsl; there are golden and scenarios"),
+        ("golden = ", "is no TOML"),
+    ],
+)
+def test_what_the_file_cannot_mean_is_told(tmp_path: Path, text: str, told: str) -> None:
+    write(tmp_path, text, "stackdsl.toml")
+    with pytest.raises(ProjectError, match=told):
+        project_of([tmp_path / "scene.yaml"])
+
+
+def test_a_call_from_elsewhere_locks_in_the_project(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, "", "project/stackdsl.toml")
+    write(tmp_path, GOOD, "project/scenarios/good.yaml")
+    assert stackdsl("check", "project/scenarios").code == 0
+    assert [path.name for path in tmp_path.iterdir()] == ["project"]
+    assert len(list((tmp_path / "project" / "golden").rglob("*.json"))) == 1
+    assert stackdsl("check", "project/scenarios/good.yaml", CI="true").code == 0
+
+
+def test_a_mistake_in_the_file_is_wrong_usage(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, "golden = 7", "stackdsl.toml")
+    write(tmp_path, GOOD)
+    result = stackdsl("check", "scene.yaml")
+    assert result.code == 4
+    assert "stackdsl.toml: golden is to be" in result.err
