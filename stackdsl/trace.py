@@ -129,6 +129,8 @@ class Margins:
     tilt: float | None = None  # the least tilt of the whole that brings it down [rad]
     friction: float | None = None  # the least Coulomb coefficient, of every contact, with which it stands
     placement: float | None = None  # how far every brick may be placed beside where it is [m]
+    joint: tuple[BodyId, BodyId] | None = None  # the contact that limits it, lower body first
+    gives_way: str = ""  # how it begins to come down under the least acceleration, in words
 
 
 NOTABLE_GAIN = 0.01  # of the energy of what moves: nothing in a scene adds any, so more of it than this is a fault

@@ -18,7 +18,7 @@ from tests.paths import ROOT
 LAYERS = {
     "stability": (
         {"model"},
-        {"graph", "geometry"},
+        {"graph", "geometry", "name_order"},
         {"shapes"},
         {"mechanics"},
         {"statics"},

@@ -10,6 +10,7 @@ from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE
 from stackdsl.commands.selecting import code_without_runs, selected_of
 from stackdsl.commands.terminal import write
 from stackdsl.report.explanation import explanation_text
+from stackdsl.report.proof_text import Extent
 
 
 @click.command("explain")
@@ -17,12 +18,20 @@ from stackdsl.report.explanation import explanation_text
 @ON_SYSTEMS
 @ON_KEYWORD
 @click.option("--margins/--no-margins", default=None, help="What the proofs would survive; default: of few bricks.")
+@click.option("--remedies/--no-remedies", default=None, help="What would mend a fall; default: of few bricks.")
+@click.option("--times", is_flag=True, help="What each proof cost, which differs from run to run.")
 @click.pass_context
-def explain_command(
-    context: click.Context, file: Path, systems: tuple[str, ...], keyword: str, margins: bool | None
+def explain_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
+    context: click.Context,
+    file: Path,
+    systems: tuple[str, ...],
+    keyword: str,
+    margins: bool | None,
+    remedies: bool | None,
+    times: bool,
 ) -> None:
     """Print what FILE was compiled to, and what statics says of it."""
     gathered, selected = selected_of(file, Selection(systems, keyword))
     for _, cases in groupby(selected, key=lambda case: (case.scenario.scenario, case.variant.parameters)):
-        write(explanation_text(list(cases), margins))
+        write(explanation_text(list(cases), Extent(margins, remedies, times)))
     context.exit(code_without_runs(gathered, selected))

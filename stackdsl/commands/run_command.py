@@ -23,15 +23,16 @@ from stackdsl.systems.known_systems import unplayable
 @ONE_FILE
 @ON_SYSTEMS
 @ON_KEYWORD
+@click.option("--all-names", is_flag=True, help="Name every brick of an event, however many there are.")
 @click.pass_context
-def run_command(context: click.Context, file: Path, systems: tuple[str, ...], keyword: str) -> None:
+def run_command(context: click.Context, file: Path, systems: tuple[str, ...], keyword: str, all_names: bool) -> None:
     """Play FILE, print what happens as it happens, and judge it; golden files are not looked at."""
     gathered, selected = selected_of(file, Selection(systems, keyword))
-    results = tuple(_run(case) for case in selected)
+    results = tuple(_run(case, all_names) for case in selected)
     context.exit(exit_code(Report(results, gathered.diagnostics)))
 
 
-def _run(case: Case) -> VariantResult:
+def _run(case: Case, all_names: bool) -> VariantResult:
     """Play a case here, and print what happens and how it ended."""
     write(case.name)
     if why := unplayable(case.system):
@@ -39,7 +40,7 @@ def _run(case: Case) -> VariantResult:
         return skipped(case, why)
     try:
         is_known = known_of(case.scenario, case.system)
-        trace = play_case(case.timeline, case.system, is_known, lambda event: write(event_text(event)))
+        trace = play_case(case.timeline, case.system, is_known, lambda event: write(event_text(event, all_names)))
     except BlockedPlacementError as error:
         result = held_up(case, error.blocked)
         complain(filter(None, [result.mistake]))

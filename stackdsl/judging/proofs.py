@@ -30,27 +30,35 @@ class Proofs:
 
     judged: tuple[Judged, ...]
     assembly: Assembly  # all that was judged
+    done: int = 0  # of the actions of the timeline, those that were judged
 
 
-def proofs_of(timeline: Timeline) -> Proofs:
-    """Judge every action as `exact` does, up to the first one that leaves anything to the engine."""
+def proofs_of(timeline: Timeline, names_smallest: bool = True) -> Proofs:
+    """Judge every action as `exact` does, up to the first one that leaves anything to the engine.
+
+    With `names_smallest` as few bricks are named as are found to fall, which of a heap takes seconds.
+    """
     assembly = Assembly(timeline.world.planes, timeline.world.friction, timeline.world.gravity)
     judged: list[Judged] = []
+    done = 0
     for moment in timeline.moments():
         if isinstance(moment, Removal):
-            if assembly.remove(moment.bricks).stability is not Stability.STABLE:
+            done += 1
+            if assembly.remove(moment.bricks, names_smallest=names_smallest).stability is not Stability.STABLE:
                 break
             continue
         if isinstance(moment, Push):
             break
         set_down = [placement for placement in moment if placement.at_rest]
         if set_down:
-            verdict = assembly.add_all(Placed(placement.brick, placement.pose) for placement in set_down)
+            coming = [Placed(placement.brick, placement.pose) for placement in set_down]
+            verdict = assembly.add_all(coming, names_smallest=names_smallest)
+            done += len(moment)
             names = tuple(placement.brick.id for placement in set_down)
             judged.append(Judged(names, verdict, {name: assembly.stage(name) for name in names}))
         if len(set_down) < len(moment) or assembly.verdict().stability is not Stability.STABLE:
             break
-    return Proofs(tuple(judged), assembly)
+    return Proofs(tuple(judged), assembly, done)
 
 
 def held_against_statics(trace: Trace, timeline: Timeline) -> Trace:
