@@ -244,8 +244,7 @@ class Trace:
     edges_when_placed: Mapping[BodyId, tuple[Edge, ...]]
     world: World | None = None  # what did not move
     last_arrival: float = 0.0  # when the last hit met what it was aimed at, or was to [s]
-    # What was proven when bricks were last set down or pulled out; None where nothing proves.
-    statics: StaticsVerdict | None = None
+    statics: StaticsVerdict | None = None  # when bricks were last set down or pulled out; None where nothing proves
     margins: Margins = Margins()  # of what stands at the end, as far as somebody asked
     energy: Energy | None = None  # None before anything was done
     onset: Onset | None = None  # None where nothing was proven to fall, or fell so, or nobody asked
@@ -256,6 +255,7 @@ class Trace:
     shift_before: float = 0.0  # largest of any brick when one was last set down before a collapse, or at all [m]
     moving: tuple[BodyId, ...] = ()  # what was not at rest when the run ended, thrown bricks included
     early_end: EarlyEnd | None = None  # None where it went on for as long as it was to
+    disproof: StaticsVerdict | None = None  # that what fell had to, on a system that proves nothing
     numerical: str = ""  # why the collapse is the solver's and none of physics; empty where nothing says so
 
     @property

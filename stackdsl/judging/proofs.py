@@ -62,23 +62,35 @@ def proofs_of(timeline: Timeline, names_smallest: bool = True) -> Proofs:
 
 
 def held_against_statics(trace: Trace, timeline: Timeline) -> Trace:
-    """The trace; a collapse before which every structure was proven to stand is marked as numerical."""
-    if trace.collapse is None or not stands_until(timeline, trace.collapse.time):
+    """The trace; a collapse before which every structure was proven to stand is marked as numerical.
+
+    One that had to come has the proof of it.
+    """
+    if trace.collapse is None:
         return trace
-    return replace(trace, numerical=DISPROVED)
+    verdict = verdict_until(timeline, trace.collapse.time)
+    match verdict.stability:
+        case Stability.STABLE:
+            return replace(trace, numerical=DISPROVED)
+        case Stability.UNSTABLE:
+            return replace(trace, disproof=verdict)
+        case _:
+            return trace
 
 
 def stands_until(timeline: Timeline, time: float) -> bool:
     """Whether all that was built is proven to stand, after everything that was done up to a time [s]."""
-    return stability_until(timeline, time) is Stability.STABLE
+    return verdict_until(timeline, time).stability is Stability.STABLE
 
 
-def stability_until(timeline: Timeline, time: float) -> Stability:
+def verdict_until(timeline: Timeline, time: float) -> Verdict:
     """The first verdict that is not STABLE, of all that was built up to a time [s], or STABLE.
 
     UNDECIDED from the first thing on that only an engine can follow: what is dropped, thrown or pushed.
     """
     done = tuple(action for action in timeline.actions if action.time <= time)
     if not done or any(leaves_to_engine(action) for action in done):
-        return Stability.UNDECIDED
-    return proofs_of(replace(timeline, actions=done)).assembly.verdict().stability
+        return Verdict(
+            Stability.UNDECIDED, reason="something is dropped, thrown or pushed, which only an engine can follow"
+        )
+    return proofs_of(replace(timeline, actions=done)).assembly.verdict()

@@ -8,6 +8,7 @@ from stackdsl.report.ending_text import ending_text
 from stackdsl.report.energy_text import energy_text
 from stackdsl.report.modified_text import modified_text
 from stackdsl.report.outcome_text import outcome_text
+from stackdsl.report.why_text import why_lines
 from stackdsl.trace import Trace
 from stackdsl.wording import level_text, names_text
 
@@ -36,5 +37,7 @@ def _lines(trace: Trace, result: VariantResult) -> Iterator[str]:
         yield wrong_edges_text(trace.wrong_edges, trace.collapse)
     for outcome in result.outcomes:
         yield f"{'passed' if outcome.passed else 'failed'}: {outcome.span}: {outcome_text(outcome)}"
+    if result.why is not None:
+        yield from why_lines(result.why)
     for truth in result.truths:
         yield f"truth {'agrees' if truth.passed else 'differs'}: {truth.span}: {outcome_text(truth)}"
