@@ -6,7 +6,7 @@ from pathlib import Path
 import click
 
 from stackdsl.checking.selection import Selection
-from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS
+from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, FilePath
 from stackdsl.commands.selecting import code_without_runs, selected_of
 from stackdsl.commands.terminal import write
 from stackdsl.diagnostics import did_you_mean
@@ -16,7 +16,7 @@ from stackdsl.report.proof_text import Extent
 
 
 @click.command("explain")
-@click.argument("what", metavar="FILE|CODE")
+@click.argument("file", metavar="FILE|CODE", type=FilePath)
 @ON_SYSTEMS
 @ON_KEYWORD
 @click.option("--margins/--no-margins", default=None, help="What the proofs would survive; default: of few bricks.")
@@ -25,7 +25,7 @@ from stackdsl.report.proof_text import Extent
 @click.pass_context
 def explain_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     context: click.Context,
-    what: str,
+    file: Path,
     systems: tuple[str, ...],
     keyword: str,
     margins: bool | None,
@@ -33,9 +33,8 @@ def explain_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     times: bool,
 ) -> None:
     """Print what FILE was compiled to, and what statics says of it; or what a CODE such as SD104 means."""
-    file = Path(what)
-    if CODE.fullmatch(what) and not file.exists():
-        write(_meaning(what))
+    if CODE.fullmatch(str(file)) and not file.exists():
+        write(_meaning(str(file)))
         return
     gathered, selected = selected_of(file, Selection(systems, keyword))
     for _, cases in groupby(selected, key=lambda case: (case.scenario.scenario, case.variant.parameters)):

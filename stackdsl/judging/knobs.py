@@ -14,10 +14,11 @@ from stability.model import BodyId
 from stackdsl.compiling.compiler import compile_timeline
 from stackdsl.compiling.written_bricks import bricks_of
 from stackdsl.diagnostics import Span
+from stackdsl.language.layouts.registry import LAYOUTS
 from stackdsl.language.quantities import SIGNED, UNIT
 from stackdsl.language.schema import Scenario
 from stackdsl.language.validation import validate
-from stackdsl.language.variants import Variant, expand
+from stackdsl.language.variants import CHOOSING, Variant, expand
 from stackdsl.reading.source import Path, Plain, Source
 from stackdsl.timeline import Timeline
 
@@ -54,25 +55,28 @@ class Knob:
 class Knobs:
     """A scenario in one variant, and how to have another number in it."""
 
-    source: Source
     scenario: Scenario
     variant: Variant
 
     def found(self, moving: Collection[BodyId]) -> Iterator[Knob]:
         """All of them; of bricks that were placed one by one, those that move."""
-        values = self.source.values
-        for name, text in self.variant.parameters:
-            yield from self._knob(name, ("matrix", name), text)
+        values = self.variant.written.values
+        for name, written in self.variant.choice.items():
+            row: Path = ("matrix", name)
+            place = row if _at(values, row) is not None else ("cases",)
+            yield from self._knob(name, ("let", name), written, place=place)
         for name, written in _members(values.get("let")):
             yield from self._knob(name, ("let", name), written)
-        for number, step in enumerate(self.scenario.build):
-            if step.layout is not None:
-                path: Path = ("build", number, step.layout[0])
-                for key, written in _members(_at(values, path)):
-                    yield from self._knob(key, (*path, key), written)
+        steps = values.get("build")
+        for number, step in enumerate(steps if isinstance(steps, list) else ()):
+            for layout, params in _members(step):
+                if layout in LAYOUTS:
+                    for key, written in _members(params):
+                        yield from self._knob(key, ("build", number, layout, key), written)
         for path in (("world", "tilt"), ("world", "tilt", "angle")):
             yield from self._knob("tilt", path, _at(values, path))
-        yield from self._places(moving)
+        if self.variant.source.values == values:  # or else bricks stand elsewhere than they are written
+            yield from self._places(moving)
 
     def _places(self, moving: Collection[BodyId]) -> Iterator[Knob]:
         for brick in bricks_of(self.scenario):
@@ -81,9 +85,11 @@ class Knobs:
                 for axis, letter in enumerate("xy"):
                     path = (*brick.path, "at", axis)
                     steps = [share * brick.shape.length for share in REACH]
-                    yield from self._knob(f"{letter} of {named}", path, _at(self.source.values, path), steps)
+                    yield from self._knob(f"{letter} of {named}", path, _at(self.variant.written.values, path), steps)
 
-    def _knob(self, name: str, path: Path, written: Plain, metres: Sequence[float] = ()) -> Iterator[Knob]:
+    def _knob(
+        self, name: str, path: Path, written: Plain, metres: Sequence[float] = (), place: Path = ()
+    ) -> Iterator[Knob]:
         """The number that is written somewhere; none if something else is, or an expression."""
         match = _NUMBER.fullmatch(str(written)) if isinstance(written, str | int | float) else None
         if match is None or isinstance(written, bool) or TIMES & set(re.findall("[A-Za-z]+", match["unit"] or "")):
@@ -95,30 +101,32 @@ class Knobs:
             scale = {"m": 1.0, "cm": 100.0, "mm": 1000.0}.get(unit)
             steps = [scale * step for step in metres] if scale else []
         if steps and (whole or metres or number):
-            yield Knob(name, path, self.source.span_of(path), number, unit, whole, steps)
+            yield Knob(name, path, self.variant.written.span_of(place or path), number, unit, whole, steps)
 
     def timeline(self, knob: Knob, value: float) -> Timeline | None:
         """The timeline with another number; None if that is no scenario."""
-        values: dict[str, Plain] = deepcopy(self.source.values)
-        matrix = values.get("matrix")
-        if isinstance(matrix, dict):
-            for name, text in self.variant.parameters:
-                row = matrix.get(name)
-                matrix[name] = [next((v for v in row if str(v) == text), text)] if isinstance(row, list) else row
-        if knob.path[0] == "matrix":
-            _put(values, (*knob.path, 0), knob.written(value))
-        else:
-            _put(values, knob.path, knob.written(value))
-        source = replace(self.source, values=values)
+        source = self._chosen()
+        _put(source.values, knob.path, knob.written(value))
         variants, mistakes = expand(source)
         if mistakes or len(variants) != 1:
             return None
-        scenario, wrong = validate(source, variants[0])
+        (variant,) = variants
+        scenario, wrong = validate(variant.source, variant)
         if scenario is None or wrong:
             return None
         # What is expected may contradict another number of levels; only what is built counts here.
         built = scenario.model_copy(update={"expect": (), "truth": ()})
-        return compile_timeline(built, source)[0]
+        return compile_timeline(built, variant.source)[0]
+
+    def _chosen(self) -> Source:
+        """The scenario as written, with the variables that vary as fixed ones, which may all go unused."""
+        written = self.variant.written
+        values: dict[str, Plain] = deepcopy({key: part for key, part in written.values.items() if key not in CHOOSING})
+        lets = {**self.variant.choice, **dict(_members(values.get("let")))}
+        if lets:
+            values["let"] = lets
+        unused: frozenset[Path] = frozenset(("let", name) for name in lets)
+        return replace(written, values=values, inherited=written.inherited | unused)
 
 
 def _counts(number: float) -> Sequence[float]:

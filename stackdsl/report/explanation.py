@@ -45,7 +45,7 @@ def _lines(cases: Sequence[Case], extent: Extent) -> Iterator[str]:
     yield from _actions(timeline, stages_told(proofs, extent.times) if proofs is not None else {})
     yield ""
     if proofs is not None:
-        knobs = Knobs(cases[0].source, scenario, cases[0].variant)
+        knobs = Knobs(scenario, cases[0].variant)
         yield from proven_lines(proofs, timeline, count, extent, knobs)
         yield ""
     for case in cases:

@@ -19,7 +19,7 @@ def remedies(build: str, rest: str = "", which: int = 0) -> Remedies:
     case = cases[which]
     proofs = proofs_of(case.timeline)
     assert proofs.assembly.verdict().stability is Stability.UNSTABLE
-    return remedies_of(Knobs(case.source, case.scenario, case.variant), case.timeline, proofs)
+    return remedies_of(Knobs(case.scenario, case.variant), case.timeline, proofs)
 
 
 def limits(found: Remedies) -> dict[tuple[str, bool], float]:
@@ -42,8 +42,25 @@ def test_a_variable_is_told_before_what_it_is_used_for() -> None:
 
 
 def test_a_choice_of_the_matrix_is_a_number_too() -> None:
-    found = remedies('- column: {levels: 10, step: "${d}"}', "matrix: {d: [10 mm, 12 mm], n: [1, 2]}", which=2)
+    build, rest = '- column: {levels: "${n}", step: "${d}"}', "matrix: {d: [10 mm, 12 mm], n: [9, 10]}"
+    found = limits(remedies(build, rest, which=3))
+    assert (found["d", False], found["n", False]) == (11.76, 9.0)
+
+
+def test_a_value_of_a_case_is_a_number_too() -> None:
+    rest = "cases: [{kind: near, d: 10 mm}, {kind: far, d: 12 mm}]\ndescription: how ${kind} it leans"
+    found = remedies('- column: {levels: 10, step: "${d}"}', rest, which=1)
     assert limits(found)["d", False] == 11.76
+
+
+def test_a_number_of_what_is_repeated_is_changed_in_all_repetitions() -> None:
+    #   Each plank reaches out by d from the one below; n of them stand up to a step of a length over n.
+    build = """
+- repeat: {i: 0 .. 4}
+  every: 1 s
+  bricks: [{name: "p${i}", at: ["${i * d}", 0 mm, "${3.9 mm + i * 7.8 mm}"]}]
+"""
+    assert limits(remedies(build, "let: {d: 30 mm}"))["d", False] == pytest.approx(LENGTH / 5.0, rel=1e-4)
 
 
 @pytest.mark.parametrize("friction", [0.2, 0.35])
@@ -107,7 +124,7 @@ def test_a_brick_that_moves_may_be_laid_nearer() -> None:
 def test_times_and_what_is_worked_out_are_no_numbers_to_change() -> None:
     build = '- column: {levels: 3, step: "${2 * half}"}\n  every: "${pause}"'
     (case,), _ = compiled(scene(build, "let: {pause: 2 s, half: 22 mm}"))
-    assert [knob.name for knob in Knobs(case.source, case.scenario, case.variant).found(())] == ["half", "levels"]
+    assert [knob.name for knob in Knobs(case.scenario, case.variant).found(())] == ["half", "levels"]
 
 
 def test_each_remedy_written_into_the_file_lets_it_stand() -> None:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from stackdsl.checking.gathering import cases_of
+from stackdsl.checking.gathering import cases_of, gather
 from stackdsl.checking.one_case import play_case
 from stackdsl.diagnostics import CODES
 from stackdsl.playing.clearance import BlockedPlacementError
@@ -31,9 +31,10 @@ def test_an_entry_says_what_it_means_and_what_to_do(code: str) -> None:
 
 
 @pytest.mark.parametrize("code", EXAMPLES)
-def test_an_example_gives_its_code_alone(code: str) -> None:
-    mistakes = cases_of(parse(EXAMPLES[code], "example.yaml"))[1]
-    assert {mistake.code for mistake in mistakes} == {code}
+def test_an_example_gives_its_code_alone(code: str, tmp_path: Path) -> None:
+    file = tmp_path / "example.yaml"
+    file.write_text(EXAMPLES[code], encoding="utf-8")
+    assert {mistake.code for mistake in gather([file]).diagnostics} == {code}
 
 
 def test_the_example_of_a_run_is_held_up_by_what_has_moved() -> None:
