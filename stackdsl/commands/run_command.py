@@ -23,7 +23,7 @@ from stackdsl.systems.known_systems import unplayable
 @ONE_FILE
 @ON_SYSTEMS
 @ON_KEYWORD
-@click.option("--all-names", is_flag=True, help="Name every brick of an event, however many there are.")
+@click.option("--all-names", is_flag=True, help="Name every brick of an event, and all that fell.")
 @click.pass_context
 def run_command(context: click.Context, file: Path, systems: tuple[str, ...], keyword: str, all_names: bool) -> None:
     """Play FILE, print what happens as it happens, and judge it; golden files are not looked at."""
@@ -46,6 +46,6 @@ def _run(case: Case, all_names: bool) -> VariantResult:
         complain(filter(None, [result.mistake]))
     else:
         result = judged(case, trace)
-        write(run_text(trace, result))
+        write(run_text(trace, result, all_names))
     write("\n")
     return result

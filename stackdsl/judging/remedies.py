@@ -4,13 +4,13 @@ Numbers of the file and friction are asked to let everything stand that statics 
 up to and with what falls, as more may fall after it.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import inf
 from typing import Final
 
 from stability.model import BodyId
-from stability.statics.facts import Stability
+from stability.statics.facts import Stability, Verdict
 from stability.statics.margins.counterweight import counterweight
 from stability.statics.margins.friction import least_friction
 from stackdsl.judging.knobs import Knob, Knobs
@@ -57,7 +57,8 @@ class Remedies:
 
     numbers: tuple[OtherNumber, ...] = ()
     friction: MoreFriction | None = None  # None where neither an amount nor that none is enough could be proven
-    counterweight: HeavierBrick | None = None  # None where none helps
+    counterweight: HeavierBrick | None = None  # None where none was found
+    nothing_rises: bool = False  # in the fall, so that no counterweight on a brick holds it, by proof
 
 
 def remedies_of(knobs: Knobs, timeline: Timeline, proofs: Proofs) -> Remedies:
@@ -65,8 +66,12 @@ def remedies_of(knobs: Knobs, timeline: Timeline, proofs: Proofs) -> Remedies:
     verdict = proofs.assembly.verdict()
     if verdict.stability is not Stability.UNSTABLE:
         return Remedies()
+    rising = _rising(verdict)
     return Remedies(
-        tuple(_numbers(knobs, set(verdict.moving))), _friction(timeline, proofs), _counterweight(timeline, proofs)
+        tuple(_numbers(knobs, set(verdict.moving))),
+        _friction(timeline, proofs),
+        _counterweight(timeline, proofs, rising),
+        not rising,
     )
 
 
@@ -118,10 +123,16 @@ def _with_friction(timeline: Timeline, factor: float) -> Timeline:
     return replace(timeline, world=replace(world, friction=factor * world.friction, planes=planes))
 
 
-def _counterweight(timeline: Timeline, proofs: Proofs) -> HeavierBrick | None:
-    """The least that holds what falls, on any brick there is."""
+def _rising(verdict: Verdict) -> Sequence[BodyId]:
+    """The bricks that rise in a fall: more weight on any other leaves the motion as much power, or gives it more."""
+    motion = verdict.motion
+    return [name for name, (velocity, _) in sorted(motion.velocity.items()) if velocity[2] > 0.0] if motion else []
+
+
+def _counterweight(timeline: Timeline, proofs: Proofs, rising: Sequence[BodyId]) -> HeavierBrick | None:
+    """The least that holds what falls, on any brick that rises."""
     problem, gravity = proofs.assembly.problem(), timeline.world.gravity
-    found = [weight for brick in sorted(problem.bricks) if (weight := counterweight(problem, brick)) is not None]
+    found = [weight for brick in rising if (weight := counterweight(problem, brick)) is not None]
     total = sum(placed.brick.mass for placed in problem.bricks.values())
     for weight in sorted(found, key=lambda each: (each.weight, each.brick))[:MOST_COUNTERWEIGHTS]:
         mass = float(rounded_up(weight.weight / gravity))

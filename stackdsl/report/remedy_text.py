@@ -7,6 +7,7 @@ from stability.name_order import in_order
 from stackdsl.judging.remedies import HeavierBrick, MoreFriction, OtherNumber, Remedies
 from stackdsl.wording import names_text
 
+NO_COUNTERWEIGHT = "no counterweight on one brick was found"
 KILOGRAM = 1.0  # [kg] from which on a mass is told in kg
 
 
@@ -19,7 +20,7 @@ def remedy_lines(remedies: Remedies) -> Iterator[str]:
     if not remedies.numbers:
         yield "no number of the file by itself, of those that were tried"
     if remedies.counterweight is None:
-        yield "no counterweight on one brick was found"
+        yield "no counterweight on a brick is enough: none rises" if remedies.nothing_rises else NO_COUNTERWEIGHT
 
 
 def _number(remedy: OtherNumber) -> str:

@@ -23,6 +23,6 @@ def test_a_code_that_there_is_not_is_refused_with_the_nearest(stackdsl: Stackdsl
 
 
 def test_a_file_that_is_called_like_a_code_is_a_file(stackdsl: Stackdsl, tmp_path: Path) -> None:
-    write(tmp_path / "SD105", GOOD)
+    write(tmp_path, GOOD, "SD105")
     done = stackdsl("explain", "SD105")
     assert (done.code, "statics: " in done.out) == (ExitCode.OK, True)

@@ -109,6 +109,12 @@ def test_the_least_counterweight_follows_from_the_lever() -> None:
     assert found.next_to_fall == ()
 
 
+def test_where_nothing_rises_no_counterweight_helps() -> None:
+    found = remedies("- column: {levels: 2, step: 70 mm}")
+    assert (found.counterweight, found.nothing_rises) == (None, True)
+    assert not remedies("- column: {levels: 10, step: 12 mm}").nothing_rises
+
+
 def test_what_falls_after_a_counterweight_is_told() -> None:
     found = remedies("- column: {levels: 12, step: 12 mm}\n  every: 1 s").counterweight
     assert found is not None
