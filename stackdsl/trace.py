@@ -8,6 +8,7 @@ from math import atan2, hypot, inf
 from stability.model import BodyId, Brick, Pose
 from stability.statics.facts import Motion
 from stability.statics.facts import Verdict as StaticsVerdict
+from stackdsl.proof_margins import Margins
 from stackdsl.timeline import Action, Removal, World
 
 # A brick that had come to rest has left its place beyond these (DESIGN, "collapse"). Its centre sank, or, as long as
@@ -118,19 +119,6 @@ class Cost:
     proofs: Mapping[str, int] = field(default_factory=dict)  # how many times bricks were proven to stand, by stage
     one_by_one: int = 0  # most bricks at a time that the engine moved one by one, rather than held or moved as one body
     updates: Updates | None = field(default=None, compare=False)  # None where no extension was asked
-
-
-@dataclass(frozen=True, slots=True)
-class Margins:
-    """What a proof survives: each None where nobody asked for it, or where nothing is proven to stand."""
-
-    acceleration: float | None = None  # the least horizontal acceleration that brings it down, by bearing [g]
-    bearing: float | None = None  # of that acceleration, from +x towards +y [rad]
-    tilt: float | None = None  # the least tilt of the whole that brings it down [rad]
-    friction: float | None = None  # the least Coulomb coefficient, of every contact, with which it stands
-    placement: float | None = None  # how far every brick may be placed beside where it is [m]
-    joint: tuple[BodyId, BodyId] | None = None  # the contact that limits it, lower body first
-    gives_way: str = ""  # how it begins to come down under the least acceleration, in words
 
 
 NOTABLE_GAIN = 0.01  # of the energy of what moves: nothing in a scene adds any, so more of it than this is a fault
@@ -245,7 +233,7 @@ class Trace:
     world: World | None = None  # what did not move
     last_arrival: float = 0.0  # when the last hit met what it was aimed at, or was to [s]
     statics: StaticsVerdict | None = None  # when bricks were last set down or pulled out; None where nothing proves
-    margins: Margins = Margins()  # of what stands at the end, as far as somebody asked
+    margins: Margins = Margins()  # noqa: RUF009 -- frozen; of what stands at the end, as far as somebody asked
     energy: Energy | None = None  # None before anything was done
     onset: Onset | None = None  # None where nothing was proven to fall, or fell so, or nobody asked
     landing: Landing | None = None  # None where nothing fell, or nobody asked

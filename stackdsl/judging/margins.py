@@ -7,7 +7,8 @@ from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Problem, Stability
 from stability.statics.margins.summary import acceleration, least_friction, placement, tilt
 from stability.statics.solvers.fall_words import described
-from stackdsl.trace import Margins, Trace
+from stackdsl.proof_margins import Margins
+from stackdsl.trace import Trace
 
 ALL = ("acceleration", "tilt", "friction", "placement")
 

@@ -12,10 +12,10 @@ from stackdsl.judging.knobs import Knobs
 from stackdsl.judging.margins import margins_of_assembly
 from stackdsl.judging.proofs import Judged, Proofs
 from stackdsl.judging.remedies import remedies_of
+from stackdsl.proof_margins import Margins
 from stackdsl.report.remedy_text import remedy_lines
 from stackdsl.report.side_text import side_text
 from stackdsl.timeline import Timeline
-from stackdsl.trace import Margins
 
 MOST_FOR_PROGRAMS = 60  # bricks; beyond, margins and remedies take many seconds and come only when asked for
 MICROSECONDS = 1e6

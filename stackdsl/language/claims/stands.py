@@ -12,7 +12,8 @@ from stackdsl.language import author_types as t
 from stackdsl.language.author_models import Shorthand
 from stackdsl.language.claims.claim_kind import ClaimKind, Count, Fate, claim
 from stackdsl.language.claims.finding import Finding, margin_to_collapse, remaining
-from stackdsl.trace import BrickState, BrickTrack, Margins, Trace
+from stackdsl.proof_margins import Margins
+from stackdsl.trace import BrickState, BrickTrack, Trace
 from stackdsl.wording import MILLIMETRES, level_text, mm, names_text
 
 
