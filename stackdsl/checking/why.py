@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from stability.name_order import in_order
 from stability.statics.facts import Placed, Stability, Verdict
 from stability.statics.solvers.fall_side import FallSide, fall_side
-from stackdsl.checking.gathering import Case
+from stackdsl.checking.gathering import STDIN_SHOWN, Case
 from stackdsl.compiling.origins import origin_of
 from stackdsl.outcome import Why
 from stackdsl.systems.known_systems import system_named
@@ -48,7 +48,7 @@ def _see(case: Case, proven: bool) -> str:
     """A command for a shell that shows it: the proof where there is one, else the run as it goes."""
     explains = proven and system_named(case.system).method is Method.PROVEN
     # A path that begins with a dash would be taken for an option.
-    file = f"./{case.source.file}" if case.source.file.startswith("-") else case.source.file
+    file = f"./{case.file}" if case.file.startswith("-") else "-" if case.file == STDIN_SHOWN else case.file
     system = [] if case.system in case.scenario.systems else ["--system", case.system]
     return shlex.join(["stackdsl", "explain" if explains else "run", file, *system, "-k", case.name])
 
