@@ -10,9 +10,14 @@ from stackdsl.report.side_text import side_text
 def why_lines(why: Why) -> Iterator[str]:
     """A line for each thing that is known."""
     told = {
-        "cause": ", ".join(filter(None, [why.cause, side_text(FallSide(why.bearing, why.overhang))])),
+        "cause": cause_text(why),
         "after": why.before,
         "first": why.first,
         "see": why.see,
     }
     yield from (f"  {name:<5}  {text}" for name, text in told.items() if text)
+
+
+def cause_text(why: Why) -> str:
+    """The cause and its side, on one line; empty where it is not known."""
+    return ", ".join(filter(None, [why.cause, side_text(FallSide(why.bearing, why.overhang))]))

@@ -7,6 +7,7 @@ from stackdsl.outcome import Report, Why
 from stackdsl.report.json import report_json
 from stackdsl.report.text import report_text
 from stackdsl.report.why_text import why_lines
+from stackdsl.report.worst_first import findings
 from tests.stackdsl.report.test_report import FAILED
 
 WHY = Why(
@@ -60,3 +61,10 @@ def test_programs_are_told_numbers_and_every_name() -> None:
         "moved_first": "L2.1 left its place at 12.167 s",
         "see": "stackdsl explain slant.yaml -k 'slant[exact]'",
     }
+
+
+def test_outputs_of_one_line_a_failure_tell_the_cause_in_it() -> None:
+    (found,) = findings(Report((replace(FAILED, why=WHY),)))
+    assert found.text.endswith(
+        "(margin -1 levels); L2.1 and L3.1 tip over L1.1, towards -x, its weight 1.2 mm beyond the edge"
+    )
