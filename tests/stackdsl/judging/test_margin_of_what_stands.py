@@ -1,5 +1,7 @@
 """`stands` tells how far what stands is from falling, by its proof."""
 
+from math import radians, tan
+
 import pytest
 
 from stackdsl.checking.one_case import MOST_FOR_TOLD_MARGINS, play_case
@@ -30,10 +32,12 @@ def test_a_column_tells_how_far_its_planks_may_be_beside_their_places(step: floa
     assert "9 bricks stand, and would with every brick " in outcome.measured
 
 
-def test_what_lies_on_the_ground_alone_tells_the_acceleration_that_slides_it() -> None:
-    outcome = stands("- column: {levels: 1}", "friction: 0.3")
-    assert outcome.margin == pytest.approx(0.3, rel=1e-5)
-    assert outcome.unit == "g"
+def test_what_stands_by_friction_tells_how_much_it_could_lose() -> None:
+    #   A plank on a slope of 10 deg, with friction 0.3.
+    outcome = stands("- column: {levels: 1}", "friction: 0.3\nworld: {tilt: 10 deg}")
+    assert outcome.margin == pytest.approx(0.3 - tan(radians(10.0)), rel=1e-5)
+    assert outcome.unit == "of friction"
+    assert outcome.measured == "1 bricks stand, and would with friction down to 0.1763"
 
 
 def test_many_bricks_tell_how_far_they_may_shift_instead() -> None:
