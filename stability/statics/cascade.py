@@ -13,6 +13,9 @@ from collections.abc import Callable, Collection, Iterator, Sequence, Set
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from stability.geometry.hulls import hull
+from stability.geometry.plan import extent
+from stability.geometry.polygons import depth
 from stability.graph import from_the_top
 from stability.model import BodyId, Vec3
 from stability.statics.facts import UP, ConeForces, Contact, Motion, Problem, Stability, Stage, Verdict
@@ -32,6 +35,8 @@ SEARCHED = 300  # bricks: in a tipping body up to this size the smallest part th
 CUT = 60  # bricks: in a falling group up to this size the smallest upper part that falls as one body is looked for
 TOLD = 20  # moving bricks that are tested for lying deep in another body, for the reason of a verdict
 SMALL = 60  # bricks: a program of so many is still cheap
+CLEARLY = 1e-6  # share of an extent: so far outside, no rounding makes it inside
+MUCH_LESS = 0.5  # share of a group: so much less is asked first
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +77,24 @@ def judge(structure: Structure, brick: BodyId, partners: "Partners", names_small
 
 def prove_together(structure: Structure, bricks: Collection[BodyId], partners: "Partners") -> Group | None:
     """Prove in one program that several bricks stand which would be asked one by one, each with most of the others."""
-    group = sorted(partners.of(set(bricks) | structure.below(bricks)))
+    group = partners.of(set(bricks) | structure.below(bricks))
+    return _with_next_above(structure, bricks, partners, len(group)) or _proven(structure, sorted(group))
+
+
+def _with_next_above(
+    structure: Structure, bricks: Collection[BodyId], partners: "Partners", whole: int
+) -> Group | None:
+    """Prove the same with no more counterweights than what lies on the bricks directly, if that is much less to ask.
+
+    What lies above these is proven by cores that stay as they are, so it needs no place in the group.
+    """
+    next_above = {upper for brick in bricks for upper in structure.carried[brick]}
+    group = partners.with_partners({*bricks, *structure.below(bricks), *next_above})
+    answer = _upright(structure, sorted(group)) if len(group) <= MUCH_LESS * whole else None
+    return answer.group if answer is not None else None
+
+
+def _proven(structure: Structure, group: Sequence[BodyId]) -> Group | None:
     answer = _upright(structure, group)
     return answer.group if answer is not None else _proven_in_cones(structure, group).group
 
@@ -196,6 +218,8 @@ def _upright(structure: Structure, group: Sequence[BodyId]) -> Answer | None:
     members = frozenset(group)
     if len(from_the_top(structure.rests_on(members))) < len(members):
         return None  # in a ring even upright forces may be self-stress, which the next stage looks for
+    if any(_hangs_free(structure, name) for name in group):
+        return None
     contacts = [c for c in structure.contacts_of(group) if carries_upright(c)]
     landings = list(_landings(structure, members, contacts))
     answer = balance(structure.problem(group, [landing for landing, _ in landings]), structure.tolerances)
@@ -203,6 +227,14 @@ def _upright(structure: Structure, group: Sequence[BodyId]) -> Answer | None:
         return None
     vertical = _vertical_forces(answer.forces.of_contacts, landings)
     return Answer(Group(tuple(group), Stage.VERTICAL, vertical=vertical))
+
+
+def _hangs_free(structure: Structure, brick: BodyId) -> bool:
+    """Whether a brick that carries nothing hangs over all that carries it: no upright forces can balance it."""
+    if structure.carried[brick]:
+        return False
+    corners = hull(point for contact in structure.supports[brick] for point in plan(contact))
+    return bool(corners) and depth(structure.weights[brick].at, corners) < -CLEARLY * extent(corners)
 
 
 def _landings(
