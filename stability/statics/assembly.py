@@ -158,11 +158,6 @@ class Assembly:
         self._reject_unknown(sorted(bricks))
         return reached(bricks, lambda brick: self._structure.below([brick]))
 
-    def carried_by(self, brick: BodyId) -> Sequence[BodyId]:
-        """The bricks that a brick can press straight up."""
-        self._reject_unknown([brick])
-        return tuple(self._structure.carried[brick])
-
     def around(self, brick: BodyId, within: float) -> Sequence[BodyId]:
         """The bricks that may be as close to a brick as this [m]: a superset, by upright boxes, by name."""
         self._reject_unknown([brick])

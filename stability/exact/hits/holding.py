@@ -4,7 +4,7 @@ They are those of the proof. What lies higher presses too, so the bricks just ab
 of them are asked only where it is not enough: what a hit costs does not grow with the height of the wall.
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from math import ceil
 
@@ -14,6 +14,7 @@ from stability.statics.assembly import Assembly
 from stability.watching.life_cycle import BrickObserver
 
 FEWEST = 4  # courses above a brick that are asked first
+SIDEWAYS = 0.5  # vertical part of a normal up to which bricks stand side by side
 MORE = 1.5  # times the courses that would press enough if each pressed with the weight of one brick
 
 
@@ -56,7 +57,7 @@ class _Known:
         self.courses = max(2 * self.courses, FEWEST, ceil(MORE * enough / (2.0 * weight)))
         above, front = {brick}, {brick}
         for _ in range(self.courses):
-            front = {upper for lower in front for upper in assembly.carried_by(lower)} - above
+            front = {upper for lower in front for upper in _carried(assembly, lower)} - above
             above |= front
         self.is_all = not front
         most = sum(assembly.bricks[name].brick.mass for name in above) * assembly.gravity
@@ -66,3 +67,10 @@ class _Known:
         pressing = assembly.forces_above([brick], above).onto(brick)
         from_above = sum(norm(force_W) for _, at_points in pressing for in_cones in at_points for force_W in in_cones)
         self.force = 2.0 * from_above + weight
+
+
+def _carried(assembly: Assembly, brick: BodyId) -> Iterator[BodyId]:
+    """The bricks that lie on a brick."""
+    for contact in assembly.contacts(brick):
+        if contact.lower == brick and any(normal[2] > SIDEWAYS for normal in contact.normals_W):
+            yield contact.upper
