@@ -85,10 +85,12 @@ class Disturbances(BrickObserver):
         shape = convex(self.engine.shape(hit.by))
         if shape is None or hit.brick not in assembly.bricks:
             return False
-        flying = Flying(Brick(hit.by, shape, self.engine.masses()[hit.by]), state)
+        masses = self.engine.masses()
+        flying = Flying(Brick(hit.by, shape, masses[hit.by]), state)
         within = reach_beside(assembly.bricks[hit.brick])
-        names = [name for name in self.engine.near(hit.brick, within) if name not in (hit.brick, hit.by)]
-        beside = [placed for _, placed in solids(self.engine, self.engine.states(names))]
+        near = [name for name in self.engine.near(hit.brick, within) if name not in (hit.brick, hit.by)]
+        # What is fixed is no brick, and has no mass.
+        beside = [placed for _, placed in solids(self.engine, self.engine.states([n for n in near if n in masses]))]
         return friction_stops(assembly, hit, flying, beside, self._holding)
 
     def overloaded(self, assembly: Assembly, moving: Collection[BodyId]) -> Disturbed | None:
