@@ -203,7 +203,8 @@ def _lines(sources: Sequence[Source]) -> Iterator[tuple[int, int]]:
     """The first and the last line of each scenario of a file, with the comments above it."""
     first = 1
     for number, source in enumerate(sources, start=1):
-        last = max(span.line for span in source.value_spans.values()) if number < len(sources) else sys.maxsize
+        own = (span.line for span in source.value_spans.values() if span.file == source.file)  # some are of others
+        last = max(own) if number < len(sources) else sys.maxsize
         yield first, last
         first = last + 1
 
