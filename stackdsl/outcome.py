@@ -50,10 +50,17 @@ class GoldenStatus(StrEnum):
     NEW = "new"  # there was none, and it was written
     OTHER_ENGINE = "of another engine"  # made with it, and the same in what no engine decides
     NEWER = "newer"  # a newer version of stackdsl wrote it, so that it is neither read nor rewritten
+    RENAMED = "renamed"  # there is none, and one that is nobody's says the same of a run that was called otherwise
     UNREADABLE = "unreadable"
 
 
-GOLDEN_FAILURES = (GoldenStatus.MISSING, GoldenStatus.DIFFERENT, GoldenStatus.UNREADABLE, GoldenStatus.NEWER)
+GOLDEN_FAILURES = (
+    GoldenStatus.MISSING,
+    GoldenStatus.DIFFERENT,
+    GoldenStatus.RENAMED,
+    GoldenStatus.UNREADABLE,
+    GoldenStatus.NEWER,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,8 +72,9 @@ class GoldenDifference:
     expected: str
     got: str
     tolerance: str
-    numbers: tuple[float | None, float | None] = (None, None)  # expected and got, in `unit`, where they are numbers
-    unit: str = ""
+    # Expected and got, in `unit`, where they are numbers.
+    numbers: tuple[float | None, float | None] = field(default=(None, None), compare=False)
+    unit: str = field(default="", compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +86,8 @@ class GoldenResult:
     differences: tuple[GoldenDifference, ...] = ()
     note: str = ""  # such as a stamp that differs, or why the file cannot be read
     digest: str = ""  # SHA-256 of the file that the snapshot was compared with; empty where it was with none
+    renamed_from: str = ""  # the file that says the same of a run that was called otherwise
+    offered: str = field(default="", compare=False, repr=False)  # the text that would be accepted; empty if it agrees
 
 
 @dataclass(frozen=True, slots=True)

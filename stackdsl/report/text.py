@@ -96,6 +96,14 @@ def _notes(report: Report, verbosity: int) -> Iterator[Block]:
     yield titled("Other than known from outside", list(_missed(report, lambda result: result.truths)))
     yield titled("Golden files of another engine, compared in what no engine decides", list(_other_engines(report)))
     yield titled("Golden files made with other versions", list(_stamps(report)))
+    yield titled("Golden files with names of earlier versions", list(_old_names(report)))
+
+
+def _old_names(report: Report) -> Iterator[str]:
+    goldens = [result.golden for result in report.results if result.golden is not None]
+    old = [golden.file for golden in goldens if golden.file.endswith("].json")]
+    if old:
+        yield f"{_counted(len(old), 'file')}: {names_text(old)}; stackdsl golden rename gives them new ones"
 
 
 def _slowest(report: Report, count: int) -> Block:
