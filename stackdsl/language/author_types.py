@@ -153,6 +153,13 @@ Slug = Annotated[str, _text(_SLUG, "a name for files", _SLUG_ADVICE, "slant-towe
 BodyName = Annotated[str, _text(NAME, "the name of a brick", _NAME_ADVICE, "L3.2"), NamesBody()]
 BodyNames = Annotated[tuple[BodyName, ...], Field(min_length=1, max_length=MAX_BRICKS)]
 BodyOrPlaneName = Annotated[str, _text(NAME, "the name of a brick", _NAME_ADVICE, "L3.2"), NamesBody(or_plane=True)]
+_UPHOLDS = _text(rf"(?!wall[0-9]+$){NAME}", "the name of a brick, or ground", _NAME_ADVICE, "beam")
+Supports = Annotated[
+    tuple[Annotated[str, _UPHOLDS, NamesBody(or_plane=True)], ...], Field(min_length=1, max_length=1000)
+]
+SUPPORTS: Final[JsonSchema] = {
+    "anyOf": [_UPHOLDS.schema, {"type": "array", "items": _UPHOLDS.schema, "minItems": 1}],
+}
 _FIXED = rf"(?:{GROUND}|wall[0-9]+)"
 
 
