@@ -31,14 +31,7 @@ def stands(
     because: why it is so
     """
     what_is_written = {"levels": levels, "bricks": bricks, "for": for_}
-    return written(
-        {
-            "stands": what if what is not None else what_is_written,
-            "system": system,
-            "source": source,
-            "because": because,
-        }
-    )
+    return written({"stands": what if what is not None else what_is_written, "system": system, "source": source, "because": because})
 
 
 def collapses(
@@ -63,14 +56,7 @@ def collapses(
     because: why it is so
     """
     what_is_written = {"at": at, "brick": brick, "time": time}
-    return written(
-        {
-            "collapses": what if what is not None else what_is_written,
-            "system": system,
-            "source": source,
-            "because": because,
-        }
-    )
+    return written({"collapses": what if what is not None else what_is_written, "system": system, "source": source, "because": because})
 
 
 def leaves(
@@ -97,6 +83,7 @@ def falls(
     *,
     bricks: Sequence[str] | None = None,
     count: int | str | None = None,
+    for_: str | None = None,
     system: str | Sequence[str] | None = None,
     source: str | None = None,
     because: str | None = None,
@@ -105,11 +92,12 @@ def falls(
 
     bricks: these bricks, and no other
     count: how many bricks, whichever they are
+    for_: this long after the last action; default: as long as it is watched
     system: the system, or systems, that this is expected of; default: all
     source: of what is known from outside: where from
     because: why it is so
     """
-    what_is_written = {"bricks": bricks, "count": count}
+    what_is_written = {"bricks": bricks, "count": count, "for": for_}
     return written({"falls": what_is_written, "system": system, "source": source, "because": because})
 
 
@@ -197,9 +185,7 @@ def drift(
     because: why it is so
     """
     what_is_written = {"is": is_, "bricks": bricks}
-    return written(
-        {"drift": what if what is not None else what_is_written, "system": system, "source": source, "because": because}
-    )
+    return written({"drift": what if what is not None else what_is_written, "system": system, "source": source, "because": because})
 
 
 def rests_on(
@@ -244,14 +230,7 @@ def height(
     because: why it is so
     """
     what_is_written = {"is": is_, "of": of}
-    return written(
-        {
-            "height": what if what is not None else what_is_written,
-            "system": system,
-            "source": source,
-            "because": because,
-        }
-    )
+    return written({"height": what if what is not None else what_is_written, "system": system, "source": source, "because": because})
 
 
 def untouched(
@@ -374,11 +353,4 @@ def penetration(
     because: why it is so
     """
     what_is_written = {"is": is_}
-    return written(
-        {
-            "penetration": what if what is not None else what_is_written,
-            "system": system,
-            "source": source,
-            "because": because,
-        }
-    )
+    return written({"penetration": what if what is not None else what_is_written, "system": system, "source": source, "because": because})

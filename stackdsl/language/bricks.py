@@ -98,16 +98,12 @@ def _kind(written: object) -> BrickKind | None:
         return None
 
 
-def _listed(written: object) -> object:
-    return (written,) if isinstance(written, str) else written
-
-
 class SetBrick(Choice):
     """One brick set down in any pose."""
 
     name: t.BrickName | None = Field(None, description="its name; default: by place, such as L3.2")
     at: tuple[t.Length, t.Length, t.Length] | None = Field(None, description="[x, y, z] of its centre")
-    on: Annotated[t.Supports, BeforeValidator(_listed), WithJsonSchema(t.SUPPORTS)] | None = Field(
+    on: Annotated[t.Supports, BeforeValidator(t.listed), WithJsonSchema(t.SUPPORTS)] | None = Field(
         None, description="the brick, or bricks, on whose top it lies, in the middle of their centres; or the ground"
     )
     beside: t.BodyName | None = Field(None, description="the brick that it stands beside, touching it, as low as that")
