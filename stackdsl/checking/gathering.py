@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from stackdsl.compiling.compiler import bricks_at_most, compile_timeline
-from stackdsl.diagnostics import Diagnostic, Span
+from stackdsl.diagnostics import Diagnostic, Span, once
 from stackdsl.language.choices import compact
 from stackdsl.language.schema import Scenario
 from stackdsl.language.validation import validate
@@ -236,7 +236,7 @@ def _source_cases(source: Source) -> tuple[Sequence[Case], Sequence[Diagnostic]]
                 cases += [
                     Case(variant.source, scenario, variant, timeline, system, source) for system in scenario.systems
                 ]
-    return cases, tuple(mistakes)
+    return cases, tuple(once(mistakes))
 
 
 def _first_of_shared_names(sources: Iterable[Source]) -> Mapping[str, Source]:
