@@ -31,7 +31,14 @@ def stands(
     because: why it is so
     """
     what_is_written = {"levels": levels, "bricks": bricks, "for": for_}
-    return written({"stands": what if what is not None else what_is_written, "system": system, "source": source, "because": because})
+    return written(
+        {
+            "stands": what if what is not None else what_is_written,
+            "system": system,
+            "source": source,
+            "because": because,
+        }
+    )
 
 
 def collapses(
@@ -56,7 +63,14 @@ def collapses(
     because: why it is so
     """
     what_is_written = {"at": at, "brick": brick, "time": time}
-    return written({"collapses": what if what is not None else what_is_written, "system": system, "source": source, "because": because})
+    return written(
+        {
+            "collapses": what if what is not None else what_is_written,
+            "system": system,
+            "source": source,
+            "because": because,
+        }
+    )
 
 
 def leaves(
@@ -185,7 +199,9 @@ def drift(
     because: why it is so
     """
     what_is_written = {"is": is_, "bricks": bricks}
-    return written({"drift": what if what is not None else what_is_written, "system": system, "source": source, "because": because})
+    return written(
+        {"drift": what if what is not None else what_is_written, "system": system, "source": source, "because": because}
+    )
 
 
 def rests_on(
@@ -230,7 +246,14 @@ def height(
     because: why it is so
     """
     what_is_written = {"is": is_, "of": of}
-    return written({"height": what if what is not None else what_is_written, "system": system, "source": source, "because": because})
+    return written(
+        {
+            "height": what if what is not None else what_is_written,
+            "system": system,
+            "source": source,
+            "because": because,
+        }
+    )
 
 
 def untouched(
@@ -353,4 +376,11 @@ def penetration(
     because: why it is so
     """
     what_is_written = {"is": is_}
-    return written({"penetration": what if what is not None else what_is_written, "system": system, "source": source, "because": because})
+    return written(
+        {
+            "penetration": what if what is not None else what_is_written,
+            "system": system,
+            "source": source,
+            "because": because,
+        }
+    )

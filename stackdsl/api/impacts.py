@@ -59,7 +59,17 @@ def insert(
     after: the event that the step begins after
     every: from one repetition to the next; default: all at one time
     """
-    what_is_written = {"name": name, "at": at, "on": on, "beside": beside, "towards": towards, "offset": offset, "rotate": rotate, "brick": brick, "level": level}
+    what_is_written = {
+        "name": name,
+        "at": at,
+        "on": on,
+        "beside": beside,
+        "towards": towards,
+        "offset": offset,
+        "rotate": rotate,
+        "brick": brick,
+        "level": level,
+    }
     return written({"insert": what_is_written, "at": when, "after": after, "every": every})
 
 

@@ -38,7 +38,17 @@ def four_stack(
     until: goes on until the structure falls
     """
     what_is_written = {"origin": origin, "heading": heading, "levels": levels, "step": step, "spacing": spacing}
-    return written({"four_stack": what_is_written, "at": when, "after": after, "name": name, "brick": brick, "every": every, "until": until})
+    return written(
+        {
+            "four_stack": what_is_written,
+            "at": when,
+            "after": after,
+            "name": name,
+            "brick": brick,
+            "every": every,
+            "until": until,
+        }
+    )
 
 
 def column(
@@ -68,7 +78,17 @@ def column(
     until: goes on until the structure falls
     """
     what_is_written = {"origin": origin, "heading": heading, "levels": levels, "step": step}
-    return written({"column": what_is_written, "at": when, "after": after, "name": name, "brick": brick, "every": every, "until": until})
+    return written(
+        {
+            "column": what_is_written,
+            "at": when,
+            "after": after,
+            "name": name,
+            "brick": brick,
+            "every": every,
+            "until": until,
+        }
+    )
 
 
 def wall(
@@ -100,7 +120,17 @@ def wall(
     until: goes on until the structure falls
     """
     what_is_written = {"origin": origin, "heading": heading, "levels": levels, "bricks": bricks, "gap": gap}
-    return written({"wall": what_is_written, "at": when, "after": after, "name": name, "brick": brick, "every": every, "until": until})
+    return written(
+        {
+            "wall": what_is_written,
+            "at": when,
+            "after": after,
+            "name": name,
+            "brick": brick,
+            "every": every,
+            "until": until,
+        }
+    )
 
 
 def harmonic(
@@ -130,7 +160,17 @@ def harmonic(
     until: goes on until the structure falls
     """
     what_is_written = {"origin": origin, "heading": heading, "bricks": bricks, "share": share}
-    return written({"harmonic": what_is_written, "at": when, "after": after, "name": name, "brick": brick, "every": every, "until": until})
+    return written(
+        {
+            "harmonic": what_is_written,
+            "at": when,
+            "after": after,
+            "name": name,
+            "brick": brick,
+            "every": every,
+            "until": until,
+        }
+    )
 
 
 def tower(
@@ -162,7 +202,17 @@ def tower(
     until: goes on until the structure falls
     """
     what_is_written = {"origin": origin, "heading": heading, "levels": levels, "bricks": bricks, "overlap": overlap}
-    return written({"tower": what_is_written, "at": when, "after": after, "name": name, "brick": brick, "every": every, "until": until})
+    return written(
+        {
+            "tower": what_is_written,
+            "at": when,
+            "after": after,
+            "name": name,
+            "brick": brick,
+            "every": every,
+            "until": until,
+        }
+    )
 
 
 def card_house(
@@ -194,7 +244,17 @@ def card_house(
     until: goes on until the structure falls
     """
     what_is_written = {"origin": origin, "heading": heading, "levels": levels, "angle": angle, "spacing": spacing}
-    return written({"card_house": what_is_written, "at": when, "after": after, "name": name, "brick": brick, "every": every, "until": until})
+    return written(
+        {
+            "card_house": what_is_written,
+            "at": when,
+            "after": after,
+            "name": name,
+            "brick": brick,
+            "every": every,
+            "until": until,
+        }
+    )
 
 
 def leaning_structure(
@@ -226,4 +286,14 @@ def leaning_structure(
     until: goes on until the structure falls
     """
     what_is_written = {"origin": origin, "heading": heading, "levels": levels, "step": step, "spacing": spacing}
-    return written({"leaning_structure": what_is_written, "at": when, "after": after, "name": name, "brick": brick, "every": every, "until": until})
+    return written(
+        {
+            "leaning_structure": what_is_written,
+            "at": when,
+            "after": after,
+            "name": name,
+            "brick": brick,
+            "every": every,
+            "until": until,
+        }
+    )

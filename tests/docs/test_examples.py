@@ -28,7 +28,6 @@ def test_hooks_need_no_network_and_nothing_but_the_environment() -> None:
         assert hook["entry"].startswith(".venv/bin/")
 
 
-<<<<<<< HEAD
 def test_hooks_for_other_projects_call_the_command() -> None:
     hooks = yaml.safe_load(OFFERED.read_text(encoding="utf-8"))
     assert {hook["id"] for hook in hooks} == {"stackdsl-check", "stackdsl-valid"}
@@ -36,7 +35,8 @@ def test_hooks_for_other_projects_call_the_command() -> None:
         program, name, *_ = hook["entry"].split()
         assert program == "stackdsl"
         assert name in COMMANDS
-=======
+
+
 def test_examples_of_scenarios_are_short_and_named_in_the_tutorial() -> None:
     tutorial = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
     files = sorted((ROOT / "scenarios" / "examples").iterdir())
@@ -46,4 +46,3 @@ def test_examples_of_scenarios_are_short_and_named_in_the_tutorial() -> None:
         assert len(lines) <= 25, file.name
         assert "truth:" in lines
         assert f"../scenarios/examples/{file.name}" in tutorial
->>>>>>> e162536 (Add the Jenga game, the pallet, the dominoes and a study of a parameter as short examples, with the goldens they come out with)
