@@ -17,7 +17,6 @@ def brick(
     brick: str | Mapping[str, object] | None = None,
     level: int | None = None,
     drop: bool | None = None,
-    repeat: Mapping[str, object] | None = None,
 ) -> Written:
     """One brick in any pose, `at` a place, `on` other bricks or `beside` one.
 
@@ -31,10 +30,9 @@ def brick(
     brick: what it is; default: the brick of the step, or else of the scenario
     level: its level; default: judged by its height
     drop: let go in the air, rather than set down
-    repeat: variables that each repetition has its own values of
     """
     place = {"at": at, "on": on, "beside": beside, "towards": towards, "offset": offset}
-    others = {"rotate": rotate, "brick": brick, "level": level, "drop": drop, "repeat": repeat}
+    others = {"rotate": rotate, "brick": brick, "level": level, "drop": drop}
     return written({"name": name, **place, **others})
 
 
@@ -46,9 +44,6 @@ def bricks(
     name: str | None = None,
     brick: str | Mapping[str, object] | None = None,
     every: str | None = None,
-    repeat: Mapping[str, object] | None = None,
 ) -> Written:
     """A step of the build that sets down bricks one by one; the keys are those of any step."""
-    return written(
-        {"bricks": each, "at": when, "after": after, "name": name, "brick": brick, "every": every, "repeat": repeat}
-    )
+    return written({"bricks": each, "at": when, "after": after, "name": name, "brick": brick, "every": every})
