@@ -144,6 +144,9 @@ class VariantResult:
     refinement: tuple[Change, ...] | None = None  # beside the refined run; None if that was not asked for
     parameters: tuple[tuple[str, str], ...] = ()  # the choice from each row of the matrix, as written
     remembered: bool = False  # from an earlier call, of the same program with the same files
+    set_aside: bool = False  # whether it was skipped because its author says so
+    xfail: str | None = None  # why its author knows it to fail; None if he does not
+    strict: bool = False  # whether it is a failure that such a one passes
 
     @property
     def passed(self) -> bool:
@@ -151,6 +154,13 @@ class VariantResult:
         if self.refinement is not None and self.numerical:
             return False
         return self.status is RunStatus.DONE and all(outcome.passed for outcome in self.outcomes)
+
+    @property
+    def unexpected(self) -> bool:
+        """Whether it failed and nobody said that it would, or passed though it was said, strictly, to fail."""
+        if self.xfail is None or self.status is not RunStatus.DONE:
+            return not self.passed
+        return self.passed and self.strict
 
     @property
     def moved(self) -> tuple[Change, ...]:
@@ -195,7 +205,9 @@ class VariantResult:
         """The one word or two that a closing count files it under."""
         if self.status is not RunStatus.DONE:
             return self.status.value
-        if not self.passed:
+        if self.xfail is not None and not self.golden_failed:
+            return "xpassed" if self.passed else "xfailed"
+        if not self.passed and self.xfail is None:
             return NUMERICAL_COLLAPSE if self.numerical else "failed"
         told = self.golden is not None and (self.golden_failed or self.golden.status is GoldenStatus.OTHER_ENGINE)
         return f"golden {self.golden.status.value}" if self.golden is not None and told else "passed"
@@ -254,9 +266,9 @@ def exit_code(report: Report) -> int:
     tried = [result for result in report.results if result.status is not RunStatus.SKIPPED]
     if any(result.status is not RunStatus.DONE for result in tried):
         return ExitCode.CRASHED
-    if not tried:
+    if not tried and not any(result.set_aside for result in report.results):
         return ExitCode.USAGE
-    if not all(result.passed for result in tried):
+    if any(result.unexpected for result in tried):
         return ExitCode.FAILED
     if report.obsolete or any(result.golden_failed for result in report.results):
         return ExitCode.GOLDEN

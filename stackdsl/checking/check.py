@@ -11,7 +11,7 @@ from stackdsl.checking.gathering import Case
 from stackdsl.checking.memory import Memory, as_record, from_record, may_be_remembered
 from stackdsl.checking.one_case import play_case, play_refined, played_or_blocked
 from stackdsl.checking.processes import EnoughSeenError, OnWait, run_supervised
-from stackdsl.checking.results import Goldens, checked, skipped
+from stackdsl.checking.results import Goldens, checked, set_aside, skipped
 from stackdsl.checking.survey import Listed
 from stackdsl.checking.worker import Task, TaskResult
 from stackdsl.diagnostics import Diagnostic
@@ -87,7 +87,9 @@ class _Played:
         rest = [index for index in range(len(self.selected)) if index not in self.results]
         self.cases = {index: self.selected[index].compiled() for index in rest}
         for index, case in self.cases.items():
-            if why := unplayable(case.system):
+            if case.skip is not None:
+                self._ended(index, set_aside(case))
+            elif why := unplayable(case.system):
                 self._ended(index, skipped(case, why))
         playable = [index for index in rest if index not in self.results]
 

@@ -70,6 +70,11 @@ def skipped(case: Case, why: str) -> VariantResult:
     return _unfinished(case, RunStatus.SKIPPED, why)
 
 
+def set_aside(case: Case) -> VariantResult:
+    """The result of a case that its author does not want played."""
+    return replace(_unfinished(case, RunStatus.SKIPPED, case.skip or ""), set_aside=True)
+
+
 def _unfinished(case: Case, status: RunStatus, message: str) -> VariantResult:
     name = case.identity
     where = name.scenario, name.variant, case.system, case.source.file
@@ -106,7 +111,11 @@ def _compared(case: Case, trace: Trace, goldens: Goldens) -> VariantResult:
 def judged(case: Case, trace: Trace) -> VariantResult:
     """The result of a case that was played, without its golden file."""
     outcomes = judge(trace, case.scenario, case.variant, case.source, case.system)
+    xfail = case.scenario.xfail
+    marked = xfail is not None and xfail.is_of(case.system)
     return VariantResult(
+        xfail=xfail.reason if xfail is not None and marked else None,
+        strict=xfail is not None and marked and xfail.strict,
         scenario=case.identity.scenario,
         variant=case.identity.variant,
         system=case.system,

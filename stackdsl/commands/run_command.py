@@ -6,7 +6,7 @@ import click
 
 from stackdsl.checking.gathering import Case
 from stackdsl.checking.one_case import play_case
-from stackdsl.checking.results import held_up, judged, skipped
+from stackdsl.checking.results import held_up, judged, set_aside, skipped
 from stackdsl.checking.selection import Selection
 from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE
 from stackdsl.commands.selecting import complain, selected_of
@@ -35,6 +35,9 @@ def run_command(context: click.Context, file: Path, systems: tuple[str, ...], ke
 def _run(case: Case, all_names: bool) -> VariantResult:
     """Play a case here, and print what happens and how it ended."""
     write(case.name)
+    if case.skip is not None:
+        write(f"  skipped: {case.skip}\n\n")
+        return set_aside(case)
     if why := unplayable(case.system):
         write(f"  skipped: {why}\n\n")
         return skipped(case, why)
