@@ -157,8 +157,10 @@ def main() -> None:
     arguments.add_argument("--no-peer", action="store_true", help="leave SAPIEN out")
     chosen = arguments.parse_args()
     found: dict[str, Row] = {}
-    for name, hit in track(list(cases(chosen.random)), "hits", console=Console(stderr=True)):
-        found[name] = compared(hit, chosen.steps, not chosen.no_peer)
+    progress = Console(stderr=True, width=150)
+    for name, hit in track(list(cases(chosen.random)), "hits", console=progress):
+        found[name] = row = compared(hit, chosen.steps, not chosen.no_peer)
+        progress.print(f"{name}: {row['exact_mm']:.3g} of {row['reference_mm']:.3g} mm, {row['error_percent']:+.1f} %")
     table = Table("hit", *next(iter(found.values())))
     for name, row in found.items():
         table.add_row(name, *(f"{cell:.3g}" if isinstance(cell, float) else f"{cell}" for cell in row.values()))

@@ -18,7 +18,7 @@ from stability.statics.facts import Placed
 
 # What is rigid leaves open how a plank on two others shares its load among them, and with it their friction: shares of
 # a shock then stay for good. Wood gives way a little, and that settles it: the stiffness of a point [N/m], and the
-# time in which it is met [s]. Ten times as stiff, hits differ by a percent.
+# time in which it is met [s]. Ten times as stiff, a hit differs by 3 %.
 STIFFNESS, RELAXATION = 2e6, 5e-4
 FASTEST_RECOVERY = 0.01  # [m/s] by which an overlap is taken back
 NEAR = 0.0005  # [m] contacts further apart than that are not looked at, beyond what a step closes
