@@ -82,6 +82,7 @@ MEASURED := four_stack statics hits collapse slips limits thesis_against_exact s
 figures: $(READY) ## measure what takes minutes, and write the figures of README and docs anew (half an hour)
 	for name in $(MEASURED); do $(BIN)/python -m benchmarks.$$name --write || exit; done
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --editable '.[mujoco,sapien,cra]'
+	$(BIN)/python -m benchmarks.end_hits --write
 	$(BIN)/python -m benchmarks.published_falls --write
 	$(BIN)/python -m benchmarks.sway --write
 	$(BIN)/python -m benchmarks.against_compas --write

@@ -59,6 +59,10 @@ class PyBulletSettings(EngineSettings):
     # which that is taken back grows with the step: so many of the first steps are split into so many parts.
     first_steps: int = 0
     first_parts: int = 1
+    # [m] While one of them may hit something no body gets further in a part of these, or a corner that has gone in
+    # deeper than it overlaps sideways is parted sideways, and slips past what it should hit.
+    first_travel: float | None = None
+    first_iterations: int = 0  # of the contact solver then, if that is more: a hit begins with no impulse to start from
 
     def numerics(self) -> Iterator[str]:
         yield f"{self.iterations} iterations"
@@ -83,8 +87,10 @@ class PyBulletSettings(EngineSettings):
         slower = scene.thickest_side / scene.times(scene.thickest_side)
         # What is compared with this allows for a fall until the next look, which is no motion yet.
         seen = self.lively_speed - SAMPLING * USUAL_GRAVITY
+        first = self.first_travel
         return replace(
             super().scaled(scene),
+            first_travel=None if first is None else first * power_of_two(scene.smallest_side),
             scale=self.scale / power_of_two(scene.median_diagonal),
             lively_speed=max(self.lively_speed * slower, seen * slower + SAMPLING * scene.gravity),
         )

@@ -10,6 +10,8 @@ from math import ceil, sqrt
 
 from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 
+MOST_PARTS_OF_HITS = 32  # 8 m/s at steps of 1/960 s
+
 
 @dataclass(frozen=True, slots=True)
 class Awake:
@@ -32,17 +34,23 @@ class Stepping:
 def stepping(settings: PyBulletSettings, awake: Awake) -> Stepping:
     """How to step what is awake with these settings."""
     lively = settings.lively_speed is not None and awake.fastest > settings.lively_speed
+    may_hit = lively and awake.begins
     parts = (
         settings.parts_for_travel(awake.fastest),
+        _for_hits(settings, awake.fastest) if may_hit else 1,
         _for_masses(settings, awake.mass_ratio),
         settings.first_parts if awake.begins else 1,
         settings.lively_parts if lively else 1,
     )
-    return Stepping(
-        max(parts),
-        settings.lively_iterations if lively else settings.iterations,
-        lively,
-    )
+    iterations = settings.lively_iterations if lively else settings.iterations
+    return Stepping(max(parts), max(iterations, settings.first_iterations) if may_hit else iterations, lively)
+
+
+def _for_hits(settings: PyBulletSettings, fastest: float) -> int:
+    """Into how many parts, so that what hits something by a narrow overlap does not slip past it."""
+    if settings.first_travel is None:
+        return 1
+    return max(1, min(MOST_PARTS_OF_HITS, ceil(fastest * settings.time_step / settings.first_travel)))
 
 
 def _for_masses(settings: PyBulletSettings, ratio: float) -> int:

@@ -44,5 +44,14 @@ def test_the_most_demanding_reason_decides() -> None:
     assert stepping(MOVING, replace(QUIET, begins=True, mass_ratio=16.0 * 12**2)).parts == 12
 
 
+def test_a_hit_that_is_about_to_come_is_stepped_finely_and_solved_well() -> None:
+    assert MOVING.first_travel is not None
+    hit = stepping(MOVING, replace(QUIET, begins=True, fastest=4.0))
+    assert hit.parts == ceil(4.0 * MOVING.time_step / MOVING.first_travel) > MOVING.first_parts
+    assert hit.iterations == MOVING.first_iterations > MOVING.lively_iterations
+    assert stepping(MOVING, replace(QUIET, begins=True)).iterations == MOVING.iterations, "what is slow hits nothing"
+    assert stepping(MOVING, replace(QUIET, fastest=4.0)).iterations == MOVING.lively_iterations
+
+
 def test_settings_that_ask_for_nothing_heed_nothing() -> None:
     assert stepping(STOCK, Awake(fastest=inf, mass_ratio=inf)) == Stepping(1, STOCK.iterations, lively=False)

@@ -1,0 +1,175 @@
+"""Hits onto the ends of planks under `exact` against rigid boxes under Moreau's impact law, and against SAPIEN.
+
+A plank is thrown onto the end of a plank of level 3 of a tower of 13, from 10 mm away: with aims off its middle, askew,
+and so high or low that it catches the plank below or above as well. The reference (`benchmarks.moreau`) is apart from
+what it judges. Each hit is also played with the aim moved by 50 micrometres up and down: where that changes the shift
+by more than 10 %, the hit is sensitive, and no number is right. Run it with `python -m benchmarks.end_hits`.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import cos, inf, pi, sin
+from random import Random
+
+import numpy as np
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+from benchmarks.figures.data import Row, Rows
+from benchmarks.figures.recording import parser, record
+from benchmarks.hits import GRAVITY, THROWN_AT, WATCHED, shifts
+from benchmarks.impacts import LEVELS, SHOT
+from benchmarks.moreau.motion import Boxes
+from benchmarks.plank_structures import LENGTH, THICKNESS, WIDTH, four_stack
+from stability.geometry.rotations import about
+from stability.model import GROUND, Plane, Pose, Vec3
+from stability.statics.facts import Placed
+from stackdsl.playing.runner import play
+from stackdsl.systems.peers import SAPIEN
+from stackdsl.systems.systems import SYSTEMS, System
+from stackdsl.timeline import Arrival, Placement, Timeline, World
+
+LEVEL, STRUCK, DISTANCE, FRICTION = 3, 5, 0.01, 0.5
+AIM_MOVED = 5e-5  # [m] up and down, to see whether a hit is sensitive
+SENSITIVE = 0.1  # share of a shift
+WANTED = 10.0  # [%] that `exact` may be off
+SETTLED, QUIET, AT_REST, LONGEST = 0.01, 0.03, 0.002, 1.0  # [s], [s], [m/s], [s] of the reference
+FINE_PEER = System("sapien", "every plank awake", replace(SAPIEN, time_step=1.0 / 7680.0), None)
+
+
+@dataclass(frozen=True, slots=True)
+class EndHit:
+    """A plank thrown at the end of a plank."""
+
+    speed: float  # [m/s]
+    aside: float = 0.0  # [m] of the middle of the end
+    above: float = 0.0  # [m] likewise
+    askew: float = 0.0  # [rad] its turn about the vertical, and that of its way
+
+    def thrown(self) -> tuple[Placed, Vec3]:
+        """The plank and its velocity, with a rise that brings it to its height when it arrives."""
+        one = four_stack(1)[0].brick
+        way = (-cos(self.askew), -sin(self.askew))
+        aim = (0.5 * LENGTH, 0.5 * (LENGTH - WIDTH) + self.aside)
+        back = DISTANCE + 0.5 * LENGTH + 0.5 * WIDTH * abs(sin(self.askew))
+        at = (aim[0] - back * way[0], aim[1] - back * way[1], (LEVEL - 0.5) * THICKNESS + self.above)
+        rise = 0.5 * GRAVITY * DISTANCE / (self.speed * cos(self.askew))
+        pose = Pose(at, about((0.0, 0.0, 1.0), self.askew))
+        return Placed(replace(one, id=SHOT), pose), (self.speed * way[0], self.speed * way[1], rise)
+
+
+def cases(random: int) -> Iterator[tuple[str, EndHit]]:
+    """Hits that are level but for a little, ones that are quite, and random ones."""
+    for speed in (1.0, 2.0, 4.0):
+        yield f"level, {speed:g} m per s", EndHit(speed)
+        for above in (-2e-3, -2e-4, 2e-4, 2e-3):
+            yield f"{1000.0 * above:+g} mm, {speed:g} m per s", EndHit(speed, above=above)
+    chance = Random(13)
+    for number in range(1, random + 1):
+        above = chance.choice((-1.0, 1.0)) * chance.uniform(0.2e-3, 3e-3)
+        speed = 0.2 * 20.0 ** chance.random()
+        aside, askew = chance.uniform(-8e-3, 8e-3), chance.uniform(-10.0, 10.0) * pi / 180.0
+        yield f"random {number}", EndHit(speed, aside, above, askew)
+
+
+def timeline(hit: EndHit) -> Timeline:
+    """The tower, and the throw."""
+    tower = four_stack(2 * LEVELS)
+    placed = [Placement(0.0, one.brick, number // 2 + 1, one.pose) for number, one in enumerate(tower)]
+    thrown, velocity_W = hit.thrown()
+    shot = Placement(THROWN_AT, thrown.brick, 0, thrown.pose, velocity_W=velocity_W, arrival=Arrival.THROWN)
+    ground = Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), FRICTION)
+    return Timeline(World(GRAVITY, FRICTION, (ground,)), (*placed, shot), hold=WATCHED)
+
+
+def referred(hit: EndHit, steps: int) -> float:
+    """How far the reference moves the plank that is struck [m], at so many steps a second."""
+    tower = four_stack(2 * LEVELS)
+    thrown, velocity_W = hit.thrown()
+    boxes, step = Boxes([*tower, thrown], GRAVITY, FRICTION), 1.0 / steps
+    for _ in range(round(SETTLED * steps)):  # loads find their way; the thrown plank waits
+        boxes.step(step)
+        boxes.put(len(tower), thrown.pose.position_W)
+    began, most, quiet = boxes.places.copy(), 0.0, 0.0
+    # Half a step of gravity less, so that the parabola is met.
+    boxes.throw(len(tower), (velocity_W[0], velocity_W[1], velocity_W[2] + 0.5 * GRAVITY * step))
+    for number in range(round(LONGEST * steps)):
+        boxes.step(step)
+        most = max(most, float(np.linalg.norm(boxes.places[STRUCK] - began[STRUCK])))
+        quiet = quiet + step if boxes.fastest(but=len(tower)) < AT_REST else 0.0
+        if quiet > QUIET and number * step > 3.0 * DISTANCE / hit.speed:
+            break
+    return most
+
+
+def compared(hit: EndHit, steps: int, peer: bool) -> Row:
+    """One hit: `exact`, the reference at two steps and two aims beside, and the peer."""
+    coarse, fine = referred(hit, steps // 2), referred(hit, steps)
+    beside = [referred(replace(hit, above=hit.above + by), steps // 2) for by in (-AIM_MOVED, AIM_MOVED)]
+    spread = max(abs(one / coarse - 1.0) for one in beside) if coarse > 0.0 else inf
+    exact = shifts(play(timeline(hit), SYSTEMS["exact"]))[STRUCK]
+    other = shifts(play(timeline(hit), FINE_PEER))[STRUCK] if peer else None
+    return {
+        "speed": hit.speed,
+        "aside_mm": 1000.0 * hit.aside,
+        "above_mm": 1000.0 * hit.above,
+        "askew_deg": hit.askew * 180.0 / pi,
+        "coarse_mm": 1000.0 * coarse,
+        "reference_mm": 1000.0 * fine,
+        "lower_mm": 1000.0 * beside[0],
+        "higher_mm": 1000.0 * beside[1],
+        "sensitive": spread > SENSITIVE,
+        "sapien_mm": None if other is None else 1000.0 * other,
+        "exact_mm": 1000.0 * exact,
+        "error_percent": 100.0 * (exact / fine - 1.0),
+    }
+
+
+def summed(rows: Rows) -> Row:
+    """How many hits are sensitive, and how far the others are off."""
+    firm = [row for row in rows.values() if not row["sensitive"]]
+    return {
+        "hits": len(rows),
+        "sensitive": len(rows) - len(firm),
+        "firm": len(firm),
+        "within_10_percent": sum(abs(_of(row, "error_percent")) <= WANTED for row in firm),
+        "worst_percent": max((abs(_of(row, "error_percent")) for row in firm), default=None),
+        "steps_percent": _worst(firm, "coarse_mm"),
+        "sapien_percent": _worst([row for row in firm if row["sapien_mm"] is not None], "sapien_mm"),
+    }
+
+
+def _worst(rows: Sequence[Mapping[str, object]], key: str) -> float | None:
+    """The most that something differs from the reference [%]."""
+    return max((100.0 * abs(_of(row, key) / _of(row, "reference_mm") - 1.0) for row in rows), default=None)
+
+
+def _of(row: Mapping[str, object], key: str) -> float:
+    return float(row[key] or 0.0)  # type: ignore[arg-type]
+
+
+def main() -> None:
+    """Play, print the table, and keep it if asked to."""
+    arguments = parser(__doc__)
+    arguments.add_argument("--steps", type=int, default=8000, help="of the reference, a second; and half as many")
+    arguments.add_argument("--random", type=int, default=25, help="random hits")
+    arguments.add_argument("--no-peer", action="store_true", help="leave SAPIEN out")
+    chosen = arguments.parse_args()
+    found: dict[str, Row] = {}
+    progress = Console(stderr=True, width=150)
+    for name, hit in track(list(cases(chosen.random)), "hits", console=progress):
+        found[name] = row = compared(hit, chosen.steps, not chosen.no_peer)
+        progress.print(f"{name}: {row['exact_mm']:.3g} of {row['reference_mm']:.3g} mm, {row['error_percent']:+.1f} %")
+    table = Table("hit", *next(iter(found.values())))
+    for name, row in found.items():
+        table.add_row(name, *(f"{cell:.3g}" if isinstance(cell, float) else f"{cell}" for cell in row.values()))
+    console = Console(width=150)
+    console.print(table)
+    console.print(summed(found))
+    if chosen.write:
+        record("end-hits", "python -m benchmarks.end_hits --write", {"hits": found, "all": {"all": summed(found)}})
+
+
+if __name__ == "__main__":
+    main()
