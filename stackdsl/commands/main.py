@@ -28,6 +28,7 @@ COMMANDS: Final[Mapping[str, str]] = {
     "explain": "Print what FILE was compiled to, and what statics says of it.",
     "init": "Write what a new project in DIRECTORY (default: this one) needs; never over an existing file.",
     "new": "Write a scenario called NAME to start from; never over an existing file.",
+    "picture": "Play one case of FILE, and draw it: at the end, at a time, as a strip, or moving.",
     "run": "Play FILE, print what happens as it happens, and judge it; golden files are not looked at.",
     "schema": "Print the JSON Schema of scenarios, for editors.",
 }

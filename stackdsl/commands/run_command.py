@@ -8,6 +8,7 @@ from stackdsl.checking.gathering import Case
 from stackdsl.checking.one_case import play_case
 from stackdsl.checking.results import held_up, judged, skipped
 from stackdsl.checking.selection import Selection
+from stackdsl.commands.keeping import ON_HTML, ON_RECORD, Keeping
 from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE
 from stackdsl.commands.selecting import complain, selected_of
 from stackdsl.commands.terminal import write
@@ -23,15 +24,26 @@ from stackdsl.systems.known_systems import unplayable
 @ONE_FILE
 @ON_SYSTEMS
 @ON_KEYWORD
+@ON_RECORD
+@ON_HTML
 @click.pass_context
-def run_command(context: click.Context, file: Path, systems: tuple[str, ...], keyword: str) -> None:
+def run_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
+    context: click.Context,
+    file: Path,
+    systems: tuple[str, ...],
+    keyword: str,
+    record: Path | None,
+    html: Path | None,
+) -> None:
     """Play FILE, print what happens as it happens, and judge it; golden files are not looked at."""
     gathered, selected = selected_of(file, Selection(systems, keyword))
-    results = tuple(_run(case) for case in selected)
+    keeping = Keeping.of(record, html, selected)
+    results = tuple(_run(case, keeping) for case in selected)
+    keeping.write()
     context.exit(exit_code(Report(results, gathered.diagnostics)))
 
 
-def _run(case: Case) -> VariantResult:
+def _run(case: Case, keeping: Keeping) -> VariantResult:
     """Play a case here, and print what happens and how it ended."""
     write(case.name)
     if why := unplayable(case.system):
@@ -39,12 +51,14 @@ def _run(case: Case) -> VariantResult:
         return skipped(case, why)
     try:
         is_known = known_of(case.scenario, case.system)
-        trace = play_case(case.timeline, case.system, is_known, lambda event: write(event_text(event)))
+        recorder = keeping.recorder()
+        trace = play_case(case.timeline, case.system, is_known, lambda event: write(event_text(event)), recorder)
     except BlockedPlacementError as error:
         result = held_up(case, error.blocked)
         complain(filter(None, [result.mistake]))
     else:
         result = judged(case, trace)
         write(run_text(trace, result))
+        keeping.played(case, trace, recorder, result)
     write("\n")
     return result
