@@ -75,8 +75,8 @@ def shown_proofs(timeline: Timeline, trace: Trace) -> ShownProofs:
     fall = structure.judge(min([*moved, last]))
     until = min([*moved, structure.until])
     shown = [*structure.shown, structure.show()] if structure.assembly.bricks else []
-    ends = [*(proof.begin for proof in shown[1:]), until]
-    shown = [replace(proof, end=end) for proof, end in zip(shown, ends, strict=True)]
+    begins = [proof.begin for proof in shown]
+    shown = [replace(proof, end=end) for proof, end in zip(shown, [*begins[1:], until], strict=bool(shown))]
     ending = _at_the_end(trace) if not shown or until < inf else None
     return ShownProofs(tuple(shown if ending is None else [*shown, ending]), fall)
 

@@ -50,3 +50,18 @@ def test_what_stands_to_the_end_has_its_last_proof_to_the_end(system: str) -> No
 def test_of_many_bricks_only_the_whole_is_shown() -> None:
     (run,) = views_of(STANDS % (30, "exact"))
     assert [len(proof.bricks) for proof in run.proofs.standing] == [60]
+
+
+def test_of_what_falls_at_once_there_is_the_motion_alone() -> None:
+    (run,) = views_of(
+        """
+    scenario: leans
+    build:
+      - bricks: [{name: alone, at: [0 mm, 0 mm, 58.584 mm], rotate: [0 deg, 80 deg, 0 deg]}]
+    systems: [exact]
+    expect: [{collapses: any}]
+"""
+    )
+    assert [proof for proof in run.proofs.standing if "alone" in proof.bricks and proof.begin == 0.0] == []
+    assert run.proofs.fall is not None
+    assert set(run.proofs.fall.motion.velocity) == {"alone"}
