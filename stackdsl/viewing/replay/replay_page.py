@@ -33,7 +33,7 @@ def replay_page(runs: Sequence[RunView], title: str) -> str:
     return Template(_packaged("replay.html")).substitute(
         title=escape(title),
         policy=(
-            f"default-src 'none'; script-src {_hash(LOADER)} {_hash(program)}; style-src {_hash(style)}; "
+            f"default-src 'none'; script-src {hash_of(LOADER)} {hash_of(program)}; style-src {hash_of(style)}; "
             "base-uri 'none'; form-action 'none'"
         ),
         style=style,
@@ -53,6 +53,7 @@ def _packaged(name: str) -> str:
     return files("stackdsl.viewing.replay").joinpath(name).read_text(encoding="utf-8")
 
 
-def _hash(text: str) -> str:
+def hash_of(text: str) -> str:
+    """How a content security policy names a script or a style that stands in the page."""
     digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")
     return f"'sha256-{digest}'"
