@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 ON_RECORD = click.option(
     "--record", type=FilePath, help="Write where bricks were to this .npz, as numpy arrays; of one case."
 )
+ON_GLB = click.option("--glb", type=FilePath, help="Write the run to this .glb, for 3D programs; of one case.")
 ON_HTML = click.option("--html", type=FilePath, help="Write a page to this .html that plays what happened.")
 
 
@@ -30,22 +32,26 @@ class Keeping:
 
     record: Path | None
     html: Path | None
+    glb: Path | None
     _runs: "list[RunView]" = field(default_factory=list)
 
     @classmethod
-    def of(cls, record: Path | None, html: Path | None, selected: Sequence[Case]) -> "Keeping":
+    def of(cls, record: Path | None, html: Path | None, glb: Path | None, selected: Sequence[Case]) -> "Keeping":
         """What is asked for of these cases. Raises UsageError for what cannot be kept."""
-        if record is not None and len(selected) > 1:
-            told = f"--record keeps one run, and {len(selected)} are selected"
-            raise click.UsageError(f"{told}: choose one by --system or -k, such as -k '{selected[0].name}'")
-        for path, suffix in ((record, ".npz"), (html, ".html")):
+        for option, path in (("--record", record), ("--glb", glb)):
+            if path is not None and len(selected) > 1:
+                told = f"{option} keeps one run, and {len(selected)} are selected"
+                raise click.UsageError(f"{told}: choose one by --system or -k, such as -k '{selected[0].name}'")
+        if glb is not None and find_spec("pygltflib") is None:
+            raise click.UsageError("--glb needs pygltflib, which is not installed; try: pip install 'stackdsl[gltf]'")
+        for path, suffix in ((record, ".npz"), (html, ".html"), (glb, ".glb")):
             if path is not None and path.suffix.lower() != suffix:
                 raise click.UsageError(f"{path}: call it {path.with_suffix(suffix)}, since that is what it will hold")
-        return cls(record, html)
+        return cls(record, html, glb)
 
     def recorder(self) -> "Recorder | None":
         """What records the next run, if that is needed."""
-        if self.record is None and self.html is None:
+        if self.record is self.html is self.glb is None:
             return None
         from stackdsl.recording.recorder import Recorder  # noqa: PLC0415 -- most runs are not recorded
 
@@ -60,6 +66,10 @@ class Keeping:
             buffer = BytesIO()
             recording.save(buffer)
             write_file(self.record, buffer.getvalue())
+        if self.glb is not None:
+            from stackdsl.viewing.gltf import glb  # noqa: PLC0415 -- an extra
+
+            write_file(self.glb, glb(recording))
         if self.html is not None:
             from stackdsl.viewing.run_view import view_of  # noqa: PLC0415 -- most runs are not looked at
 

@@ -8,7 +8,7 @@ from stackdsl.checking.gathering import Case
 from stackdsl.checking.one_case import play_case
 from stackdsl.checking.results import held_up, judged, skipped
 from stackdsl.checking.selection import Selection
-from stackdsl.commands.keeping import ON_HTML, ON_RECORD, Keeping
+from stackdsl.commands.keeping import ON_GLB, ON_HTML, ON_RECORD, Keeping
 from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE
 from stackdsl.commands.selecting import complain, selected_of
 from stackdsl.commands.terminal import write
@@ -26,6 +26,7 @@ from stackdsl.systems.known_systems import unplayable
 @ON_KEYWORD
 @ON_RECORD
 @ON_HTML
+@ON_GLB
 @click.pass_context
 def run_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     context: click.Context,
@@ -34,10 +35,11 @@ def run_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     keyword: str,
     record: Path | None,
     html: Path | None,
+    glb: Path | None,
 ) -> None:
     """Play FILE, print what happens as it happens, and judge it; golden files are not looked at."""
     gathered, selected = selected_of(file, Selection(systems, keyword))
-    keeping = Keeping.of(record, html, selected)
+    keeping = Keeping.of(record, html, glb, selected)
     results = tuple(_run(case, keeping) for case in selected)
     keeping.write()
     context.exit(exit_code(Report(results, gathered.diagnostics)))
