@@ -9,6 +9,7 @@ import { type From, Viewer } from "./viewer";
 
 export const SPEEDS = [1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1, 2, 4, 8];
 const LATE = 1 / 35; // [s] between frames
+const TELLING = 60; // [ms] between texts while it plays, which nobody reads faster
 const SWINGING = 1.5; // [s] from where it stood and back
 
 export class Player {
@@ -28,6 +29,7 @@ export class Player {
   private fresh = false;
   private before = 0; // when the last frame was drawn [ms]
   private late = 0; // [s] between the last frames
+  private toldAt = 0; // when texts and the line of time were last brought up to date [ms]
   private swingTime = 0; // [s]
   private readonly made = new Map<number, Stage>();
 
@@ -139,6 +141,8 @@ export class Player {
     this.update();
     this.viewer.draw();
     this.drawn++;
+    if (this.playing && now - this.toldAt < TELLING) return;
+    this.toldAt = now;
     this.timeline.draw(this.time);
     this.told();
   }
