@@ -27,6 +27,19 @@ class Outcome:
     span: Span
 
 
+@dataclass(frozen=True, slots=True)
+class Why:
+    """What is known of why a run came out otherwise than expected; what is not known is empty or None."""
+
+    cause: str = ""  # from the proof: what tips over what, or slides on what
+    moving: tuple[BodyId, ...] = ()  # every brick of that proof
+    bearing: float | None = None  # the side that it goes to, from +x towards +y [rad]
+    overhang: float | None = None  # of what tips as one body: how far its weight lies beyond the edge [m]
+    before: str = ""  # what was done just before, and where that is written
+    first: str = ""  # what moved first
+    see: str = ""  # the command for a shell that shows it
+
+
 class GoldenStatus(StrEnum):
     """How a variant's snapshot stands to its file."""
 
@@ -111,6 +124,7 @@ class VariantResult:
     drift: float = 0.0  # [m]
     cost: Cost | None = None
     outcomes: tuple[Outcome, ...] = ()  # expectations
+    why: Why | None = None  # None where every expectation holds
     truths: tuple[Outcome, ...] = ()  # the same, against the answer known from outside; they inform and never fail
     golden: GoldenResult | None = None
     engine: str = ""  # the package that took the steps; empty if none was taken

@@ -102,6 +102,7 @@ class Timeline:
     # Whether anything is asked that only motion shows. If not, a system with proofs does without an engine.
     watched: bool = True
     margins: tuple[str, ...] = ()  # those of the proof that are asked for, such as `tilt`
+    told_margins: tuple[str, ...] = ()  # those that are told of few bricks, and that nothing depends on
     closely: bool = False  # whether it is asked how something begins to fall, or where it lands
     measures: tuple[str, ...] = ()  # what is measured only if it is asked for: `sway`, `penetration`
     followed: float = 1.0  # how long a collapse is followed, at most [s]

@@ -8,6 +8,7 @@ from math import atan2, hypot, inf
 from stability.model import BodyId, Brick, Pose
 from stability.statics.facts import Motion
 from stability.statics.facts import Verdict as StaticsVerdict
+from stackdsl.proof_margins import Margins
 from stackdsl.timeline import Action, Removal, World
 
 # A brick that had come to rest has left its place beyond these (DESIGN, "collapse"). Its centre sank, or, as long as
@@ -121,17 +122,6 @@ class Cost:
     updates: Updates | None = field(default=None, compare=False)  # None where no extension was asked
 
 
-@dataclass(frozen=True, slots=True)
-class Margins:
-    """What a proof survives: each None where nobody asked for it, or where nothing is proven to stand."""
-
-    acceleration: float | None = None  # the least horizontal acceleration that brings it down, by bearing [g]
-    bearing: float | None = None  # of that acceleration, from +x towards +y [rad]
-    tilt: float | None = None  # the least tilt of the whole that brings it down [rad]
-    friction: float | None = None  # the least Coulomb coefficient, of every contact, with which it stands
-    placement: float | None = None  # how far every brick may be placed beside where it is [m]
-
-
 NOTABLE_GAIN = 0.01  # of the energy of what moves: nothing in a scene adds any, so more of it than this is a fault
 
 
@@ -243,9 +233,8 @@ class Trace:
     edges_when_placed: Mapping[BodyId, tuple[Edge, ...]]
     world: World | None = None  # what did not move
     last_arrival: float = 0.0  # when the last hit met what it was aimed at, or was to [s]
-    # What was proven when bricks were last set down or pulled out; None where nothing proves.
-    statics: StaticsVerdict | None = None
-    margins: Margins = Margins()  # of what stands at the end, as far as somebody asked
+    statics: StaticsVerdict | None = None  # when bricks were last set down or pulled out; None where nothing proves
+    margins: Margins = Margins()  # noqa: RUF009 -- frozen; of what stands at the end, as far as somebody asked
     energy: Energy | None = None  # None before anything was done
     onset: Onset | None = None  # None where nothing was proven to fall, or fell so, or nobody asked
     landing: Landing | None = None  # None where nothing fell, or nobody asked
@@ -255,6 +244,7 @@ class Trace:
     shift_before: float = 0.0  # largest of any brick when one was last set down before a collapse, or at all [m]
     moving: tuple[BodyId, ...] = ()  # what was not at rest when the run ended, thrown bricks included
     early_end: EarlyEnd | None = None  # None where it went on for as long as it was to
+    disproof: StaticsVerdict | None = None  # that what fell had to, on a system that proves nothing
     numerical: str = ""  # why the collapse is the solver's and none of physics; empty where nothing says so
 
     @property

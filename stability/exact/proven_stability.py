@@ -227,7 +227,7 @@ class ProvenStability:
         # Where nothing is still, flights are followed all the same: what is far away changes nothing.
         nothing_still = not self.assembly.bricks and not self._rigid_groups.bricks
         still = () if nothing_still else Either(self.assembly.bricks, self._rigid_groups)
-        if hits := self._disturbances.hits(states, still):
+        if hits := self._disturbances.hits(self.assembly, states, still):
             found = self._wake_struck(Disturbed({hit.brick: hit.normal_W for hit in hits}, in_words(hits)))
         stepped = self._awake.names - self._awake.announced
         pressing = stepped - self._rigid_groups.bricks

@@ -8,7 +8,7 @@
 No engine takes part. Bricks come, go and move one by one or together, and only what that can affect is judged again.
 """
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence, Set
 from dataclasses import replace
 from time import perf_counter
 from types import MappingProxyType
@@ -194,12 +194,14 @@ class Assembly:
             raise ArithmeticError(f"the proof of the assembly does not hold: {check}")
         return forces
 
-    def forces_above(self, bricks: Collection[BodyId]) -> Tally:
+    def forces_above(self, bricks: Collection[BodyId], among: Set[BodyId] | None = None) -> Tally:
         """The forces of the proof on these bricks and all that they carry, as they are now, by contact.
 
-        Such forces are not unique, and these are not checked.
+        Such forces are not unique, and these are not checked. `among`: of what load cores carry, the weights of these
+        bricks only.
         """
-        return tallied(self._structure, self._prover.ledger, self.with_all_above(bricks))
+        weighed = self.with_all_above(bricks) if among is None else among
+        return tallied(self._structure, self._prover.ledger, weighed)
 
     def shares(self, brick: BodyId) -> Mapping[BodyId, float]:
         """What a brick rests on, and which part of its load goes there; see `brick_graph` on what these mean."""

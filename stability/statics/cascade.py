@@ -14,15 +14,16 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from stability.graph import from_the_top
-from stability.model import BodyId, Vec3
-from stability.statics.facts import UP, ConeForces, Contact, Motion, Problem, Stability, Stage, Verdict
+from stability.model import BodyId
+from stability.statics.facts import Contact, Motion, Problem, Stability, Stage, Verdict
 from stability.statics.ledger import Group
-from stability.statics.load_core import carries_upright, piece, plan
+from stability.statics.load_core import carries_upright
 from stability.statics.overlaps import overlap_in_words
-from stability.statics.propagation import Failure, VerticalForce, VerticalLoad, propagate
+from stability.statics.propagation import Failure, propagate
 from stability.statics.solvers.fall_words import described
 from stability.statics.structure import Structure
 from stability.statics.tipping import Fall, tipping
+from stability.statics.upright_forces import landings_of, upright_group, vertical_forces
 
 if TYPE_CHECKING:
     from stability.statics.solvers.equilibrium import Balance
@@ -32,6 +33,7 @@ SEARCHED = 300  # bricks: in a tipping body up to this size the smallest part th
 CUT = 60  # bricks: in a falling group up to this size the smallest upper part that falls as one body is looked for
 TOLD = 20  # moving bricks that are tested for lying deep in another body, for the reason of a verdict
 SMALL = 60  # bricks: a program of so many is still cheap
+MUCH_LESS = 0.5  # share of a group: so much less is asked first
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,9 +74,24 @@ def judge(structure: Structure, brick: BodyId, partners: "Partners", names_small
 
 def prove_together(structure: Structure, bricks: Collection[BodyId], partners: "Partners") -> Group | None:
     """Prove in one program that several bricks stand which would be asked one by one, each with most of the others."""
-    group = sorted(partners.of(set(bricks) | structure.below(bricks)))
-    answer = _upright(structure, group)
-    return answer.group if answer is not None else _proven_in_cones(structure, group).group
+    group = partners.of(set(bricks) | structure.below(bricks))
+    return _with_next_above(structure, bricks, partners, len(group)) or _proven(structure, sorted(group))
+
+
+def _with_next_above(
+    structure: Structure, bricks: Collection[BodyId], partners: "Partners", whole: int
+) -> Group | None:
+    """Prove the same with no more counterweights than what lies on the bricks directly, if that is much less to ask.
+
+    What lies above these is proven by cores that stay as they are, so it needs no place in the group.
+    """
+    next_above = {upper for brick in bricks for upper in structure.carried[brick]}
+    group = partners.with_partners({*bricks, *structure.below(bricks), *next_above})
+    return upright_group(structure, sorted(group)) if len(group) <= MUCH_LESS * whole else None
+
+
+def _proven(structure: Structure, group: Sequence[BodyId]) -> Group | None:
+    return upright_group(structure, group) or _proven_in_cones(structure, group).group
 
 
 def _grown(structure: Structure, group: set[BodyId], downwards: Collection[BodyId], levels: int) -> set[BodyId]:
@@ -93,7 +110,9 @@ def _programs(structure: Structure, brick: BodyId, group: set[BodyId], partners:
     asked = partners.of({brick} | structure.below([brick]))
     while True:
         last = len(asked) >= len(whole)
-        answer = _upright(structure, sorted(asked)) or _cones(structure, sorted(asked), last)
+        group_asked = sorted(asked)
+        standing = upright_group(structure, group_asked)
+        answer = Answer(standing) if standing is not None else _cones(structure, group_asked, last)
         if answer is not None:
             return answer
         if len(asked) < len(group) <= SMALL:
@@ -189,46 +208,6 @@ def _passed_down(structure: Structure, group: set[BodyId]) -> Answer | Failure |
 # --- programs -------------------------------------------------------------------------------------------------------
 
 
-def _upright(structure: Structure, group: Sequence[BodyId]) -> Answer | None:
-    """Can upright forces alone balance a group?"""
-    from stability.statics.solvers.equilibrium import balance  # noqa: PLC0415 -- it brings numpy
-
-    members = frozenset(group)
-    if len(from_the_top(structure.rests_on(members))) < len(members):
-        return None  # in a ring even upright forces may be self-stress, which the next stage looks for
-    contacts = [c for c in structure.contacts_of(group) if carries_upright(c)]
-    landings = list(_landings(structure, members, contacts))
-    answer = balance(structure.problem(group, [landing for landing, _ in landings]), structure.tolerances)
-    if answer.forces is None:
-        return None
-    vertical = _vertical_forces(answer.forces.of_contacts, landings)
-    return Answer(Group(tuple(group), Stage.VERTICAL, vertical=vertical))
-
-
-def _landings(
-    structure: Structure, members: Collection[BodyId], contacts: Sequence[Contact]
-) -> Iterator[tuple[Contact, Contact]]:
-    """Contacts without friction and upright: inside the group as they are, on a brick outside only over its core."""
-    for contact in contacts:
-        if contact.upper not in members:
-            continue
-        core = structure.cores[contact.lower] if contact.lower in structure.bricks else None
-        points = piece(plan(contact), None if contact.lower in members else core)
-        if points:
-            z = contact.points_W[0][2]
-            raised: tuple[Vec3, ...] = tuple((x, y, z) for x, y in points)
-            yield Contact(contact.lower, contact.upper, raised, (UP,), friction=0.0), contact
-
-
-def _vertical_forces(forces: Sequence[ConeForces], landings: Sequence[tuple[Contact, Contact]]) -> list[VerticalForce]:
-    return [
-        VerticalForce(contact, VerticalLoad(force[2], (x, y)))
-        for (landing, contact), of_contact in zip(landings, forces, strict=True)
-        for (x, y, _), (force,) in zip(landing.points_W, of_contact, strict=True)
-        if force[2] > 0.0
-    ]
-
-
 def _cones(structure: Structure, group: Sequence[BodyId], last: bool) -> Answer | _Falling | None:
     """The exact problem of a group: proven to stand on cores, or to fall though all the rest is held fixed."""
     from stability.statics.solvers.equilibrium import balance  # noqa: PLC0415 -- it brings numpy
@@ -260,7 +239,7 @@ def _proven_in_cones(structure: Structure, group: Sequence[BodyId], if_fixed: "B
     members, contacts = frozenset(group), structure.contacts_of(group)
     inner = [c for c in contacts if _is_within(c, members, structure)]
     outer = [c for c in contacts if not _is_within(c, members, structure) and carries_upright(c)]
-    landings = list(_landings(structure, members, outer))
+    landings = list(landings_of(structure, members, outer))
     alone = not landings and len(inner) == len(contacts)  # then it is the same problem as with the rest held fixed
     problem = structure.problem(group, contacts if alone else [*inner, *(landing for landing, _ in landings)])
     answer = if_fixed if alone and if_fixed is not None else balance(problem, structure.tolerances)
@@ -268,7 +247,7 @@ def _proven_in_cones(structure: Structure, group: Sequence[BodyId], if_fixed: "B
     if honest is None:
         return _Careful(answer)
     of_inner, of_outer = honest.of_contacts[: len(inner)], honest.of_contacts[len(inner) :]
-    forces, vertical = tuple(zip(inner, of_inner, strict=True)), _vertical_forces(of_outer, landings)
+    forces, vertical = tuple(zip(inner, of_inner, strict=True)), vertical_forces(of_outer, landings)
     return _Careful(answer, Group(tuple(group), Stage.CONES, vertical=vertical, forces=forces))
 
 

@@ -4,7 +4,7 @@ Groups hand their upright loads to load cores. From the top down, all that a bri
 inside it, because a core is convex; it is split over the corners of the core, and each part goes down where it stands.
 """
 
-from collections.abc import Mapping, Set
+from collections.abc import Mapping, Sequence, Set
 from math import hypot
 
 from stability.geometry.plan import Point2
@@ -19,40 +19,52 @@ from stability.statics.structure import Structure
 
 
 class Tally:
-    """Sums of cone forces by contact."""
+    """Sums of cone forces by contact. They are only noted as they come, and summed up where somebody asks."""
 
     def __init__(self) -> None:
-        self._sums: dict[BodyId, dict[BodyId, tuple[Contact, list[list[Vec3]]]]] = {}  # by lower, then upper body
+        self._noted: dict[BodyId, dict[BodyId, tuple[Contact, list[ConeForces | VerticalLoad]]]] = {}  # by lower, upper
 
-    def _of(self, contact: Contact) -> list[list[Vec3]]:
-        onto = self._sums.setdefault(contact.lower, {})
+    def _of(self, contact: Contact) -> list[ConeForces | VerticalLoad]:
+        onto = self._noted.setdefault(contact.lower, {})
         if contact.upper not in onto:
-            onto[contact.upper] = contact, [[ZERO] * len(contact.normals_W) for _ in contact.points_W]
+            onto[contact.upper] = contact, []
         return onto[contact.upper][1]
 
     def add(self, contact: Contact, forces: ConeForces) -> None:
         """Forces at the points of a contact."""
-        sums = self._of(contact)
-        for at_point, of_point in zip(sums, forces, strict=True):
-            at_point[:] = [add(one, other) for one, other in zip(at_point, of_point, strict=True)]
+        self._of(contact).append(forces)
 
     def press(self, contact: Contact, load: VerticalLoad) -> None:
         """An upright force somewhere in a contact, as one at its corners."""
-        normal = upright_normal(contact)
-        if normal is None:
-            raise ValueError(f"the contact of {contact.upper} on {contact.lower} carries nothing upright")
-        sums = self._of(contact)
-        for at_point, share in zip(sums, _at_corners(contact, load.at), strict=True):
-            at_point[normal] = add(at_point[normal], (0.0, 0.0, share * load.weight))
+        self._of(contact).append(load)
 
     def of(self, contact: Contact) -> ConeForces:
-        """The sums of a contact; nothing if nothing was added."""
-        return tuple(tuple(of_point) for of_point in self._of(contact))
+        """The sums of a contact; nothing if nothing was added. Raises ValueError if it carries nothing upright."""
+        _, noted = self._noted.get(contact.lower, {}).get(contact.upper, (contact, []))
+        return _summed(contact, noted)
 
     def onto(self, lower: BodyId) -> list[tuple[Contact, ConeForces]]:
         """What a body carries: the contacts whose lower body it is, and the sums at their points."""
-        found = self._sums.get(lower, {}).values()
-        return [(contact, tuple(tuple(of_point) for of_point in sums)) for contact, sums in found]
+        return [(contact, _summed(contact, noted)) for contact, noted in self._noted.get(lower, {}).values()]
+
+
+def _summed(contact: Contact, noted: Sequence[ConeForces | VerticalLoad]) -> ConeForces:
+    sums = [[ZERO] * len(contact.normals_W) for _ in contact.points_W]
+    for each in noted:
+        if isinstance(each, VerticalLoad):
+            _press(contact, each, sums)
+            continue
+        for at_point, of_point in zip(sums, each, strict=True):
+            at_point[:] = [add(one, other) for one, other in zip(at_point, of_point, strict=True)]
+    return tuple(tuple(of_point) for of_point in sums)
+
+
+def _press(contact: Contact, load: VerticalLoad, sums: Sequence[list[Vec3]]) -> None:
+    normal = upright_normal(contact)
+    if normal is None:
+        raise ValueError(f"the contact of {contact.upper} on {contact.lower} carries nothing upright")
+    for at_point, share in zip(sums, _at_corners(contact, load.at), strict=True):
+        at_point[normal] = add(at_point[normal], (0.0, 0.0, share * load.weight))
 
 
 def _at_corners(contact: Contact, at: Point2) -> list[float]:

@@ -16,6 +16,8 @@ from stackdsl.trace import Event, Trace
 if TYPE_CHECKING:
     from stackdsl.recording.recorder import Recorder
 
+MOST_FOR_TOLD_MARGINS = 20  # bricks, of which margins that nothing depends on take some tens of milliseconds
+
 Played = TypeVar("Played")
 
 
@@ -29,11 +31,12 @@ def play_case(
     """What a worker does. The engine is imported there, where a scene needs it, and nowhere before."""
     played = play(timeline, system_named(system), on_event, is_known, recorder)
     trace = with_numerical_collapse(played, timeline, system_named(system))
-    if not timeline.margins or trace.statics is None:
+    wanted = {*timeline.margins, *(timeline.told_margins if len(trace.tracks) <= MOST_FOR_TOLD_MARGINS else ())}
+    if not wanted or trace.statics is None:
         return trace
     from stackdsl.judging.margins import margins_of  # noqa: PLC0415 -- programs bring numpy
 
-    return replace(trace, margins=margins_of(trace, timeline.margins))
+    return replace(trace, margins=margins_of(trace, wanted))
 
 
 def played_or_blocked(playing: Callable[..., Played], *arguments: object) -> Played | Blocked:

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from stackdsl.checking.gathering import STDIN_SHOWN, Case
+from stackdsl.checking.why import why_of
 from stackdsl.checking.worker import TaskResult, TaskStatus
 from stackdsl.compiling.compiler import where_placed
 from stackdsl.diagnostics import Diagnostic
@@ -96,6 +97,7 @@ def _compared(case: Case, trace: Trace, goldens: Goldens) -> VariantResult:
 
 def judged(case: Case, trace: Trace) -> VariantResult:
     """The result of a case that was played, without its golden file."""
+    outcomes = judge(trace, case.scenario, case.variant, case.source, case.system)
     return VariantResult(
         scenario=case.identity.scenario,
         variant=case.identity.variant,
@@ -113,7 +115,8 @@ def judged(case: Case, trace: Trace) -> VariantResult:
         engine=system_named(case.system).engine.package.name if trace.cost.steps else "",
         modified=system_named(case.system).modification.summary,
         cost=trace.cost,
-        outcomes=judge(trace, case.scenario, case.variant, case.source, case.system),
+        outcomes=outcomes,
+        why=None if all(outcome.passed for outcome in outcomes) else why_of(case, trace),
         truths=compare_with_truth(trace, case.scenario, case.variant, case.source),
         parameters=case.parameters,
     )

@@ -18,6 +18,7 @@ from stackdsl.playing.clearance import BlockedPlacementError
 from stackdsl.report.event_text import event_text
 from stackdsl.report.run_text import run_text
 from stackdsl.systems.known_systems import unplayable
+from stackdsl.trace import Event
 
 
 @click.command("run")
@@ -27,6 +28,7 @@ from stackdsl.systems.known_systems import unplayable
 @ON_RECORD
 @ON_HTML
 @ON_GLB
+@click.option("--all-names", is_flag=True, help="Name every brick of an event, and all that fell.")
 @click.pass_context
 def run_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     context: click.Context,
@@ -36,16 +38,17 @@ def run_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     record: Path | None,
     html: Path | None,
     glb: Path | None,
+    all_names: bool,
 ) -> None:
     """Play FILE, print what happens as it happens, and judge it; golden files are not looked at."""
     gathered, selected = selected_of(file, Selection(systems, keyword))
     keeping = Keeping.of(record, html, glb, selected)
-    results = tuple(_run(case, keeping) for case in selected)
+    results = tuple(_run(case, keeping, all_names) for case in selected)
     keeping.write()
     context.exit(exit_code(Report(results, gathered.diagnostics)))
 
 
-def _run(case: Case, keeping: Keeping) -> VariantResult:
+def _run(case: Case, keeping: Keeping, all_names: bool) -> VariantResult:
     """Play a case here, and print what happens and how it ended."""
     write(case.name)
     if why := unplayable(case.system):
@@ -54,13 +57,17 @@ def _run(case: Case, keeping: Keeping) -> VariantResult:
     try:
         is_known = known_of(case.scenario, case.system)
         recorder = keeping.recorder()
-        trace = play_case(case.timeline, case.system, is_known, lambda event: write(event_text(event)), recorder)
+
+        def told(event: Event) -> None:
+            write(event_text(event, all_names))
+
+        trace = play_case(case.timeline, case.system, is_known, told, recorder)
     except BlockedPlacementError as error:
         result = held_up(case, error.blocked)
         complain(filter(None, [result.mistake]))
     else:
         result = judged(case, trace)
-        write(run_text(trace, result))
+        write(run_text(trace, result, all_names))
         keeping.played(case, trace, recorder, result)
     write("\n")
     return result

@@ -105,6 +105,7 @@ def _timeline(built: Built, impacts: Iterable[tuple[Moment, Action]], scenario: 
         hold=asked.hold,
         watched=asked.watched,
         margins=asked.margins,
+        told_margins=asked.told_margins,
         measures=asked.measures,
         closely=asked.closely,
         followed=asked.followed,

@@ -6,7 +6,9 @@ from dataclasses import replace
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Problem, Stability
 from stability.statics.margins.summary import acceleration, least_friction, placement, tilt
-from stackdsl.trace import Margins, Trace
+from stability.statics.solvers.fall_words import described
+from stackdsl.proof_margins import Margins
+from stackdsl.trace import Trace
 
 ALL = ("acceleration", "tilt", "friction", "placement")
 
@@ -31,10 +33,14 @@ def margins_of_assembly(assembly: Assembly, wanted: Collection[str] = ALL) -> Ma
         found = replace(found, friction=least_friction(problem).coefficient)
     if "placement" in wanted:
         planes = [plane.id for plane in assembly.planes]
-        found = replace(found, placement=placement(problem, planes=planes).value)
+        placed = placement(problem, planes=planes)
+        found = replace(found, placement=placed.value, joint=placed.limit)
     return found
 
 
 def _shaken(problem: Problem, gravity: float) -> Margins:
     worst = acceleration(problem, gravity=gravity)
-    return Margins() if worst is None else Margins(worst.value, worst.bearing, tilt(worst.value))
+    if worst is None:
+        return Margins()
+    gives_way = described(problem, worst.motion) if worst.motion is not None else ""
+    return Margins(worst.value, worst.bearing, tilt(worst.value), gives_way=gives_way)

@@ -43,6 +43,6 @@ def held_against_refined(trace: Trace, fine: Trace, timeline: Timeline) -> Refin
 
 
 def _proven_to_fall(timeline: Timeline, collapse: Collapse) -> bool:
-    from stackdsl.judging.proofs import stability_until  # noqa: PLC0415 -- statics brings numpy
+    from stackdsl.judging.proofs import verdict_until  # noqa: PLC0415 -- statics brings numpy
 
-    return stability_until(timeline, collapse.time) is Stability.UNSTABLE
+    return verdict_until(timeline, collapse.time).stability is Stability.UNSTABLE

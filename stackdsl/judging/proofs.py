@@ -30,47 +30,67 @@ class Proofs:
 
     judged: tuple[Judged, ...]
     assembly: Assembly  # all that was judged
+    done: int = 0  # of the actions of the timeline, those that were judged
 
 
-def proofs_of(timeline: Timeline) -> Proofs:
-    """Judge every action as `exact` does, up to the first one that leaves anything to the engine."""
+def proofs_of(timeline: Timeline, names_smallest: bool = True) -> Proofs:
+    """Judge every action as `exact` does, up to the first one that leaves anything to the engine.
+
+    With `names_smallest` as few bricks are named as are found to fall, which of a heap takes seconds.
+    """
     assembly = Assembly(timeline.world.planes, timeline.world.friction, timeline.world.gravity)
     judged: list[Judged] = []
+    done = 0
     for moment in timeline.moments():
         if isinstance(moment, Removal):
-            if assembly.remove(moment.bricks).stability is not Stability.STABLE:
+            done += 1
+            if assembly.remove(moment.bricks, names_smallest=names_smallest).stability is not Stability.STABLE:
                 break
             continue
         if isinstance(moment, Push):
             break
         set_down = [placement for placement in moment if placement.at_rest]
         if set_down:
-            verdict = assembly.add_all(Placed(placement.brick, placement.pose) for placement in set_down)
+            coming = [Placed(placement.brick, placement.pose) for placement in set_down]
+            verdict = assembly.add_all(coming, names_smallest=names_smallest)
+            done += len(moment)
             names = tuple(placement.brick.id for placement in set_down)
             judged.append(Judged(names, verdict, {name: assembly.stage(name) for name in names}))
         if len(set_down) < len(moment) or assembly.verdict().stability is not Stability.STABLE:
             break
-    return Proofs(tuple(judged), assembly)
+    return Proofs(tuple(judged), assembly, done)
 
 
 def held_against_statics(trace: Trace, timeline: Timeline) -> Trace:
-    """The trace; a collapse before which every structure was proven to stand is marked as numerical."""
-    if trace.collapse is None or not stands_until(timeline, trace.collapse.time):
+    """The trace; a collapse before which every structure was proven to stand is marked as numerical.
+
+    One that had to come has the proof of it.
+    """
+    if trace.collapse is None:
         return trace
-    return replace(trace, numerical=DISPROVED)
+    verdict = verdict_until(timeline, trace.collapse.time)
+    match verdict.stability:
+        case Stability.STABLE:
+            return replace(trace, numerical=DISPROVED)
+        case Stability.UNSTABLE:
+            return replace(trace, disproof=verdict)
+        case _:
+            return trace
 
 
 def stands_until(timeline: Timeline, time: float) -> bool:
     """Whether all that was built is proven to stand, after everything that was done up to a time [s]."""
-    return stability_until(timeline, time) is Stability.STABLE
+    return verdict_until(timeline, time).stability is Stability.STABLE
 
 
-def stability_until(timeline: Timeline, time: float) -> Stability:
+def verdict_until(timeline: Timeline, time: float) -> Verdict:
     """The first verdict that is not STABLE, of all that was built up to a time [s], or STABLE.
 
     UNDECIDED from the first thing on that only an engine can follow: what is dropped, thrown or pushed.
     """
     done = tuple(action for action in timeline.actions if action.time <= time)
     if not done or any(leaves_to_engine(action) for action in done):
-        return Stability.UNDECIDED
-    return proofs_of(replace(timeline, actions=done)).assembly.verdict().stability
+        return Verdict(
+            Stability.UNDECIDED, reason="something is dropped, thrown or pushed, which only an engine can follow"
+        )
+    return proofs_of(replace(timeline, actions=done)).assembly.verdict()

@@ -28,6 +28,8 @@ class Variant:
     parameters: tuple[tuple[str, str], ...]  # by which it is told from the others, as written
     values: dict[str, Plain]
     source: Source  # the same as written, with repeats written out: the places of all values
+    written: Source  # as written, repeats and all
+    choice: Mapping[str, Plain]  # the value of each variable that varies, as written
 
 
 def expand(source: Source) -> tuple[tuple[Variant, ...], tuple[Diagnostic, ...]]:
@@ -103,7 +105,7 @@ def _variant(source: Source, choice: Choice, budget: Budget, most: int) -> tuple
     filled = {key: filling.of(value, (key,), names) for key, value in values.items() if key not in FIXED}
     changed = {"let": lets, **filled}
     whole = {key: changed.get(key, value) for key, value in values.items()}
-    return Variant(choice.called, whole, spreads.source), filling.mistakes, filling.done
+    return Variant(choice.called, whole, spreads.source, source, choice.values), filling.mistakes, filling.done
 
 
 def _check_fixed(source: Source, mistakes: Mistakes) -> None:

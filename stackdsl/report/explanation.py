@@ -1,39 +1,36 @@
 """What was compiled, as text: the world, every brick with time, place and supports, and the systems it is played on.
 
-Where `exact` is one of them: which stage proved each placement, at what cost, and what the proof would survive.
+Where `exact` is one of them: which stage proved each placement, what that would survive, or what would mend a fall.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from math import degrees, hypot, inf
+from math import hypot, inf
 
 from stability.geometry.rotations import body_axes
 from stability.geometry.touching import TOUCHING, reach_between
 from stability.geometry.vectors import scale
 from stability.model import BodyId, Brick, Vec3
-from stability.statics.facts import Stability
 from stackdsl.checking.gathering import Case
 from stackdsl.compiling.fitting import Fit, Sited, fits
-from stackdsl.judging.margins import margins_of_assembly
-from stackdsl.judging.proofs import Judged, Proofs, proofs_of
+from stackdsl.judging.knobs import Knobs
+from stackdsl.judging.proofs import proofs_of
 from stackdsl.report.modified_text import modified_text
+from stackdsl.report.proof_text import Extent, proven_lines, stages_told
 from stackdsl.systems.known_systems import system_named
 from stackdsl.systems.modification import as_played
 from stackdsl.systems.systems import Method
 from stackdsl.systems.worlds import settings_for
 from stackdsl.timeline import Arrival, Placement, Push, Removal, Timeline
-from stackdsl.trace import Margins
 
-MOST_FOR_MARGINS = 60  # bricks; beyond, the margins take many seconds and come only when asked for
-MICROSECONDS = 1e6
 AXES: tuple[Vec3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
-def explanation_text(cases: Sequence[Case], margins: bool | None = None) -> str:
-    """One scenario in one variant; `cases` are its systems. `margins` are worked out of few bricks, unless said."""
-    return "\n".join(_lines(cases, margins)) + "\n"
+def explanation_text(cases: Sequence[Case], extent: Extent = Extent()) -> str:  # noqa: B008 -- frozen
+    """One scenario in one variant; `cases` are its systems."""
+    return "\n".join(_lines(cases, extent)) + "\n"
 
 
-def _lines(cases: Sequence[Case], margins: bool | None) -> Iterator[str]:
+def _lines(cases: Sequence[Case], extent: Extent) -> Iterator[str]:
     scenario, timeline = cases[0].scenario, cases[0].timeline
     chosen = ", ".join(f"{name} = {text}" for name, text in cases[0].variant.parameters)
     yield f"{scenario.scenario}{f' ({chosen})' if chosen else ''}, from {cases[0].source.span_of(('scenario',))}"
@@ -45,10 +42,12 @@ def _lines(cases: Sequence[Case], margins: bool | None) -> Iterator[str]:
     yield f"  {what}, built after {timeline.built:g} s, watched until {timeline.end:g} s"
     yield ""
     proofs = proofs_of(timeline) if any(system_named(case.system).method is Method.PROVEN for case in cases) else None
-    yield from _actions(timeline, _told(proofs) if proofs is not None else {})
+    yield from _actions(timeline, stages_told(proofs, extent.times) if proofs is not None else {})
     yield ""
     if proofs is not None:
-        yield from _proven(proofs, count, margins)
+        knobs = Knobs(scenario, cases[0].variant)
+        yield from proven_lines(proofs, timeline, count, extent, knobs)
+        yield ""
     for case in cases:
         yield from _system(case.system, timeline)
 
@@ -121,65 +120,6 @@ def _sited(timeline: Timeline) -> list[Sited]:
         if isinstance(moment, tuple)
         for placement in moment
     ]
-
-
-def _told(proofs: Proofs) -> Mapping[BodyId, str]:
-    """What is said of each brick that was judged: its proof, and with the last of a group what the whole group cost."""
-    told = {}
-    for judged in proofs.judged:
-        for brick in judged.bricks:
-            told[brick] = f"  {_answer(judged, brick)}" + (_cost(judged) if brick == judged.bricks[-1] else "")
-    return told
-
-
-def _answer(judged: Judged, brick: BodyId) -> str:
-    if brick in judged.verdict.moving:
-        answer = "falls" if judged.verdict.stability is Stability.UNSTABLE else "in doubt"
-        return f"{answer}: {judged.verdict.stage}" if judged.verdict.stage is not None else answer
-    stage = judged.stages[brick]
-    return f"{stage}" if stage is not None else "not proven"
-
-
-def _cost(judged: Judged) -> str:
-    together = f" for {len(judged.bricks)} bricks" if len(judged.bricks) > 1 else ""
-    return f", {MICROSECONDS * judged.verdict.seconds:.0f} us{together}"
-
-
-def _proven(proofs: Proofs, count: int, wanted: bool | None) -> Iterator[str]:
-    verdict, judged = proofs.assembly.verdict(), sum(len(judged.bricks) for judged in proofs.judged)
-    seconds = sum(judged.verdict.seconds for judged in proofs.judged)
-    if verdict.stability is not Stability.STABLE:
-        yield f"  statics: {verdict.stability.upper()}: {verdict.reason}; the engine shows what comes of it"
-    elif judged < count:
-        yield f"  statics: {judged} of {count} bricks proven to stand; the engine shows what comes of the others"
-    else:
-        yield f"  statics: every placement proven to stand, in {1000.0 * seconds:.3g} ms"
-        yield from _margins(proofs, wanted)
-    yield ""
-
-
-def _margins(proofs: Proofs, wanted: bool | None) -> Iterator[str]:
-    count = len(proofs.assembly.bricks)
-    if wanted is False:
-        return
-    if wanted is None and count > MOST_FOR_MARGINS:
-        yield f"    margins of more than {MOST_FOR_MARGINS} bricks take their time; ask for them with --margins"
-        return
-    yield "    it would survive " + "; ".join(_margin_texts(margins_of_assembly(proofs.assembly)))
-
-
-def _margin_texts(margins: Margins) -> Iterator[str]:
-    if margins.acceleration is not None:
-        bearing = f" towards {round(degrees(margins.bearing)) % 360} deg" if margins.bearing is not None else ""
-        yield f"{margins.acceleration:.4g} g sideways, worst{bearing}"
-    if margins.tilt is not None:
-        yield f"a tilt of {degrees(margins.tilt):.4g} deg"
-    if margins.friction is not None:
-        yield f"friction down to {margins.friction:.4g}"
-    if margins.placement == inf:  # all lies on the ground, and nothing on another brick
-        yield "every brick however far beside its place"
-    elif margins.placement is not None:
-        yield f"every brick {round(1000.0 * margins.placement, 6):.4g} mm beside its place"
 
 
 def _mm(position: Vec3) -> str:

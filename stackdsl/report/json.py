@@ -9,7 +9,7 @@ from math import isfinite
 
 from stackdsl.diagnostics import Diagnostic, Span
 from stackdsl.observations import Change, Seen
-from stackdsl.outcome import GoldenResult, Outcome, Report, Spared, VariantResult, exit_code
+from stackdsl.outcome import GoldenResult, Outcome, Report, Spared, VariantResult, Why, exit_code
 from stackdsl.report.quantity_text import quantity_of
 from stackdsl.trace import Collapse, Cost, WrongEdges
 
@@ -77,6 +77,7 @@ def _result(report: Report, result: VariantResult) -> dict[str, object]:
         "modified": result.modified or None,
         "cost": _cost(result.cost) if result.cost else None,
         "speed_up": _number(report.speed_up(result)),
+        "why": _why(result.why) if result.why else None,
         "expectations": [_outcome(outcome) for outcome in result.outcomes],
         "truths": [_outcome(outcome) for outcome in result.truths],
         "refinement": None if result.refinement is None else [_change(change) for change in result.refinement],
@@ -122,6 +123,18 @@ def _collapse(collapse: Collapse) -> dict[str, object]:
 
 def _early_end(early: Spared) -> dict[str, object]:
     return {"time_s": early.time, "planned_s": early.planned, "actions_left_out": early.actions}
+
+
+def _why(why: Why) -> dict[str, object]:
+    return {
+        "cause": why.cause or None,
+        "moving": list(why.moving),
+        "bearing_rad": _number(why.bearing),
+        "overhang_m": _number(why.overhang),
+        "action_before": why.before or None,
+        "moved_first": why.first or None,
+        "see": why.see or None,
+    }
 
 
 def _cost(cost: Cost) -> dict[str, object]:

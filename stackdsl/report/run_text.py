@@ -2,22 +2,24 @@
 
 from collections.abc import Iterator
 
+from stability.name_order import in_order
 from stackdsl.outcome import VariantResult
 from stackdsl.report.edge_text import wrong_edges_text
 from stackdsl.report.ending_text import ending_text
 from stackdsl.report.energy_text import energy_text
 from stackdsl.report.modified_text import modified_text
 from stackdsl.report.outcome_text import outcome_text
-from stackdsl.trace import Trace
+from stackdsl.report.why_text import why_lines
+from stackdsl.trace import BrickState, Trace
 from stackdsl.wording import level_text, names_text
 
 
-def run_text(trace: Trace, result: VariantResult) -> str:
-    """Several lines of text without a newline at the end."""
-    return "\n".join(_lines(trace, result))
+def run_text(trace: Trace, result: VariantResult, all_names: bool = False) -> str:
+    """Several lines of text without a newline at the end; with `all_names` every brick is named."""
+    return "\n".join(_lines(trace, result, all_names))
 
 
-def _lines(trace: Trace, result: VariantResult) -> Iterator[str]:
+def _lines(trace: Trace, result: VariantResult, all_names: bool) -> Iterator[str]:
     fell = (
         trace.collapse
         and f"collapses at {level_text(trace.collapse.level, trace.collapse.step)} after {trace.collapse.time:.3f} s"
@@ -26,8 +28,12 @@ def _lines(trace: Trace, result: VariantResult) -> Iterator[str]:
     yield f"{fell or trace.verdict}; {cost}" + (f"; a numerical collapse: {trace.numerical}" * bool(trace.numerical))
     if result.modified:
         yield modified_text(result.modified)
+    fallen = [name for name, track in trace.tracks.items() if track.state is BrickState.FALLEN]
+    if all_names and fallen:
+        yield f"fallen: {', '.join(in_order(fallen))}"
     if trace.moving:
-        yield f"still moving at the end: {names_text(trace.moving)}"
+        moving = in_order(trace.moving)
+        yield f"still moving at the end: {', '.join(moving) if all_names else names_text(moving)}"
     if result.early_end is not None:
         yield ending_text(result.early_end)
     if trace.energy_gained:
@@ -36,5 +42,7 @@ def _lines(trace: Trace, result: VariantResult) -> Iterator[str]:
         yield wrong_edges_text(trace.wrong_edges, trace.collapse)
     for outcome in result.outcomes:
         yield f"{'passed' if outcome.passed else 'failed'}: {outcome.span}: {outcome_text(outcome)}"
+    if result.why is not None:
+        yield from why_lines(result.why)
     for truth in result.truths:
         yield f"truth {'agrees' if truth.passed else 'differs'}: {truth.span}: {outcome_text(truth)}"

@@ -2,6 +2,7 @@
 
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 
 from stackdsl.outcome import GOLDEN_FAILURES, REFERENCE_SYSTEM, GoldenStatus, Outcome, Report, RunStatus, VariantResult
 from stackdsl.report.blocks import Block, Row, Table, blocks_text, line, table, titled
@@ -12,6 +13,7 @@ from stackdsl.report.ending_text import ending_text
 from stackdsl.report.energy_text import energy_text
 from stackdsl.report.modified_text import modified_text
 from stackdsl.report.outcome_text import outcome_text, significant
+from stackdsl.report.why_text import why_lines
 from stackdsl.wording import names_text
 
 NOTHING = "-"
@@ -72,7 +74,7 @@ def _failures(report: Report, verbosity: int) -> Iterator[Block]:
     yield _blocked(report)
     stopped = [result for result in report.results if _stopped(result)]
     yield titled("Did not finish", [f"{r.file}: {r.name}: {r.status}: {r.message}" for r in stopped])
-    yield titled("Failed expectations", list(_missed(report, lambda result: result.outcomes)))
+    yield titled("Failed expectations", list(_failed(report)))
     yield titled("Moved at half the step and twice the iterations", list(_moved(report)))
     yield from (_differences(result) for result in report.results)
     yield titled("Golden files", list(_golden_files(report)))
@@ -193,6 +195,14 @@ def _skipped(report: Report) -> Iterator[str]:
 
 def _stopped(result: VariantResult) -> bool:
     return result.status in (RunStatus.CRASHED, RunStatus.TIMED_OUT)
+
+
+def _failed(report: Report) -> Iterator[str]:
+    """What was expected and measured of each run that failed, and below it why."""
+    for result in report.results:
+        yield from _missed(replace(report, results=(result,)), lambda each: each.outcomes)
+        if result.why is not None:
+            yield from why_lines(result.why)
 
 
 def _missed(report: Report, outcomes_of: Callable[[VariantResult], Sequence[Outcome]]) -> Iterator[str]:

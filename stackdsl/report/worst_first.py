@@ -7,6 +7,7 @@ from enum import IntEnum
 from stackdsl.diagnostics import Span
 from stackdsl.outcome import Report, RunStatus, VariantResult
 from stackdsl.report.outcome_text import outcome_text
+from stackdsl.report.why_text import cause_text
 
 MOST_SEEN = 3  # differences of one golden file; the rest is in the text
 
@@ -53,7 +54,9 @@ def findings_of(result: VariantResult) -> Iterator[Finding]:
         yield Finding(Rank.STOPPED, result.name, f"{result.status}: {result.message}", result.file)
     for outcome in result.outcomes:
         if not outcome.passed:
-            yield Finding(Rank.FAILED, result.name, outcome_text(outcome), *_place(outcome.span))
+            cause = cause_text(result.why) if result.why is not None else ""
+            text = "; ".join(filter(None, [outcome_text(outcome), cause]))
+            yield Finding(Rank.FAILED, result.name, text, *_place(outcome.span))
     if result.golden is not None and result.golden_failed:
         golden = result.golden
         seen = [f"{one.subject}: {one.quantity}: was {one.expected}, is {one.got}" for one in golden.differences]

@@ -5,8 +5,11 @@ from dataclasses import dataclass, field
 from math import hypot
 
 from stability.engines.protocol import Engine
+from stability.exact.candidates import solids
+from stability.exact.hits.borne_hits import Flying, friction_stops, reach_beside
+from stability.exact.hits.holding import Holding
 from stability.exact.hits.overload import Overloads
-from stability.model import BodyId, BodyState, ContactPoint, Vec3
+from stability.model import BodyId, BodyState, Brick, ContactPoint, Vec3, convex
 from stability.statics.assembly import Assembly
 from stability.watching.approach import Approaches, Attention, Hit
 from stability.watching.life_cycle import BrickObserver, Observers
@@ -52,13 +55,14 @@ class Disturbances(BrickObserver):
     reactions: Callable[[], Mapping[BodyId, Sequence[ContactPoint]]]
     _approaches: Approaches = field(init=False)
     _overloads: Overloads = field(init=False)
+    _holding: Holding = field(default_factory=Holding, init=False)
     _observers: Observers = field(init=False)
     _looked: float = field(default=0.0, init=False)  # when loads were last looked at [s]
 
     def __post_init__(self) -> None:
         self._approaches = Approaches(self.engine, self._attention, self.gravity)
         self._overloads = Overloads(self.engine, self.reactions, lambda brick: PRESSES * self.limits_of(brick).hold_off)
-        self._observers = Observers((self._approaches, self._overloads))
+        self._observers = Observers((self._approaches, self._overloads, self._holding))
 
     def least_speed(self, brick: BodyId) -> float:
         """The speed [m/s] below which a brick that hits does nothing."""
@@ -72,9 +76,22 @@ class Disturbances(BrickObserver):
         hold_off = self.limits_of(brick).hold_off
         return Attention(HORIZON * hold_off, self.least_speed(brick), AHEAD * hold_off)
 
-    def hits(self, states: Mapping[BodyId, BodyState], still: Container[BodyId]) -> list[Hit]:
-        """Who is about to hit which of the bricks `still`."""
-        return self._approaches.hits(states, still)
+    def hits(self, assembly: Assembly, states: Mapping[BodyId, BodyState], still: Container[BodyId]) -> list[Hit]:
+        """Who is about to hit which of the bricks `still`, but for hits that friction stops at once."""
+        found = self._approaches.hits(states, still)
+        return [hit for hit in found if not self._is_borne(assembly, hit, states[hit.by])]
+
+    def _is_borne(self, assembly: Assembly, hit: Hit, state: BodyState) -> bool:
+        shape = convex(self.engine.shape(hit.by))
+        if shape is None or hit.brick not in assembly.bricks:
+            return False
+        masses = self.engine.masses()
+        flying = Flying(Brick(hit.by, shape, masses[hit.by]), state)
+        within = reach_beside(assembly.bricks[hit.brick])
+        near = [name for name in self.engine.near(hit.brick, within) if name not in (hit.brick, hit.by)]
+        # What is fixed is no brick, and has no mass.
+        beside = [placed for _, placed in solids(self.engine, self.engine.states([n for n in near if n in masses]))]
+        return friction_stops(assembly, hit, flying, beside, self._holding)
 
     def overloaded(self, assembly: Assembly, moving: Collection[BodyId]) -> Disturbed | None:
         """The frozen bricks that are pressed away, if any are."""

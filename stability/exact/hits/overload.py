@@ -219,11 +219,17 @@ def _tipping(assembly: Assembly, placed: Placed, forces: Collection[tuple[Contac
 
     Nothing where it is so low that it slides before it tips, as a plank does that lies flat.
     """
-    (low_x, low_y, foot), (high_x, high_y, top) = bounds_W(placed.brick.shape, placed.pose)
-    if assembly.friction * (top - foot) <= 0.5 * min(high_x - low_x, high_y - low_y):
+    if slides_before_it_tips(placed, assembly.friction):
         return (0.0, 0.0)
+    foot = bounds_W(placed.brick.shape, placed.pose)[0][2]
     heights = [(force, point.position_W[2] - foot) for point, force in forces]
     return (sum(force[0] * height for force, height in heights), sum(force[1] * height for force, height in heights))
+
+
+def slides_before_it_tips(placed: Placed, friction: float) -> bool:
+    """Whether a brick is so low that sideways forces on it make it slide before they can tip it."""
+    (low_x, low_y, foot), (high_x, high_y, top) = bounds_W(placed.brick.shape, placed.pose)
+    return friction * (top - foot) <= 0.5 * min(high_x - low_x, high_y - low_y)
 
 
 def _force_on(brick: BodyId, point: ContactPoint) -> Vec3:

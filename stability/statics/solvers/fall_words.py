@@ -6,6 +6,7 @@ from math import hypot
 
 from stability.geometry.vectors import subtract
 from stability.model import BodyId, Vec3
+from stability.name_order import in_order
 from stability.statics.facts import ZERO, Contact, Motion, Problem
 
 STUCK = 1e-2  # of the speed of a group: a point that moves less against another body is what the group turns about
@@ -144,6 +145,6 @@ def _half(problem: Problem, name: BodyId) -> float:
 
 
 def _named(bodies: Sequence[BodyId] | set[BodyId]) -> str:
-    names = sorted(bodies)
+    names = in_order(bodies)
     more = len(names) - MOST_NAMES
     return ", ".join(names) if more <= 1 else f"{', '.join(names[:MOST_NAMES])} and {more} more"

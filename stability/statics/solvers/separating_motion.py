@@ -3,9 +3,9 @@
 If some motion opens all contacts, the only contact forces that balance each other are none at all.
 """
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
-from math import hypot
+from math import hypot, inf
 
 import numpy as np
 
@@ -22,6 +22,7 @@ SPREAD = 0.5  # how much of the friction that a rise leaves free its sideways sp
 # Times the number of bricks: how much faster a brick may move than the slowest contact opens. In a row of leaning
 # planks each moves faster than the one before, so height is no measure.
 ROOM = 10.0
+LAYER = 0.01  # share of the smallest side: centres as level as this are of one layer
 ACCURACY = 1e-9  # what the solver is asked for; what is found is checked
 
 
@@ -35,9 +36,9 @@ class ContactSeparation:
 
 def separating_motion(problem: Problem, solver: Solver = clarabel_solve) -> Motion | None:
     """A motion that is proven to open every contact strictly; None if none is found."""
-    for motion in (_rising(problem, 0.0), _rising(problem, SPREAD)):
-        if least_separating_speed(problem, motion) >= SEPARATES:
-            return motion
+    rising = next(_opening(problem), None)
+    if rising is not None:
+        return rising
     widest = widest_separation(problem, solver)
     if widest is None or least_separating_speed(problem, widest.motion) < SEPARATES:
         return None
@@ -49,16 +50,23 @@ def separating_velocities(problem: Problem, moving: Collection[BodyId]) -> Mappi
     bricks = {name: problem.bricks[name] for name in sorted(moving)}
     contacts = [c for c in problem.contacts if c.lower in bricks or c.upper in bricks]
     part = replace(problem, bricks=bricks, contacts=contacts)
-    for motion in (_rising(part, 0.0), _rising(part, SPREAD)):
-        if least_separating_speed(part, motion) >= SEPARATES:
-            fastest = max(hypot(*velocity) for velocity, _ in motion.velocity.values())
-            return {name: scale(1.0 / fastest, velocity) for name, (velocity, _) in motion.velocity.items()}
+    for motion in _opening(part):
+        fastest = max(hypot(*velocity) for velocity, _ in motion.velocity.values())
+        return {name: scale(1.0 / fastest, velocity) for name, (velocity, _) in motion.velocity.items()}
     return None
 
 
-def _rising(problem: Problem, spread: float) -> Motion:
-    """All bricks move up, the higher in the stack the faster, and sideways from the middle."""
-    ranks = stack_ranks(problem)
+def _opening(problem: Problem) -> Iterator[Motion]:
+    """The motions of those that are tried without a solver that open every contact."""
+    for ranks in (stack_ranks(problem), layers(problem)):
+        for spread in (0.0, SPREAD):
+            motion = _rising(problem, ranks, spread)
+            if least_separating_speed(problem, motion) >= SEPARATES:
+                yield motion
+
+
+def _rising(problem: Problem, ranks: Mapping[BodyId, int], spread: float) -> Motion:
+    """All bricks move up, those of a higher rank the faster, and sideways from the middle."""
     centres = [placed.pose.position_W for placed in problem.bricks.values()]
     middle = (
         tuple(0.5 * (min(c[i] for c in centres) + max(c[i] for c in centres)) for i in (0, 1)) if centres else (0, 0)
@@ -87,6 +95,22 @@ def stack_ranks(problem: Problem) -> Mapping[BodyId, int]:
         ranks[name] = 1 + max(
             (ranks[lower] for lower in below[name] if heights[lower] < level and lower in ranks), default=0
         )
+    return ranks
+
+
+def layers(problem: Problem) -> Mapping[BodyId, int]:
+    """Which layer of centres each brick is in, from the lowest on.
+
+    Side by side, bricks of one layer rise alike, whether or not what they rest on is a part of the problem.
+    """
+    ranks: dict[BodyId, int] = {}
+    rank, top = 0, -inf
+    for name in sorted(problem.bricks, key=lambda brick: (problem.bricks[brick].pose.position_W[2], brick)):
+        placed = problem.bricks[name]
+        height = placed.pose.position_W[2]
+        if height > top + LAYER * placed.brick.shape.least_thickness:
+            rank, top = rank + 1, height
+        ranks[name] = rank
     return ranks
 
 

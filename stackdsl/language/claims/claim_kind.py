@@ -43,6 +43,7 @@ class ClaimKind(ABC):
     needs_statics: ClassVar[bool] = False  # only a system with proofs can tell
     needs_aftermath: ClassVar[bool] = True  # what becomes of a structure that collapses
     needs_close_looks: ClassVar[bool] = False  # how something begins to fall, or where it lands
+    told_margins: ClassVar[tuple[str, ...]] = ()  # of the proof, that it tells of few bricks without depending on them
     needed_measures: ClassVar[tuple[str, ...]] = ()  # what takes time to measure, such as `sway`
     of_collapses: ClassVar[bool] = False  # void where the only collapse is the solver's
     of_what_is_gone: ClassVar[bool] = False  # may speak of bricks that are pulled out

@@ -1,6 +1,7 @@
 """Bricks are where they came to rest."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
 from math import inf
 from typing import ClassVar
 
@@ -12,7 +13,7 @@ from stackdsl.language.author_models import Shorthand
 from stackdsl.language.claims.claim_kind import ClaimKind, Count, Fate, claim
 from stackdsl.language.claims.finding import Finding, margin_to_collapse, remaining
 from stackdsl.trace import BrickState, BrickTrack, Trace
-from stackdsl.wording import level_text, names_text
+from stackdsl.wording import MILLIMETRES, level_text, mm, names_text
 
 
 @claim("stands", "bricks are where they came to rest")
@@ -26,6 +27,7 @@ class Stands(Shorthand, ClaimKind):
     scalar_word: ClassVar[str] = "all"
     needs_aftermath: ClassVar[bool] = False
     scored_apart: ClassVar[bool] = True
+    told_margins: ClassVar[tuple[str, ...]] = ("friction", "placement")
 
     @property
     def needed_hold(self) -> float | None:
@@ -62,7 +64,9 @@ class Stands(Shorthand, ClaimKind):
     def judge(self, trace: Trace) -> Finding:
         """Whether bricks are where they came to rest, or were shifted to by a hit."""
         meant = self._meant(trace)
-        return self._missing(meant, trace) or _stand(self._in_time(meant, trace))
+        found = self._missing(meant, trace) or _stand(self._in_time(meant, trace))
+        proven = found.passed and all(track.frozen for track in meant)
+        return _with_margin_of_proof(found, trace) if proven else found
 
     def _meant(self, trace: Trace) -> Sequence[BrickTrack]:
         named = frozenset(trace.tracks if self.bricks is None else self.bricks)
@@ -101,3 +105,16 @@ def _stand(meant: Sequence[BrickTrack]) -> Finding:
     measured += f", {shifted} of them displaced" if shifted and not fallen else ""
     margin, unit = min((margin_to_collapse(track) for track in meant), default=(inf, ""))
     return Finding(measured, margin, unit, passed=not fallen)
+
+
+def _with_margin_of_proof(found: Finding, trace: Trace) -> Finding:
+    """The same with what the proof survives, in place of how far bricks may shift before that counts as fallen."""
+    margins, world = trace.margins, trace.world
+    if margins.placement is not None and 0.0 < margins.placement < inf:
+        measured = f"{found.measured}, and would with every brick {mm(margins.placement)} beside its place"
+        return replace(found, measured=measured, margin=MILLIMETRES * margins.placement, unit="mm")
+    if margins.friction is not None and world is not None:
+        written = max([world.friction, *(plane.friction for plane in world.planes)])
+        measured = f"{found.measured}, and would with friction down to {margins.friction:.4g}"
+        return replace(found, measured=measured, margin=written - margins.friction, unit="of friction")
+    return found

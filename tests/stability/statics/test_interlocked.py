@@ -1,5 +1,7 @@
 """Boxes that hold one another up by the dozen are asked about together, not one by one with most of the others."""
 
+from dataclasses import replace
+
 import pytest
 
 from stability.model import GROUND, Brick, Plane, Pose
@@ -8,6 +10,10 @@ from stability.statics import cascade
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability, Stage, Tolerances
 from stability.statics.proof import check_forces
+from stability.statics.solvers import conic_program, equilibrium
+from stability.statics.solvers.conic_program import Point
+from stability.statics.solvers.separating_motion import separating_motion
+from stability.statics.upright_forces import upright_group
 
 SIDE, PITCH = 0.04, 0.0404  # [m]: every box but the lowest lies on the corners of four, over gaps of 0.4 mm
 FLOOR = Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5)
@@ -54,3 +60,35 @@ def test_one_box_too_far_out_falls_however_many_are_asked_together() -> None:
     verdict = Assembly((FLOOR,), 0.5, 9.81).add_all([*boxes, Placed(Brick("out", boxes[0].brick.shape, 0.05), over)])
     assert verdict.stability is Stability.UNSTABLE
     assert verdict.moving == ("out",)
+
+
+def test_layers_of_boxes_side_by_side_are_opened_without_a_solver_also_where_some_rest_on_none_of_the_group() -> None:
+    #   Two side by side, of which only one rests on a box of the problem: they must rise alike, or they rub.
+    def never_asked(*question: object) -> Point:
+        raise AssertionError("asked a solver")
+
+    assembly = Assembly((FLOOR,), 0.5, 9.81)
+    assembly.add_all(heap(2))
+    problem = assembly.problem(["0.0.0", "0.0.1", "1.0.0", "1.0.1", "1.1.0", "1.1.1"])
+    part = replace(problem, contacts=[c for c in problem.contacts if {c.lower, c.upper} <= {*problem.bricks, GROUND}])
+    without = [c for c in part.contacts if c.upper not in ("1.1.0", "1.1.1") or c.lower.startswith("1")]
+    assert separating_motion(replace(part, contacts=without), never_asked) is not None
+
+
+def test_a_box_that_hangs_free_costs_no_program_of_upright_forces() -> None:
+    boxes = heap(2)
+    assembly = Assembly((FLOOR,), 0.5, 9.81)
+    assembly.add_all(boxes)
+    assert upright_group(assembly._structure, [box.brick.id for box in boxes[:4]]) is not None
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(equilibrium, "balance", None)  # calling it is an error
+        assert upright_group(assembly._structure, [box.brick.id for box in boxes]) is None
+
+
+def test_of_large_programs_steps_are_not_refined_and_the_proof_holds_all_the_same(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(conic_program, "LARGE", 0)
+    assembly = Assembly((FLOOR,), 0.5, 9.81)
+    assert assembly.add_all(heap(3)).stability is Stability.STABLE
+    assert assembly.forces() is not None  # checked by arithmetic

@@ -271,7 +271,7 @@ PLACES = sorted((path for path in places(cast("Plain", VALUES)) if path[0] not i
 def test_whatever_stands_in_a_scenario_is_accepted_or_diagnosed(path: Path, new: Plain) -> None:
     values = cast("dict[str, Plain]", replaced(cast("Plain", VALUES), path, new))
     nowhere = Source("a.yaml", values, {(): Span("a.yaml", 1, 1, 2)}, {})
-    scenario, diagnostics = validate(nowhere, Variant((), values, nowhere))
+    scenario, diagnostics = validate(nowhere, Variant((), values, nowhere, nowhere, {}))
     echo = isinstance(new, str) and "${" in new
     assert (scenario is None) is bool(diagnostics) or echo
     for diagnostic in diagnostics:

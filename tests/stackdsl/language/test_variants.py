@@ -34,7 +34,7 @@ def marked(diagnostic: Diagnostic) -> str:
 
 def test_a_scenario_without_variables_is_its_own_only_variant() -> None:
     text = "{scenario: a, build: [{column: {levels: 3}}]}"
-    assert expanded(text) == (Variant((), source(text).values, source(text)),)
+    assert expanded(text) == (Variant((), source(text).values, source(text), source(text), {}),)
 
 
 def test_a_matrix_gives_each_combination_in_the_order_of_the_author() -> None:

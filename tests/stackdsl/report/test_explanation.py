@@ -6,34 +6,79 @@ import sys
 import pytest
 
 from stackdsl.report.explanation import explanation_text
+from stackdsl.report.proof_text import Extent
 from tests.paths import ROOT
 from tests.scenes import compiled, scene
 
 
-def explained(build: str, rest: str = "", margins: bool | None = None) -> list[str]:
+def explained(
+    build: str, rest: str = "", margins: bool | None = None, remedies: bool | None = None, times: bool = False
+) -> list[str]:
     cases, mistakes = compiled(scene(build, rest))
     assert mistakes == []
-    return explanation_text(cases, margins).splitlines()
+    return explanation_text(cases, Extent(margins, remedies, times)).splitlines()
 
 
-def test_each_placement_has_the_stage_that_proved_it_and_its_cost() -> None:
+def test_each_placement_has_the_stage_that_proved_it() -> None:
     lines = explained("- four_stack: {levels: 2}\n  every: 1 s", margins=False)
     placed = [line for line in lines if " at (" in line]
     assert len(placed) == 4
-    assert all(" load core, " in line and line.endswith(" us") for line in placed)
-    assert any("every placement proven to stand" in line for line in lines)
+    assert all(line.endswith(" load core") for line in placed)
+    assert "  statics: every placement proven to stand" in lines
+
+
+def test_what_proofs_cost_is_told_on_demand() -> None:
+    lines = explained("- four_stack: {levels: 2}\n  every: 1 s", margins=False, times=True)
+    assert all(" load core, " in line and line.endswith(" us") for line in lines if " at (" in line)
+    assert any("every placement proven to stand, in " in line and line.endswith(" ms") for line in lines)
+
+
+def test_two_runs_say_the_same() -> None:
+    build = "- column: {levels: 4, step: 40 mm}\n  every: 1 s"
+    assert explained(build) == explained(build)
 
 
 def test_a_group_tells_its_cost_once() -> None:
-    placed = [line for line in explained("- four_stack: {levels: 2}", margins=False) if " at (" in line]
-    assert [line.endswith(" us for 4 bricks") for line in placed] == [False] * 3 + [True]
+    lines = explained("- four_stack: {levels: 2}", margins=False, times=True)
+    assert [line.endswith(" us for 4 bricks") for line in lines if " at (" in line] == [False] * 3 + [True]
 
 
 def test_what_falls_is_named_with_the_reason() -> None:
     lines = explained("- column: {levels: 3, step: 45 mm}")  # two planks' centre is 67 mm out, beyond 58.8 mm
     assert [line.split("  ")[-1].split(",")[0] for line in lines if " at (" in line][1:] == ["falls: tipping"] * 2
     assert any("UNSTABLE" in line and "over L1.1" in line for line in lines)
+    assert "    it goes towards +x, its weight 8.7 mm beyond the edge" in lines
     assert not any("survive" in line for line in lines)
+
+
+def test_every_brick_that_moves_is_named_as_people_count() -> None:
+    lines = explained("- column: {levels: 10, step: 12 mm}", remedies=False)
+    moves = [f"L{level}.1" for level in range(2, 11)]
+    assert f"    moves: {', '.join(moves)}" in lines
+
+
+def test_what_would_mend_a_fall_is_told() -> None:
+    #   Ten planks stand up to a step of a tenth of the length of one.
+    lines = explained("- column: {levels: 10, step: 12 mm}")
+    mended = lines[lines.index("    what would mend it, each tried:") + 1 :]
+    assert mended[:3] == [
+        "      levels <= 9, in place of 10 at scene.yaml:3:22",
+        "      step <= 11.76 mm, in place of 12 mm at scene.yaml:3:32",
+        "      no friction is enough",
+    ]
+
+
+def test_what_would_mend_a_fall_of_many_bricks_is_left_out_until_asked_for() -> None:
+    build = "- column: {levels: 61, step: 2 mm}"  # 122 mm, more than the length of a plank
+    assert any("ask for it with --remedies" in line for line in explained(build))
+    assert not any("mend" in line for line in explained(build, remedies=False))
+
+
+def test_the_joint_nearest_to_failing_is_told() -> None:
+    #   The lowest joint of a leaning column carries the most, furthest out.
+    lines = explained("- column: {levels: 4, step: 28 mm}")
+    assert "    the joint nearest to failing: L2.1 on L1.1" in lines
+    assert "    shaken harder, L2.1, L3.1, L4.1 tip over L1.1" in lines
 
 
 def test_what_lies_on_the_ground_alone_may_lie_anywhere() -> None:

@@ -9,6 +9,7 @@ from stability.model import Pose
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability
 from stackdsl.report.explanation import explanation_text
+from stackdsl.report.proof_text import Extent
 from stackdsl.systems.systems import SYSTEMS
 from stackdsl.systems.worlds import extension_for, opened_world
 from stackdsl.timeline import Placement
@@ -60,7 +61,7 @@ def test_the_explanation_says_on_what_it_lies_and_that_this_holds_it(
 ) -> None:
     cases, mistakes = compiled(scene(text_of(size, above, turned)))
     if touches(size, above):
-        told = next(line for line in explanation_text(cases, margins=False).splitlines() if " high " in line)
+        told = next(line for line in explanation_text(cases, Extent(margins=False)).splitlines() if " high " in line)
         assert "on low  load core" in told
     else:
         assert "nothing is under brick 'high'" in mistakes[0].message
@@ -126,7 +127,7 @@ def test_all_name_the_same_bodies_that_a_plank_rests_on(
     on = ["amid", "end"] if lower <= reach_between(size[2] - lower) else ["amid"]
     cases, mistakes = compiled(scene(bridge(size, lower)))
     assert mistakes == []
-    told = next(line for line in explanation_text(cases, margins=False).splitlines() if " high " in line)
+    told = next(line for line in explanation_text(cases, Extent(margins=False)).splitlines() if " high " in line)
     assert f"on {', '.join(on)}  " in told
     timeline = cases[0].timeline
     assembly = Assembly(timeline.world.planes)
@@ -151,5 +152,5 @@ def test_an_overlap_that_the_compiler_forgives_is_a_contact_that_statics_prove(
     cases, mistakes = compiled(scene(text_of(size, -deep, 0)))
     assert [mistake.code for mistake in mistakes] == ([] if deep <= min(0.1, reach_between(size[2])) else ["SD201"])
     if cases:
-        told = next(line for line in explanation_text(cases, margins=False).splitlines() if " high " in line)
+        told = next(line for line in explanation_text(cases, Extent(margins=False)).splitlines() if " high " in line)
         assert "on low  load core" in told

@@ -1,0 +1,71 @@
+"""Can upright forces alone balance a group of bricks? A linear program over what each contact may carry.
+
+Upright forces are within the friction cones of contacts that are no steeper than their friction. They may end on load
+cores of bricks outside the group, which carry them to the ground whatever else they carry.
+"""
+
+from collections.abc import Collection, Iterator, Sequence
+
+from stability.geometry.hulls import hull
+from stability.geometry.plan import extent
+from stability.geometry.polygons import depth
+from stability.graph import from_the_top
+from stability.model import BodyId, Vec3
+from stability.statics.facts import UP, ConeForces, Contact, Stage
+from stability.statics.ledger import Group
+from stability.statics.load_core import carries_upright, piece, plan
+from stability.statics.propagation import VerticalForce, VerticalLoad
+from stability.statics.structure import Structure
+
+CLEARLY = 1e-6  # share of an extent: so far outside, no rounding makes it inside
+
+
+def upright_group(structure: Structure, group: Sequence[BodyId]) -> Group | None:
+    """The proof that upright forces alone balance these bricks; None if none is found."""
+    from stability.statics.solvers.equilibrium import balance  # noqa: PLC0415 -- it brings numpy
+
+    members = frozenset(group)
+    if len(from_the_top(structure.rests_on(members))) < len(members):
+        return None  # in a ring even upright forces may be self-stress, which the next stage looks for
+    if any(_hangs_free(structure, name) for name in group):
+        return None
+    contacts = [c for c in structure.contacts_of(group) if carries_upright(c)]
+    landings = list(landings_of(structure, members, contacts))
+    answer = balance(structure.problem(group, [landing for landing, _ in landings]), structure.tolerances)
+    if answer.forces is None:
+        return None
+    vertical = vertical_forces(answer.forces.of_contacts, landings)
+    return Group(tuple(group), Stage.VERTICAL, vertical=vertical)
+
+
+def _hangs_free(structure: Structure, brick: BodyId) -> bool:
+    """Whether a brick that carries nothing hangs over all that carries it: no upright forces can balance it."""
+    if structure.carried[brick]:
+        return False
+    corners = hull(point for contact in structure.supports[brick] for point in plan(contact))
+    return bool(corners) and depth(structure.weights[brick].at, corners) < -CLEARLY * extent(corners)
+
+
+def landings_of(
+    structure: Structure, members: Collection[BodyId], contacts: Sequence[Contact]
+) -> Iterator[tuple[Contact, Contact]]:
+    """Contacts without friction and upright: inside the group as they are, on a brick outside only over its core."""
+    for contact in contacts:
+        if contact.upper not in members:
+            continue
+        core = structure.cores[contact.lower] if contact.lower in structure.bricks else None
+        points = piece(plan(contact), None if contact.lower in members else core)
+        if points:
+            z = contact.points_W[0][2]
+            raised: tuple[Vec3, ...] = tuple((x, y, z) for x, y in points)
+            yield Contact(contact.lower, contact.upper, raised, (UP,), friction=0.0), contact
+
+
+def vertical_forces(forces: Sequence[ConeForces], landings: Sequence[tuple[Contact, Contact]]) -> list[VerticalForce]:
+    """The forces at the points of landings, each as one that goes through the contact that it stands for."""
+    return [
+        VerticalForce(contact, VerticalLoad(force[2], (x, y)))
+        for (landing, contact), of_contact in zip(landings, forces, strict=True)
+        for (x, y, _), (force,) in zip(landing.points_W, of_contact, strict=True)
+        if force[2] > 0.0
+    ]

@@ -1,0 +1,157 @@
+"""The numbers of a scenario that its author could have written otherwise, and the scenario with another in its place.
+
+Variables of `let` and `matrix` first, then what layouts are made of, how far the scene is tilted, and where bricks lie
+that were placed one by one. Times are left alone: nothing stands because it comes later.
+"""
+
+import re
+from collections.abc import Collection, Iterator, Sequence
+from copy import deepcopy
+from dataclasses import dataclass, replace
+from typing import Final
+
+from stability.model import BodyId
+from stackdsl.compiling.compiler import compile_timeline
+from stackdsl.compiling.written_bricks import bricks_of
+from stackdsl.diagnostics import Span
+from stackdsl.language.layouts.registry import LAYOUTS
+from stackdsl.language.quantities import SIGNED, UNIT
+from stackdsl.language.schema import Scenario
+from stackdsl.language.validation import validate
+from stackdsl.language.variants import CHOOSING, Variant, expand
+from stackdsl.reading.source import Path, Plain, Source
+from stackdsl.timeline import Timeline
+
+SHARES: Final = (0.001, 0.01, 0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 0.85, 1.0, 2.0, 4.0, 9.0)  # of a number, tried either way
+COUNTS: Final = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # the same of a whole number
+REACH: Final = (0.002, 0.01, 0.03, 0.1, 0.25, 0.5, 1.0)  # of the longest side of a brick: how far aside it may lie
+TIMES: Final = frozenset({"s", "ms", "min", "Hz"})
+
+_NUMBER = re.compile(rf"\s*(?P<number>{SIGNED})\s*(?P<unit>{UNIT})?\s*")
+
+
+@dataclass(frozen=True, slots=True)
+class Knob:
+    """One number in the file."""
+
+    name: str  # as people call it: `d`, `step`, `x of balcony.arm`
+    path: Path
+    span: Span
+    number: float
+    unit: str  # as it is written; empty for a bare number
+    whole: bool
+    steps: Sequence[float]  # how far away others are tried
+
+    def text(self, value: float) -> str:
+        """Another value as an author would write it."""
+        return f"{value:.12g} {self.unit}".rstrip()
+
+    def written(self, value: float) -> Plain:
+        """The same, as it is read from a file."""
+        return self.text(value) if self.unit else (int(value) if self.whole else value)
+
+
+@dataclass(frozen=True, slots=True)
+class Knobs:
+    """A scenario in one variant, and how to have another number in it."""
+
+    scenario: Scenario
+    variant: Variant
+
+    def found(self, moving: Collection[BodyId]) -> Iterator[Knob]:
+        """All of them; of bricks that were placed one by one, those that move."""
+        values = self.variant.written.values
+        for name, written in self.variant.choice.items():
+            row: Path = ("matrix", name)
+            place = row if _at(values, row) is not None else ("cases",)
+            yield from self._knob(name, ("let", name), written, place=place)
+        for name, written in _members(values.get("let")):
+            yield from self._knob(name, ("let", name), written)
+        steps = values.get("build")
+        for number, step in enumerate(steps if isinstance(steps, list) else ()):
+            for layout, params in _members(step):
+                if layout in LAYOUTS:
+                    for key, written in _members(params):
+                        yield from self._knob(key, ("build", number, layout, key), written)
+        for path in (("world", "tilt"), ("world", "tilt", "angle")):
+            yield from self._knob("tilt", path, _at(values, path))
+        if self.variant.source.values == values:  # or else bricks stand elsewhere than they are written
+            yield from self._places(moving)
+
+    def _places(self, moving: Collection[BodyId]) -> Iterator[Knob]:
+        for brick in bricks_of(self.scenario):
+            named = f"{brick.within}.{brick.name}" if brick.within and brick.name is None else brick.name
+            if named in moving and not brick.of_layout and not brick.inserted:
+                for axis, letter in enumerate("xy"):
+                    path = (*brick.path, "at", axis)
+                    steps = [share * brick.shape.length for share in REACH]
+                    yield from self._knob(f"{letter} of {named}", path, _at(self.variant.written.values, path), steps)
+
+    def _knob(
+        self, name: str, path: Path, written: Plain, metres: Sequence[float] = (), place: Path = ()
+    ) -> Iterator[Knob]:
+        """The number that is written somewhere; none if something else is, or an expression."""
+        match = _NUMBER.fullmatch(str(written)) if isinstance(written, str | int | float) else None
+        if match is None or isinstance(written, bool) or TIMES & set(re.findall("[A-Za-z]+", match["unit"] or "")):
+            return
+        number, unit = float(match["number"]), match["unit"] or ""
+        whole = not unit and number == int(number)
+        steps = _counts(number) if whole else [share * abs(number) for share in SHARES]
+        if metres:
+            scale = {"m": 1.0, "cm": 100.0, "mm": 1000.0}.get(unit)
+            steps = [scale * step for step in metres] if scale else []
+        if steps and (whole or metres or number):
+            yield Knob(name, path, self.variant.written.span_of(place or path), number, unit, whole, steps)
+
+    def timeline(self, knob: Knob, value: float) -> Timeline | None:
+        """The timeline with another number; None if that is no scenario."""
+        source = self._chosen()
+        _put(source.values, knob.path, knob.written(value))
+        variants, mistakes = expand(source)
+        if mistakes or len(variants) != 1:
+            return None
+        (variant,) = variants
+        scenario, wrong = validate(variant.source, variant)
+        if scenario is None or wrong:
+            return None
+        # What is expected may contradict another number of levels; only what is built counts here.
+        built = scenario.model_copy(update={"expect": (), "truth": ()})
+        return compile_timeline(built, variant.source)[0]
+
+    def _chosen(self) -> Source:
+        """The scenario as written, with the variables that vary as fixed ones, which may all go unused."""
+        written = self.variant.written
+        values: dict[str, Plain] = deepcopy({key: part for key, part in written.values.items() if key not in CHOOSING})
+        lets = {**self.variant.choice, **dict(_members(values.get("let")))}
+        if lets:
+            values["let"] = lets
+        unused: frozenset[Path] = frozenset(("let", name) for name in lets)
+        return replace(written, values=values, inherited=written.inherited | unused)
+
+
+def _counts(number: float) -> Sequence[float]:
+    """How far from a whole number others are tried; down to 1 at least."""
+    return sorted({*COUNTS, *([number - 1.0] if number > 1.0 else [])})
+
+
+def _members(value: Plain) -> Sequence[tuple[str, Plain]]:
+    return list(value.items()) if isinstance(value, dict) else []
+
+
+def _at(value: Plain, path: Path) -> Plain:
+    """What stands at a path; None if nothing does."""
+    for key in path:
+        if isinstance(value, dict) and isinstance(key, str):
+            value = value.get(key)
+        elif isinstance(value, list) and isinstance(key, int) and key < len(value):
+            value = value[key]
+        else:
+            return None
+    return value
+
+
+def _put(value: Plain, path: Path, written: Plain) -> None:
+    *outer, last = path
+    inner = _at(value, tuple(outer))
+    assert isinstance(inner, dict | list)
+    inner[last] = written  # type: ignore[index]  # a key of a mapping, or an index of a list

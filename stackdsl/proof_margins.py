@@ -1,0 +1,18 @@
+"""What a proof survives, as far as somebody asked."""
+
+from dataclasses import dataclass
+
+from stability.model import BodyId
+
+
+@dataclass(frozen=True, slots=True)
+class Margins:
+    """What a proof survives: each None where nobody asked for it, or where nothing is proven to stand."""
+
+    acceleration: float | None = None  # the least horizontal acceleration that brings it down, by bearing [g]
+    bearing: float | None = None  # of that acceleration, from +x towards +y [rad]
+    tilt: float | None = None  # the least tilt of the whole that brings it down [rad]
+    friction: float | None = None  # the least Coulomb coefficient, of every contact, with which it stands
+    placement: float | None = None  # how far every brick may be placed beside where it is [m]
+    joint: tuple[BodyId, BodyId] | None = None  # the contact that limits it, lower body first
+    gives_way: str = ""  # how it begins to come down under the least acceleration, in words

@@ -1,0 +1,52 @@
+"""`stands` tells how far what stands is from falling, by its proof."""
+
+from math import radians, tan
+
+import pytest
+
+from stackdsl.checking.one_case import MOST_FOR_TOLD_MARGINS, play_case
+from stackdsl.judging.judge import judge
+from stackdsl.outcome import Outcome
+from tests.scenes import compiled, scene
+
+LENGTH, WIDTH = 117.6, 23.4  # of a KAPLA plank [mm]
+
+
+def stands(build: str, rest: str = "") -> Outcome:
+    (case,), mistakes = compiled(scene(build, f"expect: [stands: all]\n{rest}"))
+    assert mistakes == []
+    trace = play_case(case.timeline, case.system)
+    (outcome,) = judge(trace, case.scenario, case.variant, case.source, case.system)
+    assert outcome.passed
+    return outcome
+
+
+@pytest.mark.parametrize("step", [5.0, 12.0, 13.06])
+def test_a_column_tells_how_far_its_planks_may_be_beside_their_places(step: float) -> None:
+    #   What lies on the lowest of nine planks has its centre (L - 9 d) / 2 inside the edge. The lowest may be as far
+    #   off its place one way as all others the other way. With 13.06 mm the column is 0.03 mm from falling. Across,
+    #   centres lie half the width inside.
+    outcome = stands(f"- column: {{levels: 9, step: {step} mm}}")
+    assert outcome.unit == "mm"
+    assert outcome.margin == pytest.approx(min(LENGTH - 9.0 * step, WIDTH) / 4.0, rel=1e-6)
+    assert "9 bricks stand, and would with every brick " in outcome.measured
+
+
+def test_what_stands_by_friction_tells_how_much_it_could_lose() -> None:
+    #   A plank on a slope of 10 deg, with friction 0.3.
+    outcome = stands("- column: {levels: 1}", "friction: 0.3\nworld: {tilt: 10 deg}")
+    assert outcome.margin == pytest.approx(0.3 - tan(radians(10.0)), rel=1e-5)
+    assert outcome.unit == "of friction"
+    assert outcome.measured == "1 bricks stand, and would with friction down to 0.1763"
+
+
+def test_many_bricks_tell_how_far_they_may_shift_instead() -> None:
+    outcome = stands(f"- column: {{levels: {MOST_FOR_TOLD_MARGINS + 1}}}")
+    assert (outcome.margin, outcome.unit) == (3.9, "mm")
+    assert outcome.measured == f"{MOST_FOR_TOLD_MARGINS + 1} bricks stand"
+
+
+def test_a_system_without_proofs_tells_how_far_they_may_shift() -> None:
+    outcome = stands("- column: {levels: 2}", "systems: [thesis]")
+    assert outcome.measured == "2 bricks stand"
+    assert outcome.margin == pytest.approx(3.9, abs=0.1)

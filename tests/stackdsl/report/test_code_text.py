@@ -1,0 +1,74 @@
+"""What `explain` says of each code: an entry for every one, and examples that give it."""
+
+from pathlib import Path
+
+import pytest
+
+from stackdsl.checking.gathering import cases_of, gather
+from stackdsl.checking.one_case import play_case
+from stackdsl.diagnostics import CODES
+from stackdsl.playing.clearance import BlockedPlacementError
+from stackdsl.reading.source import MAX_BYTES, MAX_DEPTH, load, parse
+from stackdsl.report.code_text import code_text, entries
+from tests.paths import ROOT
+
+ENTRIES = entries()
+PAGE = (ROOT / "stackdsl" / "diagnostics.md").read_text(encoding="utf-8")
+OF_A_RUN = "SD208"
+EXAMPLES = {code: entry.example for code, entry in ENTRIES.items() if entry.example and code != OF_A_RUN}
+
+
+def test_every_code_has_an_entry_and_every_entry_a_code() -> None:
+    assert sorted(ENTRIES) == sorted(CODES)
+
+
+@pytest.mark.parametrize("code", ENTRIES)
+def test_an_entry_says_what_it_means_and_what_to_do(code: str) -> None:
+    entry = ENTRIES[code]
+    meaning, remedy = entry.body.split("**Remedy.** ")
+    assert meaning.strip()
+    assert remedy.strip()
+
+
+@pytest.mark.parametrize("code", EXAMPLES)
+def test_an_example_gives_its_code_alone(code: str, tmp_path: Path) -> None:
+    file = tmp_path / "example.yaml"
+    file.write_text(EXAMPLES[code], encoding="utf-8")
+    assert {mistake.code for mistake in gather([file]).diagnostics} == {code}
+
+
+def test_the_example_of_a_run_is_held_up_by_what_has_moved() -> None:
+    (case,), mistakes = cases_of(parse(ENTRIES[OF_A_RUN].example or "", "example.yaml"))
+    assert mistakes == []
+    with pytest.raises(BlockedPlacementError):
+        play_case(case.timeline, case.system)
+
+
+def test_what_has_no_short_example_is_given_by_what_its_entry_describes(tmp_path: Path) -> None:
+    latin, large = tmp_path / "latin.yaml", tmp_path / "large.yaml"
+    latin.write_bytes("scenario: t\u00fcrme".encode("latin-1"))
+    large.write_text("#" * (MAX_BYTES + 1))
+    deep = "[" * (MAX_DEPTH + 1) + "]" * (MAX_DEPTH + 1)
+    in_the_air = "".join(f"      - {{at: [0 mm, 0 mm, {n} m]}}\n" for n in range(1, 102))
+    given = {
+        "SD001": load(tmp_path / "nothing.yaml"),
+        "SD002": load(latin),
+        "SD006": load(large),
+        "SD007": parse(f"scenario: tower\nbuild: {deep}\n", "deep.yaml"),
+        "SD111": parse(f"scenario: many\nbuild:\n  - bricks:\n{in_the_air}", "many.yaml"),
+    }
+    assert set(given) == ENTRIES.keys() - EXAMPLES.keys() - {OF_A_RUN}
+    for code, loaded in given.items():
+        assert code in [mistake.code for mistake in cases_of(loaded)[1]]
+
+
+def test_it_is_told_without_the_marks_of_a_page() -> None:
+    told = code_text(ENTRIES["SD101"])
+    assert told.startswith("SD101: unknown key\n\nThere is no key of this name here.")
+    assert "\n    scenario: tower\n    gravity: 1.62 m/s2\n" in told
+    assert "see the language for where it belongs" in told
+    assert not any(mark in told for mark in ("**", "```", "](", "<!--"))
+
+
+def test_the_page_is_read_whole() -> None:
+    assert PAGE.count("\n## ") == len(ENTRIES)

@@ -1,0 +1,70 @@
+"""Why a run failed, as people and programs read it."""
+
+import json
+from dataclasses import replace
+
+from stackdsl.outcome import Report, Why
+from stackdsl.report.json import report_json
+from stackdsl.report.text import report_text
+from stackdsl.report.why_text import why_lines
+from stackdsl.report.worst_first import findings
+from tests.stackdsl.report.test_report import FAILED
+
+WHY = Why(
+    cause="L2.1 and L3.1 tip over L1.1",
+    moving=("L2.1", "L3.1"),
+    bearing=3.141592653589793,
+    overhang=0.0012,
+    before="impact 7, remove at slant.yaml:9:5: L8.1 pulled out at 12 s",
+    first="L2.1 left its place at 12.167 s",
+    see="stackdsl explain slant.yaml -k 'slant[exact]'",
+)
+
+
+def test_a_failure_tells_cause_action_first_and_how_to_see_it() -> None:
+    assert list(why_lines(WHY)) == [
+        "  cause  L2.1 and L3.1 tip over L1.1, towards -x, its weight 1.2 mm beyond the edge",
+        "  after  impact 7, remove at slant.yaml:9:5: L8.1 pulled out at 12 s",
+        "  first  L2.1 left its place at 12.167 s",
+        "  see    stackdsl explain slant.yaml -k 'slant[exact]'",
+    ]
+
+
+def test_what_is_not_known_has_no_line() -> None:
+    assert list(why_lines(Why(first="a left its place at 1 s"))) == ["  first  a left its place at 1 s"]
+
+
+def test_a_side_along_no_axis_is_told_in_degrees() -> None:
+    assert list(why_lines(Why(cause="a slides on ground", bearing=0.6))) == [
+        "  cause  a slides on ground, towards 34.4 deg"
+    ]
+
+
+def test_it_stands_once_below_all_that_failed_of_a_run() -> None:
+    twice = replace(FAILED, why=WHY, outcomes=(*FAILED.outcomes, *FAILED.outcomes))
+    lines = report_text(Report((twice, FAILED))).splitlines()
+    block = lines[lines.index("Failed expectations") + 1 :]
+    missed = [number for number, line in enumerate(block) if ": expected " in line]
+    cause = block.index("    cause  L2.1 and L3.1 tip over L1.1, towards -x, its weight 1.2 mm beyond the edge")
+    assert missed == [0, 1, 6]
+    assert cause == 2
+
+
+def test_programs_are_told_numbers_and_every_name() -> None:
+    (result,) = json.loads(report_json(Report((replace(FAILED, why=WHY),))))["results"]
+    assert result["why"] == {
+        "cause": "L2.1 and L3.1 tip over L1.1",
+        "moving": ["L2.1", "L3.1"],
+        "bearing_rad": 3.141592653589793,
+        "overhang_m": 0.0012,
+        "action_before": "impact 7, remove at slant.yaml:9:5: L8.1 pulled out at 12 s",
+        "moved_first": "L2.1 left its place at 12.167 s",
+        "see": "stackdsl explain slant.yaml -k 'slant[exact]'",
+    }
+
+
+def test_outputs_of_one_line_a_failure_tell_the_cause_in_it() -> None:
+    (found,) = findings(Report((replace(FAILED, why=WHY),)))
+    assert found.text.endswith(
+        "(margin -1 levels); L2.1 and L3.1 tip over L1.1, towards -x, its weight 1.2 mm beyond the edge"
+    )
