@@ -82,19 +82,21 @@ class Diagnostic:
 
 def first_of(mistakes: Iterable[Diagnostic]) -> list[Diagnostic]:
     """As many mistakes as anybody reads; if there are more, the last says so, and no more are looked for."""
-    found = list(islice(_once(mistakes), MOST_TOLD + 1))
+    found = list(islice(once(mistakes), MOST_TOLD + 1))
     if len(found) <= MOST_TOLD:
         return found
     message = f"there are more mistakes than the {MOST_TOLD} that are told; this is one of them"
     return [*found[:-1], Diagnostic("SD111", found[-1].span, message, "mend these, and the others are told")]
 
 
-def _once(mistakes: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
-    """Each as it comes; what is repeated may be mistaken alike every time."""
-    told: set[Diagnostic] = set()
+def once(mistakes: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
+    """Each as it comes; of what is repeated, one of a kind for each place in the file, that of the first."""
+    told: set[object] = set()
     for mistake in mistakes:
-        if mistake not in told:
-            told.add(mistake)
+        span = mistake.span
+        key = (mistake.code, span.file, span.line, span.column) if span.where else mistake
+        if key not in told:
+            told.add(key)
             yield mistake
 
 

@@ -50,10 +50,17 @@ class GoldenStatus(StrEnum):
     NEW = "new"  # there was none, and it was written
     OTHER_ENGINE = "of another engine"  # made with it, and the same in what no engine decides
     NEWER = "newer"  # a newer version of stackdsl wrote it, so that it is neither read nor rewritten
+    RENAMED = "renamed"  # there is none, and one that is nobody's says the same of a run that was called otherwise
     UNREADABLE = "unreadable"
 
 
-GOLDEN_FAILURES = (GoldenStatus.MISSING, GoldenStatus.DIFFERENT, GoldenStatus.UNREADABLE, GoldenStatus.NEWER)
+GOLDEN_FAILURES = (
+    GoldenStatus.MISSING,
+    GoldenStatus.DIFFERENT,
+    GoldenStatus.RENAMED,
+    GoldenStatus.UNREADABLE,
+    GoldenStatus.NEWER,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,8 +72,9 @@ class GoldenDifference:
     expected: str
     got: str
     tolerance: str
-    numbers: tuple[float | None, float | None] = (None, None)  # expected and got, in `unit`, where they are numbers
-    unit: str = ""
+    # Expected and got, in `unit`, where they are numbers.
+    numbers: tuple[float | None, float | None] = field(default=(None, None), compare=False)
+    unit: str = field(default="", compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +86,8 @@ class GoldenResult:
     differences: tuple[GoldenDifference, ...] = ()
     note: str = ""  # such as a stamp that differs, or why the file cannot be read
     digest: str = ""  # SHA-256 of the file that the snapshot was compared with; empty where it was with none
+    renamed_from: str = ""  # the file that says the same of a run that was called otherwise
+    offered: str = field(default="", compare=False, repr=False)  # the text that would be accepted; empty if it agrees
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,6 +144,9 @@ class VariantResult:
     refinement: tuple[Change, ...] | None = None  # beside the refined run; None if that was not asked for
     parameters: tuple[tuple[str, str], ...] = ()  # the choice from each row of the matrix, as written
     remembered: bool = False  # from an earlier call, of the same program with the same files
+    set_aside: bool = False  # whether it was skipped because its author says so
+    xfail: str | None = None  # why its author knows it to fail; None if he does not
+    strict: bool = False  # whether it is a failure that such a one passes
 
     @property
     def passed(self) -> bool:
@@ -141,6 +154,13 @@ class VariantResult:
         if self.refinement is not None and self.numerical:
             return False
         return self.status is RunStatus.DONE and all(outcome.passed for outcome in self.outcomes)
+
+    @property
+    def unexpected(self) -> bool:
+        """Whether it failed and nobody said that it would, or passed though it was said, strictly, to fail."""
+        if self.xfail is None or self.status is not RunStatus.DONE:
+            return not self.passed
+        return self.passed and self.strict
 
     @property
     def moved(self) -> tuple[Change, ...]:
@@ -185,7 +205,9 @@ class VariantResult:
         """The one word or two that a closing count files it under."""
         if self.status is not RunStatus.DONE:
             return self.status.value
-        if not self.passed:
+        if self.xfail is not None and not self.golden_failed:
+            return "xpassed" if self.passed else "xfailed"
+        if not self.passed and self.xfail is None:
             return NUMERICAL_COLLAPSE if self.numerical else "failed"
         told = self.golden is not None and (self.golden_failed or self.golden.status is GoldenStatus.OTHER_ENGINE)
         return f"golden {self.golden.status.value}" if self.golden is not None and told else "passed"
@@ -244,9 +266,9 @@ def exit_code(report: Report) -> int:
     tried = [result for result in report.results if result.status is not RunStatus.SKIPPED]
     if any(result.status is not RunStatus.DONE for result in tried):
         return ExitCode.CRASHED
-    if not tried:
+    if not tried and not any(result.set_aside for result in report.results):
         return ExitCode.USAGE
-    if not all(result.passed for result in tried):
+    if any(result.unexpected for result in tried):
         return ExitCode.FAILED
     if report.obsolete or any(result.golden_failed for result in report.results):
         return ExitCode.GOLDEN

@@ -15,7 +15,7 @@ from stackdsl.judging.judge import judge
 from stackdsl.judging.known import known_of
 from stackdsl.pytest_plugin.other_engine import OtherEngineWarning
 from stackdsl.pytest_plugin.shared_snapshots import Golden
-from stackdsl.snapshots.golden import golden_name
+from stackdsl.snapshots.file_names import golden_name
 from stackdsl.systems.known_systems import unplayable
 from stackdsl.timeline import Placement, Timeline
 from tests.engines_at_hand import HAS_PYBULLET
@@ -87,7 +87,8 @@ def test_no_scenario_has_a_mistake() -> None:
 
 
 def test_every_golden_file_belongs_to_a_scenario() -> None:
-    written = {path.name for path in (ROOT / "golden").iterdir()}
+    golden = ROOT / "golden"
+    written = {path.relative_to(golden).as_posix() for path in golden.rglob("*") if path.is_file()}
     assert written == {golden_name(case.identity) for case in GATHERED.cases}
 
 

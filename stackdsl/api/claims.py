@@ -97,6 +97,7 @@ def falls(
     *,
     bricks: Sequence[str] | None = None,
     count: int | str | None = None,
+    for_: str | None = None,
     system: str | Sequence[str] | None = None,
     source: str | None = None,
     because: str | None = None,
@@ -105,11 +106,12 @@ def falls(
 
     bricks: these bricks, and no other
     count: how many bricks, whichever they are
+    for_: this long after the last action; default: as long as it is watched
     system: the system, or systems, that this is expected of; default: all
     source: of what is known from outside: where from
     because: why it is so
     """
-    what_is_written = {"bricks": bricks, "count": count}
+    what_is_written = {"bricks": bricks, "count": count, "for": for_}
     return written({"falls": what_is_written, "system": system, "source": source, "because": because})
 
 

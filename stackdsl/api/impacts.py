@@ -33,6 +33,10 @@ def insert(
     *,
     name: str | None = None,
     at: Sequence[int | str] | None = None,
+    on: str | Sequence[str] | None = None,
+    beside: str | None = None,
+    towards: int | str | None = None,
+    offset: Sequence[int | str] | None = None,
     rotate: Sequence[int | str] | None = None,
     brick: str | Mapping[str, object] | None = None,
     level: int | None = None,
@@ -44,6 +48,10 @@ def insert(
 
     name: its name; default: by place, such as L3.2
     at: [x, y, z] of its centre
+    on: the brick, or bricks, on whose top it lies, in the middle of their centres; or the ground
+    beside: the brick that it stands beside, touching it, as low as that
+    towards: where it stands, seen from what it is beside: 0 deg = +x, 90 deg = +y
+    offset: shifts it from there by [x, y, z], in the axes of the scene
     rotate: turn about x, then y, then z, the axes of the scene
     brick: default: the brick of the step, or else of the scenario
     level: its level; default: judged by its height
@@ -51,7 +59,17 @@ def insert(
     after: the event that the step begins after
     every: from one repetition to the next; default: all at one time
     """
-    what_is_written = {"name": name, "at": at, "rotate": rotate, "brick": brick, "level": level}
+    what_is_written = {
+        "name": name,
+        "at": at,
+        "on": on,
+        "beside": beside,
+        "towards": towards,
+        "offset": offset,
+        "rotate": rotate,
+        "brick": brick,
+        "level": level,
+    }
     return written({"insert": what_is_written, "at": when, "after": after, "every": every})
 
 

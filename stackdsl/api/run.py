@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +18,7 @@ from stackdsl.diagnostics import Diagnostic
 from stackdsl.judging.judge import compare_with_truth, judge
 from stackdsl.judging.known import known_of
 from stackdsl.outcome import GoldenResult, Outcome
+from stackdsl.reading.composing import variables_of
 from stackdsl.reading.source import Loaded, Source
 from stackdsl.report.diagnostic_text import diagnostic_text
 from stackdsl.snapshots.golden import check_golden
@@ -28,6 +29,9 @@ if TYPE_CHECKING:
     import polars as pl
 
 Row = dict[str, str | int | float | bool | None]
+
+
+NOT_OF_THE_RUN: Final = ("expect", "truth", "skip", "xfail")  # what is said of what comes of it
 
 
 class ScenarioError(ValueError):
@@ -75,11 +79,11 @@ class Run:
 
         Raises ScenarioError if the claim is mistaken, and NotMeasuredError if only another run could show what it asks.
         """
-        source = self.case.source
-        values = {key: value for key, value in source.values.items() if key not in ("expect", "truth")}
+        source = self.case.written
+        values = {key: value for key, value in source.values.items() if key not in NOT_OF_THE_RUN}
         values |= {"expect": [copied(claim)], "systems": [self.case.system]}
         spans = {**source.value_spans, **spans_of([claim], ("expect",))}
-        cases, mistakes = cases_of(Loaded((Source(source.file, values, spans, {}),), ()))
+        cases, mistakes = cases_of(Loaded((Source(source.file, values, spans, {}, variables_of(values)),), ()))
         if mistakes:
             raise ScenarioError(mistakes)
         case = next(one for one in cases if one.identity == self.case.identity)

@@ -8,6 +8,7 @@ import yaml
 from stackdsl.api.run import Run, ScenarioError, play
 from stackdsl.api.written import Written, copied, spans_of, written
 from stackdsl.checking.gathering import Case, cases_of
+from stackdsl.reading.composing import Library, composed
 from stackdsl.reading.source import Loaded, Source
 from stackdsl.trace import Event
 
@@ -27,6 +28,7 @@ class Scenario:
         *,
         build: Sequence[Written],
         description: str | None = None,
+        extends: str | Mapping[str, object] | None = None,
         tags: Sequence[str] | None = None,
         brick_types: Mapping[str, Mapping[str, object]] | None = None,
         brick: str | Mapping[str, object] | None = None,
@@ -38,6 +40,8 @@ class Scenario:
         exclude: Sequence[Mapping[str, object]] | None = None,
         impacts: Sequence[Written] | None = None,
         watch: str | None = None,
+        skip: str | Mapping[str, object] | None = None,
+        xfail: str | Mapping[str, object] | None = None,
         systems: Sequence[str] | None = None,
         expect: Sequence[Written] | None = None,
         truth: Sequence[Written] | None = None,
@@ -46,6 +50,7 @@ class Scenario:
             {
                 "scenario": name,
                 "description": description,
+                "extends": extends,
                 "tags": tags,
                 "brick_types": brick_types,
                 "brick": brick,
@@ -58,6 +63,8 @@ class Scenario:
                 "build": build,
                 "impacts": impacts,
                 "watch": watch,
+                "skip": skip,
+                "xfail": xfail,
                 "systems": systems,
                 "expect": expect,
                 "truth": truth,
@@ -67,7 +74,7 @@ class Scenario:
     @property
     def cases(self) -> tuple[Case, ...]:
         """Every variant on every system. Raises ScenarioError."""
-        cases, mistakes = cases_of(Loaded((self._source(),), ()))
+        cases, mistakes = cases_of(composed(Loaded((self._source(),), ()), Library()))
         if mistakes:
             raise ScenarioError(mistakes)
         return tuple(cases)

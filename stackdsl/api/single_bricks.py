@@ -7,23 +7,33 @@ from stackdsl.api.written import Written, written
 
 def brick(
     *,
-    at: Sequence[str],
+    at: Sequence[str] | None = None,
+    on: str | Sequence[str] | None = None,
+    beside: str | None = None,
+    towards: str | None = None,
+    offset: Sequence[str] | None = None,
     rotate: Sequence[str] | None = None,
     name: str | None = None,
     brick: str | Mapping[str, object] | None = None,
     level: int | None = None,
     drop: bool | None = None,
 ) -> Written:
-    """One brick in any pose.
+    """One brick in any pose, `at` a place, `on` other bricks or `beside` one.
 
     at: [x, y, z] of its centre
+    on: the brick, or bricks, on whose top it lies, in the middle of their centres; or the ground
+    beside: the brick that it stands beside, touching it, as low as that
+    towards: where it stands, seen from what it is beside: 0 deg = +x, 90 deg = +y
+    offset: shifts it from there by [x, y, z], in the axes of the scene
     rotate: turn about x, then y, then z, the axes of the scene
     name: its name; default: by place, such as L3.2
     brick: what it is; default: the brick of the step, or else of the scenario
     level: its level; default: judged by its height
     drop: let go in the air, rather than set down
     """
-    return written({"name": name, "at": at, "rotate": rotate, "brick": brick, "level": level, "drop": drop})
+    place = {"at": at, "on": on, "beside": beside, "towards": towards, "offset": offset}
+    others = {"rotate": rotate, "brick": brick, "level": level, "drop": drop}
+    return written({"name": name, **place, **others})
 
 
 def bricks(

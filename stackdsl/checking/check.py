@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from time import perf_counter
 from typing import Protocol
@@ -11,13 +11,15 @@ from stackdsl.checking.gathering import Case
 from stackdsl.checking.memory import Memory, as_record, from_record, may_be_remembered
 from stackdsl.checking.one_case import play_case, play_refined, played_or_blocked
 from stackdsl.checking.processes import EnoughSeenError, OnWait, run_supervised
-from stackdsl.checking.results import Goldens, checked, skipped
+from stackdsl.checking.results import Goldens, checked, set_aside, skipped
 from stackdsl.checking.survey import Listed
 from stackdsl.checking.worker import Task, TaskResult
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.judging.known import known_of
-from stackdsl.outcome import Report, RunStatus, VariantResult
-from stackdsl.snapshots.golden import content, golden_name, obsolete, remove_obsolete, text_digest
+from stackdsl.outcome import Outcome, Report, RunStatus, VariantResult
+from stackdsl.snapshots.file_names import golden_file
+from stackdsl.snapshots.golden import content, obsolete, remove_obsolete, text_digest
+from stackdsl.snapshots.pending import Waiting
 from stackdsl.systems.known_systems import unplayable
 
 TIME_LIMIT = 600.0  # [s] of wall time a case; many times what the largest scenario takes
@@ -38,6 +40,7 @@ class Terms:
     lock_new: bool = False  # write the golden file of what is as expected and has none
     first_failure: bool = False  # play nothing more once something has failed
     memory: Memory = field(default_factory=lambda: Memory(Path(), used=False))
+    waiting: Waiting | None = None  # where to keep what differs until somebody decides; None where nobody does
     digests: Mapping[str, str] = field(default_factory=dict)  # of the text of each file, by what it is called
 
     @property
@@ -68,6 +71,7 @@ class _Played:
     selected: Sequence[Listed]
     terms: Terms
     on_result: OnResult
+    goldens: Goldens
     results: dict[int, VariantResult] = field(default_factory=dict)
     cases: dict[int, Case] = field(default_factory=dict)  # those that are played
     interrupted: bool = False
@@ -83,7 +87,9 @@ class _Played:
         rest = [index for index in range(len(self.selected)) if index not in self.results]
         self.cases = {index: self.selected[index].compiled() for index in rest}
         for index, case in self.cases.items():
-            if why := unplayable(case.system):
+            if case.skip is not None:
+                self._ended(index, set_aside(case))
+            elif why := unplayable(case.system):
                 self._ended(index, skipped(case, why))
         playable = [index for index in rest if index not in self.results]
 
@@ -105,12 +111,19 @@ class _Played:
         return Task(played_or_blocked, (playing, case.timeline, case.system, is_known), runs * self.terms.time_limit)
 
     def _checked(self, index: int, result: TaskResult) -> VariantResult:
-        return checked(self.cases[index], result, self.terms.goldens)
+        return checked(self.cases[index], result, self.goldens)
 
     def _ended(self, index: int, result: VariantResult) -> None:
         self.results[index] = result
         _remember(self.selected[index], result, self.terms)
+        if self.terms.waiting is not None and result.golden is not None:
+            missed = tuple(_missed(outcome) for outcome in result.outcomes if not outcome.passed)
+            self.terms.waiting.note(result.name, result.golden, missed)
         self.on_result(result)
+
+
+def _missed(outcome: Outcome) -> str:
+    return f"{outcome.span}: {outcome.name}: expected {outcome.expected}, measured {outcome.measured}"
 
 
 def failed(result: VariantResult) -> bool:
@@ -122,7 +135,7 @@ def recalled(case: Listed, terms: Terms) -> VariantResult | None:
     """What came of a case when it was last played, if that is remembered and all that it came from is as it was."""
     if terms.golden is None or terms.update or not _may_be_known(case, terms):
         return None
-    digest = text_digest(content(terms.golden / golden_name(case.identity)))
+    digest = text_digest(content(golden_file(terms.golden, case.identity)))
     return from_record(terms.memory.recall(_key(case, digest, terms))) if digest else None
 
 
@@ -131,13 +144,21 @@ def _remember(case: Listed, result: VariantResult, terms: Terms) -> None:
         terms.memory.remember(_key(case, result.golden.digest, terms), as_record(result))
 
 
+def _unused(found: Found, terms: Terms) -> tuple[str, ...]:
+    """The golden files that belong to no case."""
+    if terms.golden is None:
+        return ()
+    used = [golden_file(terms.golden, case.identity).relative_to(terms.golden).as_posix() for case in found.cases]
+    return obsolete(terms.golden, used, whole_set=True)
+
+
 def _may_be_known(case: Listed, terms: Terms) -> bool:
     """Whether anything may be remembered of it: a file that was not read whole is none that can be as it was."""
     return terms.memory.used and not terms.refine and bool(terms.digests.get(case.file))
 
 
 def _key(case: Listed, golden_digest: str, terms: Terms) -> str:
-    golden = (terms.golden or Path()) / golden_name(case.identity)
+    golden = golden_file(terms.golden or Path(), case.identity)
     asked = terms.digests[case.file], case.name, case.system, terms.time_limit
     return terms.memory.key("case", case.file, *asked, golden.as_posix(), golden_digest)
 
@@ -154,16 +175,17 @@ def check(
     With `whole_set`, golden files that belong to none of all that was found are obsolete.
     """
     started = perf_counter()
-    played = _Played(selected, terms, on_result)
+    unused = _unused(found, terms) if whole_set and found.cases and not found.diagnostics else ()
+    played = _Played(selected, terms, on_result, replace(terms.goldens, unused=unused))
     played.recall()
     try:
         played.play()
     finally:
         terms.memory.settle()
-    known = whole_set and bool(found.cases) and not found.diagnostics and not played.interrupted
-    unused: tuple[str, ...] = ()
-    if terms.golden is not None:
-        unused = obsolete(terms.golden, [golden_name(case.identity) for case in found.cases], known)
+    if played.interrupted:
+        unused = ()
+    moved = {result.golden.renamed_from for result in played.results.values() if result.golden is not None}
+    unused = tuple(file for file in unused if file not in moved)
     removed = remove_obsolete(unused) if terms.update else ()
     # After an interrupt an update would accept what nobody has seen.
     to_accept = (unused or any(result.golden_failed for result in played.results.values())) and not played.interrupted

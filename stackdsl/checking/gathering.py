@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from stackdsl.compiling.compiler import bricks_at_most, compile_timeline
-from stackdsl.diagnostics import Diagnostic, Span
+from stackdsl.diagnostics import Diagnostic, Span, once
 from stackdsl.language.choices import compact
 from stackdsl.language.schema import Scenario
 from stackdsl.language.validation import validate
@@ -31,11 +31,12 @@ MAX_BRICKS = 100_000  # in all variants of a scenario; some seconds of compiling
 class Case:
     """One scenario in one variant on one system, ready to be played."""
 
-    source: Source
+    source: Source  # with what is repeated written out
     scenario: Scenario
     variant: Variant
     timeline: Timeline
     system: str
+    written: Source  # as it stands in the file, and in those that it takes from
     lines: tuple[int, int] = (1, sys.maxsize)  # of the file, from what ends the scenario before to its own last
 
     @property
@@ -65,6 +66,12 @@ class Case:
     def compiled(self) -> "Case":
         """Itself: it is ready."""
         return self
+
+    @property
+    def skip(self) -> str | None:
+        """Why its author does not want it played; None if he does."""
+        mark = self.scenario.skip
+        return mark.reason if mark is not None and mark.is_of(self.system) else None
 
     @property
     def identity(self) -> Identity:
@@ -203,7 +210,8 @@ def _lines(sources: Sequence[Source]) -> Iterator[tuple[int, int]]:
     """The first and the last line of each scenario of a file, with the comments above it."""
     first = 1
     for number, source in enumerate(sources, start=1):
-        last = max(span.line for span in source.value_spans.values()) if number < len(sources) else sys.maxsize
+        own = (span.line for span in source.value_spans.values() if span.file == source.file)  # some are of others
+        last = max(own) if number < len(sources) else sys.maxsize
         yield first, last
         first = last + 1
 
@@ -226,8 +234,10 @@ def _source_cases(source: Source) -> tuple[Sequence[Case], Sequence[Diagnostic]]
             timeline, misfits = compile_timeline(scenario, variant.source)
             mistakes |= dict.fromkeys(misfits)
             if timeline is not None:
-                cases += [Case(variant.source, scenario, variant, timeline, system) for system in scenario.systems]
-    return cases, tuple(mistakes)
+                cases += [
+                    Case(variant.source, scenario, variant, timeline, system, source) for system in scenario.systems
+                ]
+    return cases, tuple(once(mistakes))
 
 
 def _first_of_shared_names(sources: Iterable[Source]) -> Mapping[str, Source]:

@@ -10,7 +10,7 @@ import os
 import shutil
 from collections.abc import Iterable
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import cache, cached_property
 from hashlib import sha256
 from pathlib import Path
@@ -117,8 +117,7 @@ def may_be_remembered(result: VariantResult) -> bool:
 
 def as_record(result: VariantResult) -> object:
     """A result as a JSON value."""
-    value: object = _adapter().dump_python(result, mode="json")
-    return value
+    return asdict(result)
 
 
 def from_record(value: object) -> VariantResult | None:

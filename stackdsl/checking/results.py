@@ -10,9 +10,9 @@ from stackdsl.compiling.compiler import where_placed
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.judging.judge import compare_with_truth, judge
 from stackdsl.judging.numerical import Refinement
-from stackdsl.outcome import RunStatus, Spared, VariantResult
+from stackdsl.outcome import GoldenStatus, RunStatus, Spared, VariantResult
 from stackdsl.playing.clearance import Blocked
-from stackdsl.snapshots.golden import check_golden
+from stackdsl.snapshots.golden import check_golden, renamed_from
 from stackdsl.snapshots.record import Snapshot
 from stackdsl.snapshots.snapshot import take
 from stackdsl.snapshots.stamp import current_stamp
@@ -43,6 +43,7 @@ class Goldens:
     folder: Path | None  # None where they are not looked at
     update: bool = False  # whether what comes out is accepted
     lock_new: bool = False  # whether one is written where there was none, and all is as expected
+    unused: tuple[str, ...] = ()  # those that belong to no case, so that one may have been renamed
 
 
 def checked(case: Case, result: TaskResult, goldens: Goldens) -> VariantResult:
@@ -69,6 +70,11 @@ def skipped(case: Case, why: str) -> VariantResult:
     return _unfinished(case, RunStatus.SKIPPED, why)
 
 
+def set_aside(case: Case) -> VariantResult:
+    """The result of a case that its author does not want played."""
+    return replace(_unfinished(case, RunStatus.SKIPPED, case.skip or ""), set_aside=True)
+
+
 def _unfinished(case: Case, status: RunStatus, message: str) -> VariantResult:
     name = case.identity
     where = name.scenario, name.variant, case.system, case.source.file
@@ -91,14 +97,25 @@ def _compared(case: Case, trace: Trace, goldens: Goldens) -> VariantResult:
     # What came with another package is nobody's snapshot, and what came by a pipe is in nobody's keeping.
     if goldens.folder is None or case.system not in SYSTEMS or case.file == STDIN_SHOWN:
         return result
+    snapshot = snapshot_of(case, trace)
     lock_new = goldens.lock_new and result.passed
-    return replace(result, golden=check_golden(snapshot_of(case, trace), goldens.folder, goldens.update, lock_new))
+    golden = check_golden(snapshot, goldens.folder, goldens.update, lock_new and not goldens.unused)
+    if golden.status is GoldenStatus.MISSING and goldens.unused:
+        if was := renamed_from(snapshot, goldens.unused):
+            golden = replace(golden, status=GoldenStatus.RENAMED, note=f"it was {was}", renamed_from=was)
+        elif lock_new:
+            golden = check_golden(snapshot, goldens.folder, update=False, lock_new=True)
+    return replace(result, golden=golden)
 
 
 def judged(case: Case, trace: Trace) -> VariantResult:
     """The result of a case that was played, without its golden file."""
     outcomes = judge(trace, case.scenario, case.variant, case.source, case.system)
+    xfail = case.scenario.xfail
+    marked = xfail is not None and xfail.is_of(case.system)
     return VariantResult(
+        xfail=xfail.reason if xfail is not None and marked else None,
+        strict=xfail is not None and marked and xfail.strict,
         scenario=case.identity.scenario,
         variant=case.identity.variant,
         system=case.system,

@@ -1,5 +1,6 @@
 """Paths -> what cases there are, without reading again what is remembered of files that are as they were."""
 
+import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -11,7 +12,8 @@ from stackdsl.checking.gathering import STDIN, Case, cases_of, files_under, gath
 from stackdsl.checking.memory import Memory
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.reading.characters import visible
-from stackdsl.reading.source import MAX_BYTES
+from stackdsl.reading.composing import Library, composed
+from stackdsl.reading.source import MAX_BYTES, Loaded
 from stackdsl.snapshots.record import Identity
 
 FIELDS = ("scenario_name", "parameters", "system", "tags", "lines")
@@ -22,18 +24,56 @@ class ChangedMeanwhileError(RuntimeError):
 
 
 @dataclass
+class _Parts(Library):
+    """The files that one file takes from, and what they held."""
+
+    digests: dict[str, str] = field(default_factory=dict)  # by the path that was asked for, links and all
+
+    def read(self, path: str) -> Loaded:
+        """What a file holds; that it was asked for is noted."""
+        loaded = super().read(path)
+        self.digests[path] = loaded.digest
+        return loaded
+
+
+@dataclass(frozen=True, slots=True)
+class _Made:
+    """Which texts a file's scenarios were made of."""
+
+    own: str  # digest of the file itself
+    parts: Mapping[str, str] = field(default_factory=dict)  # of the others, by path
+
+    @property
+    def digest(self) -> str:
+        """One digest of all; empty where the file itself could not be read."""
+        return sha256(json.dumps([self.own, *sorted(self.parts.items())]).encode()).hexdigest() if self.own else ""
+
+    @property
+    def is_current(self) -> bool:
+        """Whether the others are as they were."""
+        return all(_digest_of(Path(path)) == digest != "" for path, digest in self.parts.items())
+
+
+def _compiled(path: Path) -> tuple[Loaded, _Made, list[Case], list[Diagnostic]]:
+    """What a file holds, which texts that is made of, and its cases and mistakes."""
+    parts = _Parts()
+    read = loaded_from(path)
+    loaded = composed(read, parts)
+    return loaded, _Made(read.digest, parts.digests), *cases_of(loaded)
+
+
+@dataclass
 class _File:
     """A file whose cases are remembered."""
 
     path: Path
-    digest: str  # of its text then
+    made: _Made  # then
 
     @cached_property
     def cases(self) -> Mapping[Identity, Case]:
         """Its cases, compiled. Raises ChangedMeanwhileError."""
-        loaded = loaded_from(self.path)
-        cases, mistakes = cases_of(loaded)
-        if mistakes or loaded.digest != self.digest:
+        _, made, cases, mistakes = _compiled(self.path)
+        if mistakes or made.digest != self.made.digest:
             raise ChangedMeanwhileError(f"{self.path} has changed while it was read: call again")
         return {case.identity: case for case in cases}
 
@@ -93,25 +133,24 @@ def survey(paths: Sequence[Path], memory: Memory) -> Surveyed:
     names: list[str] = []
     digests: dict[str, str] = {}
     for path in meant:
-        found = _File(path, _digest_of(path))
-        key = memory.key("file", visible(path.as_posix()), found.digest)
-        if found.digest and (entries := _recalled(memory.recall(key), found)):
-            names += {entry.scenario_name for entry in entries}
-            digests[entries[0].file] = found.digest
-            cases += entries
+        shown, own = visible(path.as_posix()), _digest_of(path)
+        key = memory.key("file", shown, own)
+        if own and (known := _recalled(memory.recall(key), path, own)):
+            names += {(entry.scenario_name, entry.lines): entry.scenario_name for entry in known}.values()
+            digests[shown] = known[0].origin.made.digest
+            cases += known
             continue
-        loaded = loaded_from(path)
-        own, mistakes = cases_of(loaded)
+        loaded, made, compiled, mistakes = _compiled(path)
         diagnostics += mistakes
-        cases += own
+        cases += compiled
         names += [str(source.values.get("scenario")) for source in loaded.sources]
-        digests |= {source.file: loaded.digest for source in loaded.sources}
-        if not mistakes and loaded.digest == found.digest:
-            memory.remember(key, [_record(case) for case in own])
+        digests |= {source.file: made.digest for source in loaded.sources}
+        if not mistakes and made.own == own:
+            memory.remember(key, {"parts": dict(made.parts), "cases": [_record(case) for case in compiled]})
     if len(set(names)) < len(names):  # two scenarios of one name are told with both places, so all are read
         gathered = gather(paths)
         return Surveyed(gathered.cases, gathered.diagnostics, {})
-    return Surveyed(tuple(cases), tuple(diagnostics), digests)
+    return Surveyed(tuple(cases), tuple(dict.fromkeys(diagnostics)), digests)
 
 
 def _digest_of(path: Path) -> str:
@@ -130,9 +169,12 @@ def _record(case: Case) -> list[object]:
     return [getattr(case, name) for name in FIELDS]
 
 
-def _recalled(value: object, file: _File) -> list[Entry]:
-    """The cases that a record tells of; none if it tells of none."""
-    return list(_entries(value, file)) if isinstance(value, list) else []
+def _recalled(value: object, path: Path, own: str) -> list[Entry]:
+    """The cases that a record tells of, if what they took from other files is as it was; none if it tells of none."""
+    if not isinstance(value, dict):
+        return []
+    file = _File(path, _Made(own, value["parts"]))
+    return list(_entries(value["cases"], file)) if file.made.is_current else []
 
 
 def _entries(records: Iterable[list[object]], file: _File) -> Iterator[Entry]:

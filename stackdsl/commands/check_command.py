@@ -24,6 +24,7 @@ from stackdsl.outcome import Report, exit_code
 from stackdsl.project_file import Project, ProjectError, project_of
 from stackdsl.reading.characters import visible
 from stackdsl.snapshots.golden import GoldenWriteRefusedError, is_ci, refuse_in_ci
+from stackdsl.snapshots.pending import Waiting
 
 PLACE: Final = re.compile(r"(.+?):([0-9]{1,9})(?::[0-9]+)?")  # as reports tell it, with or without a column
 
@@ -38,9 +39,9 @@ def check_command(context: click.Context, **asked: Unpack[Asked]) -> None:
     if asked["watch"]:
         from stackdsl.commands.watching import watch  # noqa: PLC0415 -- few calls do
 
-        context.exit(watch([_split(path)[0] for path in asked["paths"]] or [_project(()).scenarios]))
+        context.exit(watch([_split(path)[0] for path in asked["paths"]] or [project_around(()).scenarios]))
     paths, places = _places(asked["paths"])
-    project = _project(paths)
+    project = project_around(paths)
     paths = paths or (project.scenarios,)
     golden = asked["golden"] or project.golden
     memory = Memory(project.state(golden), asked["cache"])
@@ -94,6 +95,7 @@ def _terms(asked: Asked, golden: Path, memory: Memory, found: Surveyed) -> Terms
         lock_new=not is_ci(os.environ) and not asked["refine"],
         first_failure=asked["first_failure"],
         memory=memory,
+        waiting=Waiting(memory.folder) if not is_ci(os.environ) and not asked["refine"] else None,
         digests=found.digests,
     )
 
@@ -133,7 +135,8 @@ def _refuse_what_does_not_go_together(asked: Asked) -> None:
             raise click.ClickException(str(error)) from error
 
 
-def _project(paths: Sequence[Path]) -> Project:
+def project_around(paths: Sequence[Path]) -> Project:
+    """The project of some files and directories, or of the working directory. Raises click.UsageError."""
     try:
         return project_of(paths)
     except ProjectError as error:

@@ -6,7 +6,7 @@ import click
 
 from stackdsl.checking.gathering import Case
 from stackdsl.checking.one_case import play_case
-from stackdsl.checking.results import held_up, judged, skipped
+from stackdsl.checking.results import held_up, judged, set_aside, skipped
 from stackdsl.checking.selection import Selection
 from stackdsl.commands.keeping import ON_GLB, ON_HTML, ON_RECORD, Keeping
 from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE
@@ -51,6 +51,9 @@ def run_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
 def _run(case: Case, keeping: Keeping, all_names: bool) -> VariantResult:
     """Play a case here, and print what happens and how it ended."""
     write(case.name)
+    if case.skip is not None:
+        write(f"  skipped: {case.skip}\n\n")
+        return set_aside(case)
     if why := unplayable(case.system):
         write(f"  skipped: {why}\n\n")
         return skipped(case, why)

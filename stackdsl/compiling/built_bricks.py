@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from stability.model import BodyId, Plane
+from stackdsl.compiling.beside import Surroundings
 from stackdsl.compiling.fitting import Fit
 from stackdsl.compiling.moment import START, Moment
 from stackdsl.compiling.naming import footings_of, levels_of, names_of
@@ -26,7 +27,7 @@ class BuiltBrick:
 
 def built_bricks(scenario: Scenario, planes: Sequence[Plane]) -> list[BuiltBrick]:
     """All bricks in the author's order, not yet with their times."""
-    written = bricks_of(scenario)
+    written = bricks_of(scenario, Surroundings(planes))
     removed: Mapping[int, int] = {}
     # Names say what is pulled out, which makes room for what is slid in, whose level then gives it its name.
     for _ in range(2 if scenario.impacts else 1):

@@ -15,7 +15,6 @@ from stackdsl.compiling.built_bricks import BuiltBrick, built_bricks
 from stackdsl.compiling.contradictions import beyond_what_is_built, contradictions
 from stackdsl.compiling.impacts.doing import Done, done
 from stackdsl.compiling.impacts.removals import missing_bricks
-from stackdsl.compiling.misfits import misfits
 from stackdsl.compiling.moment import Moment
 from stackdsl.compiling.name_checks import (
     bricks_that_hit,
@@ -25,6 +24,7 @@ from stackdsl.compiling.name_checks import (
     shared_with_missiles,
     unknown_bricks,
 )
+from stackdsl.compiling.neighbour_checks import nowhere, out_of_place
 from stackdsl.compiling.site import planes_of, tilt_of, turned_plane, turned_pose
 from stackdsl.compiling.slivers import slivers
 from stackdsl.diagnostics import Diagnostic, Span, first_of
@@ -48,7 +48,7 @@ CHECKS: Final[Sequence[Check]] = (
     beyond_what_is_built,
     contradictions,
 )
-CHECKS_IN_TIME: Final[Sequence[Check]] = (missing_bricks, misfits)  # without the right times, nothing fits
+CHECKS_IN_TIME: Final[Sequence[Check]] = (missing_bricks, out_of_place)  # without the right times, nothing fits
 
 
 def compile_timeline(scenario: Scenario, source: Source) -> tuple[Timeline | None, tuple[Diagnostic, ...]]:
@@ -57,6 +57,8 @@ def compile_timeline(scenario: Scenario, source: Source) -> tuple[Timeline | Non
     if too_many:
         return None, too_many
     built = built_of(scenario, source)
+    if lost := first_of(nowhere(built, scenario, source)):
+        return None, tuple(lost)
     checks = CHECKS if built.mistimed else (*CHECKS, *CHECKS_IN_TIME)
     impacts = Done() if built.mistimed else done(built, scenario, source)
     found = (mistake for check in checks for mistake in check(built, scenario, source))

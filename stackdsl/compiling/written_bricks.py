@@ -1,16 +1,35 @@
 """Every brick as the author wrote it, layouts taken apart, in the frame of the scene."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import cos, sin
+from typing import Protocol
 
 from stability.geometry.rotations import multiply
-from stability.model import ConvexShape, Pose, Quaternion, Vec3
+from stability.model import BodyId, ConvexShape, Pose, Quaternion, Vec3
 from stability.shapes.box import Box
 from stackdsl.language.bricks import BrickKind, SetBrick
 from stackdsl.language.layouts.registry import BrickSpec, place
 from stackdsl.language.schema import BuildStep, Scenario
 from stackdsl.reading.source import Path
+
+
+class NowhereError(Exception):
+    """A brick is to lie by another one that does not stand before it."""
+
+    def __init__(self, name: BodyId, too_dear: bool = False) -> None:
+        super().__init__(name)
+        self.name, self.too_dear = name, too_dear
+
+
+class Whereabouts(Protocol):
+    """Knows where a brick lies that is placed by others."""
+
+    def place_of(
+        self, brick: SetBrick, shape: ConvexShape, turned: Quaternion, before: "Sequence[WrittenBrick]"
+    ) -> tuple[Vec3, tuple[int, ...]]:
+        """Its centre, and by number the bricks before it that it is placed by. Raises NowhereError."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,6 +46,8 @@ class WrittenBrick:
     drop: bool = False
     together: bool = False  # whether it is set down at one moment with the brick before it
     within: str | None = None  # the name of its step
+    placed_by: tuple[int, ...] = ()  # the bricks on or beside which it was to lie, by number
+    lost: NowhereError | None = None  # where one of these is not there; then its own place means nothing
 
     @property
     def of_layout(self) -> bool:
@@ -39,18 +60,23 @@ class WrittenBrick:
         return self.path[0] == "impacts"
 
 
-def bricks_of(scenario: Scenario) -> list[WrittenBrick]:
+def bricks_of(scenario: Scenario, whereabouts: Whereabouts) -> list[WrittenBrick]:
     """All bricks in the author's order, step after step; impacts are steps after those of the build."""
-    built = [brick for number, step in enumerate(scenario.build) for brick in _bricks_of_step(number, step, scenario)]
-    inserted = [
-        _set_brick(("impacts", number, impact.kind), len(scenario.build) + number, impact.done.slid_in, scenario.brick)
-        for number, impact in enumerate(scenario.impacts)
-        if impact.done.slid_in is not None
-    ]
-    return built + inserted
+    made: list[WrittenBrick] = []
+    for number, step in enumerate(scenario.build):
+        made += _bricks_of_layout(number, step, scenario)
+        for index, brick in enumerate(step.bricks or ()):
+            path: Path = ("build", number, "bricks", index)
+            set_down = _set_brick(path, number, brick, step.brick or scenario.brick, made, whereabouts)
+            made.append(replace(set_down, name=_prefixed(step, brick.name), drop=brick.drop, within=step.name))
+    for number, impact in enumerate(scenario.impacts):
+        if impact.done.slid_in is not None:
+            turn, path = len(scenario.build) + number, ("impacts", number, impact.kind)
+            made.append(_set_brick(path, turn, impact.done.slid_in, scenario.brick, made, whereabouts))
+    return made
 
 
-def _bricks_of_step(number: int, step: BuildStep, scenario: Scenario) -> Iterator[WrittenBrick]:
+def _bricks_of_layout(number: int, step: BuildStep, scenario: Scenario) -> Iterator[WrittenBrick]:
     kind = step.brick or scenario.brick
     if step.layout is not None:
         name, params = step.layout
@@ -61,9 +87,6 @@ def _bricks_of_step(number: int, step: BuildStep, scenario: Scenario) -> Iterato
             yield WrittenBrick(
                 path, number, Box(size), mass, pose, spec.level, own, together=spec.together, within=step.name
             )
-    for index, brick in enumerate(step.bricks or ()):
-        set_down = _set_brick(("build", number, "bricks", index), number, brick, kind)
-        yield replace(set_down, name=_prefixed(step, brick.name), drop=brick.drop, within=step.name)
 
 
 def pose_of(spec: BrickSpec) -> Pose:
@@ -74,10 +97,25 @@ def pose_of(spec: BrickSpec) -> Pose:
     return Pose(spec.position, multiply(about_z(spec.yaw), (0.0, sine, 0.0, cosine)))
 
 
-def _set_brick(path: Path, step: int, brick: SetBrick, kind: BrickKind) -> WrittenBrick:
+def _set_brick(  # noqa: PLR0913, PLR0917 -- a brick, and all that it may depend on
+    path: Path,
+    step: int,
+    brick: SetBrick,
+    kind: BrickKind,
+    before: Sequence[WrittenBrick],
+    whereabouts: Whereabouts,
+) -> WrittenBrick:
     made_of = brick.brick or kind
-    pose = Pose(brick.at, about_axes(brick.rotate))
-    return WrittenBrick(path, step, Box(made_of.size), made_of.mass_of(made_of.size), pose, brick.level, brick.name)
+    shape, turned = Box(made_of.size), about_axes(brick.rotate)
+    centre, lost = brick.at or (0.0, 0.0, 0.0), None
+    placed_by: tuple[int, ...] = ()
+    if brick.at is None:
+        try:
+            centre, placed_by = whereabouts.place_of(brick, shape, turned, before)
+        except NowhereError as error:
+            lost = error
+    mass, pose = made_of.mass_of(made_of.size), Pose(centre, turned)
+    return WrittenBrick(path, step, shape, mass, pose, brick.level, brick.name, placed_by=placed_by, lost=lost)
 
 
 def _prefixed(step: BuildStep, name: str | None) -> str | None:

@@ -11,7 +11,9 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from stability.model import BodyId
+from stackdsl.compiling.beside import Surroundings
 from stackdsl.compiling.compiler import compile_timeline
+from stackdsl.compiling.site import planes_of
 from stackdsl.compiling.written_bricks import bricks_of
 from stackdsl.diagnostics import Span
 from stackdsl.language.layouts.registry import LAYOUTS
@@ -79,9 +81,10 @@ class Knobs:
             yield from self._places(moving)
 
     def _places(self, moving: Collection[BodyId]) -> Iterator[Knob]:
-        for brick in bricks_of(self.scenario):
+        for brick in bricks_of(self.scenario, Surroundings(tuple(planes_of(self.scenario)))):
             named = f"{brick.within}.{brick.name}" if brick.within and brick.name is None else brick.name
-            if named in moving and not brick.of_layout and not brick.inserted:
+            written_at = (*brick.path, "at") in self.variant.source.value_spans  # or else it lies by another brick
+            if named in moving and not brick.of_layout and not brick.inserted and written_at:
                 for axis, letter in enumerate("xy"):
                     path = (*brick.path, "at", axis)
                     steps = [share * brick.shape.length for share in REACH]

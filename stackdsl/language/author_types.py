@@ -125,6 +125,7 @@ ShareTolerance = Annotated[Tolerance, _tolerance(SHARE, "0.25 ± 0.02")]
 MAX_LEVELS: Final = 10_000  # beyond, a typo: the tallest plank towers have a few hundred levels
 MAX_BRICKS: Final = 20_000  # in one step of `build`; some seconds of computing
 
+Flag = Annotated[bool, Field(strict=True)]
 Levels = Annotated[int, Field(strict=True, ge=1, le=MAX_LEVELS)]
 
 
@@ -153,6 +154,13 @@ Slug = Annotated[str, _text(_SLUG, "a name for files", _SLUG_ADVICE, "slant-towe
 BodyName = Annotated[str, _text(NAME, "the name of a brick", _NAME_ADVICE, "L3.2"), NamesBody()]
 BodyNames = Annotated[tuple[BodyName, ...], Field(min_length=1, max_length=MAX_BRICKS)]
 BodyOrPlaneName = Annotated[str, _text(NAME, "the name of a brick", _NAME_ADVICE, "L3.2"), NamesBody(or_plane=True)]
+_UPHOLDS = _text(rf"(?!wall[0-9]+$){NAME}", "the name of a brick, or ground", _NAME_ADVICE, "beam")
+Supports = Annotated[
+    tuple[Annotated[str, _UPHOLDS, NamesBody(or_plane=True)], ...], Field(min_length=1, max_length=1000)
+]
+SUPPORTS: Final[JsonSchema] = {
+    "anyOf": [_UPHOLDS.schema, {"type": "array", "items": _UPHOLDS.schema, "minItems": 1}],
+}
 _FIXED = rf"(?:{GROUND}|wall[0-9]+)"
 
 
@@ -213,3 +221,12 @@ def _once(systems: tuple[System, ...]) -> tuple[System, ...]:
 
 
 Systems = Annotated[tuple[System, ...], Field(min_length=1), AfterValidator(_once)]
+_ONE_SYSTEM: Final[JsonSchema] = {"enum": list(SYSTEMS)}
+ONE_OR_MORE_SYSTEMS: Final[JsonSchema] = {
+    "anyOf": [_ONE_SYSTEM, {"type": "array", "items": _ONE_SYSTEM, "minItems": 1}]
+}
+
+
+def listed(written: object) -> object:
+    """One in place of a list of one."""
+    return [written] if isinstance(written, str) else written

@@ -1,15 +1,24 @@
 """What an author may say of a brick: what it is, and where it is put."""
 
 from collections.abc import Mapping
-from typing import Annotated, ClassVar, Final
+from typing import Annotated, ClassVar, Final, Self
 
-from pydantic import AfterValidator, Field, ValidationError, ValidationInfo, field_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    ValidationError,
+    ValidationInfo,
+    WithJsonSchema,
+    field_validator,
+    model_validator,
+)
 
-from stability.model import Vec3
+from stability.model import GROUND, Vec3
 from stability.statics.admission import LIGHTEST
 from stackdsl.diagnostics import did_you_mean
 from stackdsl.language import author_types as t
-from stackdsl.language.author_models import AuthorModel, Choice, Shorthand, default
+from stackdsl.language.author_models import Choice, Shorthand, default
 from stackdsl.language.author_types import Levels
 from stackdsl.language.catalogue import CATALOGUE
 from stackdsl.language.mistakes import EchoError, MistakeError, shown
@@ -89,16 +98,39 @@ def _kind(written: object) -> BrickKind | None:
         return None
 
 
-class SetBrick(AuthorModel):
+class SetBrick(Choice):
     """One brick set down in any pose."""
 
     name: t.BrickName | None = Field(None, description="its name; default: by place, such as L3.2")
-    at: tuple[t.Length, t.Length, t.Length] = Field(description="[x, y, z] of its centre")
+    at: tuple[t.Length, t.Length, t.Length] | None = Field(None, description="[x, y, z] of its centre")
+    on: Annotated[t.Supports, BeforeValidator(t.listed), WithJsonSchema(t.SUPPORTS)] | None = Field(
+        None, description="the brick, or bricks, on whose top it lies, in the middle of their centres; or the ground"
+    )
+    beside: t.BodyName | None = Field(None, description="the brick that it stands beside, touching it, as low as that")
+    towards: t.Angle = default("0 deg", "where it stands, seen from what it is beside: 0 deg = +x, 90 deg = +y")
+    offset: tuple[t.Length, t.Length, t.Length] = default(
+        ["0 mm", "0 mm", "0 mm"], "shifts it from there by [x, y, z], in the axes of the scene"
+    )
     rotate: tuple[t.Angle, t.Angle, t.Angle] = default(
         ["0 deg", "0 deg", "0 deg"], "turn about x, then y, then z, the axes of the scene"
     )
     brick: BrickKind | None = Field(None, description="default: the brick of the step, or else of the scenario")
     level: Levels | None = Field(None, description="its level; default: judged by its height")
+
+    one_of: ClassVar[tuple[str, ...]] = ("at", "on", "beside")
+
+    @model_validator(mode="after")
+    def _shift_from_something(self) -> Self:
+        written = self.model_fields_set
+        if self.at is not None and "offset" in written:
+            raise MistakeError(
+                "SD108", "`offset` is from another brick, and this one has its place `at`", "add them up"
+            )
+        if self.beside is None and "towards" in written:
+            raise MistakeError("SD108", "`towards` is of what stands `beside` another brick", "say beside which")
+        if GROUND in (self.on or ()) and len(self.on or ()) > 1:
+            raise MistakeError("SD104", "a brick lies on others or on the ground, not on both", "leave the ground out")
+        return self
 
 
 class PlacedBrick(SetBrick):

@@ -12,7 +12,14 @@ from stackdsl.reading.source import Source
 
 def disagreements(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     """All of them, in no order."""
-    for check in (_systems_not_played, _unanswerable, _unproven_truths, _after_a_collapse, _impossible_layouts):
+    for check in (
+        _systems_not_played,
+        _marks_of_other_systems,
+        _unanswerable,
+        _unproven_truths,
+        _after_a_collapse,
+        _impossible_layouts,
+    ):
         yield from check(scenario, source)
 
 
@@ -23,6 +30,21 @@ def _systems_not_played(scenario: Scenario, source: Source) -> Iterator[Diagnost
                 message = f"the scenario is not played on '{system}', so this would never be checked"
                 hint = f"add it to systems, or choose from: {', '.join(scenario.systems)}"
                 yield Diagnostic("SD104", source.span_of(("expect", index, "system")), message, hint)
+
+
+def _marks_of_other_systems(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+    """Marks for systems that the scenario is not played on, and of what cannot fail."""
+    for key, mark in (("skip", scenario.skip), ("xfail", scenario.xfail)):
+        for system in (mark.system if mark is not None else None) or ():
+            if system not in scenario.systems:
+                message = f"the scenario is not played on '{system}', so this says nothing"
+                hint = f"leave it out, or choose from: {', '.join(scenario.systems)}"
+                yield Diagnostic("SD104", source.span_of((key, "system")), message, hint)
+    if scenario.xfail is not None and not scenario.expect:
+        message = "nothing is expected that could fail"
+        yield Diagnostic(
+            "SD104", source.key_span_of(("xfail",)), message, "say under `expect` what ought to come of it"
+        )
 
 
 def _unanswerable(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:

@@ -22,6 +22,7 @@ from stackdsl.language.impacts.impact import Impact
 from stackdsl.language.impacts.impact_kind import IMPACTS, KindOfImpact
 from stackdsl.language.kinds import with_kinds
 from stackdsl.language.layouts.registry import LAYOUTS, Layout, LayoutParams
+from stackdsl.language.marks import Skip, Xfail
 from stackdsl.language.mistakes import MistakeError
 
 # --- given: the world -------------------------------------------------------------------------------------------------
@@ -152,6 +153,8 @@ class Scenario(AuthorModel):
     watch: t.PositiveDuration | None = Field(
         None, description="how long it is watched after the last action, and a collapse is followed, at most"
     )
+    skip: Skip | None = Field(None, description="why it is not played")
+    xfail: Xfail | None = Field(None, description="why it is known to fail its expectations")
     systems: t.Systems = Field(("exact",), description="what the scenario is played on")
     expect: Annotated[tuple[Expectation, ...], Field(max_length=1000)] = Field((), description="what must come of it")
     truth: Annotated[tuple[Truth, ...], Field(max_length=1000)] = Field((), description="what is known from outside")

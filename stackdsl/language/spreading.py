@@ -164,7 +164,9 @@ class _Spreading:
                 old,
                 new,
                 MistakeError(
-                    "SD206", f"this is repeated {count} times, and {MAX_REPEATS} is the most", "repeat it less often"
+                    "SD206",
+                    f"this is repeated more than {MAX_REPEATS} times, which is the most",
+                    "repeat it less often",
                 ),
             )
         if len(self.mistakes) > before:

@@ -69,7 +69,7 @@ def validate(source: Source, variant: Variant) -> tuple[Scenario | None, tuple[D
         known = brick_types_of(variant.values.get("brick_types"))
         scenario = models().Scenario.model_validate(variant.values, context=known)
     except ValidationError as error:
-        details = _without_echoes(error.errors(include_url=False))
+        details = _without_echoes(_of_first_repetitions(error.errors(include_url=False), source))
         return None, _in_order(first_of(_diagnostic(source, detail) for detail in details))
     mistakes = _in_order(first_of(disagreements(scenario, source)))
     return (None if mistakes else scenario), mistakes
@@ -77,6 +77,16 @@ def validate(source: Source, variant: Variant) -> tuple[Scenario | None, tuple[D
 
 def _in_order(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
     return tuple(sorted(set(diagnostics), key=reading_order))
+
+
+def _of_first_repetitions(details: Iterable[ErrorDetails], source: Source) -> list[ErrorDetails]:
+    """The errors, without those alike of later repetitions: to work out the remedies of thousands takes minutes."""
+    first: dict[object, ErrorDetails] = {}
+    for detail in details:
+        span = source.span_of(detail["loc"])
+        place = (span.file, span.line, span.column, detail["loc"][-1:]) if span.where else detail["loc"]
+        first.setdefault((detail["type"], place), detail)
+    return list(first.values())
 
 
 def _without_echoes(details: Sequence[ErrorDetails]) -> Iterator[ErrorDetails]:

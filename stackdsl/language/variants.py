@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
-from stackdsl.diagnostics import Diagnostic, reading_order
+from stackdsl.diagnostics import Diagnostic, once, reading_order
 from stackdsl.language.choices import Choice, Mistakes, NameMistakeError, add, check_name, choices_of
 from stackdsl.language.expressions import EarlierMistakeError, interpolate, value_of, variables_in
 from stackdsl.language.mistakes import MistakeError
@@ -47,13 +47,13 @@ def expand(source: Source) -> tuple[tuple[Variant, ...], tuple[Diagnostic, ...]]
         for choice in choices.all:
             variant, mistakes, done = _variant(source, choice, budget, left)
             variants.append(variant)
-            found |= dict.fromkeys(_diagnostics(variant.source, mistakes))
+            found |= dict.fromkeys(once(_diagnostics(variant.source, mistakes)))
             left -= done
     except TooMuchError as much:
         return (), (Diagnostic("SD206", source.key_span_of(much.path), much.message, "make several scenarios of it"),)
     if not found:
         found = dict.fromkeys(_unused(source))
-    return tuple(variants), tuple(sorted(found, key=reading_order))
+    return tuple(variants), tuple(sorted(once(found), key=reading_order))
 
 
 def _too_many(source: Source, what: str) -> Diagnostic:

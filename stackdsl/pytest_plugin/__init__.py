@@ -62,4 +62,5 @@ def golden(request: pytest.FixtureRequest) -> "Golden":
         pytest.fail(NEEDS_SYRUPY, pytrace=False)
     from stackdsl.pytest_plugin.shared_snapshots import held_against  # noqa: PLC0415 -- syrupy need not be installed
 
-    return held_against(request.getfixturevalue("snapshot"))
+    directory = request.config.rootpath / request.config.getini("golden_directory")
+    return held_against(request.getfixturevalue("snapshot"), directory)

@@ -60,12 +60,14 @@ class ScenarioItem(pytest.Item):
 
     def runtest(self) -> None:
         """Play the case and judge it. Raises MissedError."""
-        if why := unplayable(self.case.system):
+        if why := self.case.skip or unplayable(self.case.system):
             pytest.skip(why)
         result = self._result()
         if result.golden is not None and result.golden.status is GoldenStatus.OTHER_ENGINE:
             warn(OtherEngineWarning(f"compared in what no engine decides: {result.golden.note}"), stacklevel=1)
-        if not result.passed or result.golden_failed:
+        if result.xfail is not None and not result.passed and not result.golden_failed:
+            pytest.xfail(result.xfail)
+        if result.unexpected or result.golden_failed:
             accept = "pytest --snapshot-update (with syrupy), or: stackdsl check --update"
             raise MissedError(report_text(Report((result,), accept=accept if result.golden_failed else "")))
 

@@ -19,7 +19,8 @@ from syrupy.types import PropertyFilter, PropertyMatcher, SerializableData, Seri
 from stackdsl.outcome import GoldenStatus
 from stackdsl.pytest_plugin.other_engine import OtherEngineWarning
 from stackdsl.snapshots.canonical import canonical_text
-from stackdsl.snapshots.golden import golden_name, judge_text, refuse_in_ci, write_golden
+from stackdsl.snapshots.file_names import golden_file
+from stackdsl.snapshots.golden import judge_text, refuse_in_ci, write_golden
 from stackdsl.snapshots.record import Identity, Snapshot
 
 Golden = Callable[[Identity], SnapshotAssertion]
@@ -92,6 +93,11 @@ class GoldenExtension(JSONSnapshotExtension):
             write_golden(Path(snapshot_collection.location), str(snapshot.data))
 
 
-def held_against(snapshot: SnapshotAssertion) -> Golden:
-    """What gives, for an identity, the file that a snapshot of it is compared with."""
-    return lambda identity: snapshot.use_extension(GoldenExtension)(name=golden_name(identity))
+def held_against(snapshot: SnapshotAssertion, directory: Path) -> Golden:
+    """What gives, for an identity, the file below a directory that a snapshot of it is compared with."""
+
+    def kept(identity: Identity) -> SnapshotAssertion:
+        file = golden_file(directory, identity).relative_to(directory)
+        return snapshot.use_extension(GoldenExtension)(name=file.as_posix())
+
+    return kept

@@ -166,7 +166,7 @@ class _Composing:
             places.note_all(source, value, (key,), (key,))
         places.note(source, (), ())
         values = {**replaced, **own, **{key: {**_mapping(theirs[key]), **_mapping(own[key])} for key in merged}}
-        inherited = _variables(replaced) - _variables(own) | base.inherited
+        inherited = variables_of(replaced) - variables_of(own) | base.inherited
         return Source(source.file, values, places.value_spans, places.key_spans, inherited, tuple(self.seen))
 
     def _base(self, source: Source) -> Source:
@@ -264,7 +264,7 @@ def _size(value: Plain) -> int:
     return 1
 
 
-def _variables(values: Mapping[str, Plain]) -> frozenset[Path]:
+def variables_of(values: Mapping[str, Plain]) -> frozenset[Path]:
     """Where the variables of a scenario are defined."""
     named = [(key, name) for key in ("let", "matrix") for name in _mapping(values.get(key))]
     cases = values.get("cases")

@@ -14,6 +14,8 @@ Scalar: TypeAlias = bool | int | float | str | None
 MAX_EXACT: Final = 2**53  # the largest integer up to which a double, and so every JSON reader, is exact
 QUOTE_WIDTH: Final = 40  # [characters] of the author's text in a message
 
+KEYS: Final = ("y", "n", "Y", "N", "on")  # no scenario has true or false for a key
+
 INTEGER = re.compile(r"-?(0|[1-9]\d*)", re.ASCII)
 FLOAT = re.compile(r"-?(0|[1-9]\d*)(\.\d+)?([eE][-+]?\d+)?", re.ASCII)
 # What may follow the digits begins with a dot, so that there is one way to read them: two ways take quadratic time.
@@ -91,8 +93,8 @@ def _strict_number(text: str) -> str:
 
 
 def key_trap(key: str) -> Trap | None:
-    """Why a plain key is ambiguous; `y` and `n` may be keys, for they name coordinates and counts."""
-    value = key if key in "ynYN" else plain_value(key)
+    """Why a plain key is ambiguous; `y` and `n` name coordinates and counts, and `on` says on what a brick lies."""
+    value = key if key in KEYS else plain_value(key)
     if isinstance(value, str):
         return None
     meaning = value.meaning if isinstance(value, Trap) else "is not text"

@@ -61,6 +61,8 @@ def _result(report: Report, result: VariantResult) -> dict[str, object]:
         "file": result.file,
         "status": result.status.value,
         "conclusion": result.conclusion,
+        "xfail": None if result.xfail is None else {"reason": result.xfail, "strict": result.strict},
+        "set_aside": result.set_aside,
         "message": result.message,
         "mistake": _diagnostic(result.mistake) if result.mistake else None,
         "variables": {name: quantity_of(written) for name, written in result.parameters},

@@ -40,6 +40,13 @@ def _lines(trace: Trace, result: VariantResult, all_names: bool) -> Iterator[str
         yield energy_text(trace.energy_gained)
     if trace.wrong_edges is not None:
         yield wrong_edges_text(trace.wrong_edges, trace.collapse)
+    yield from _claims(result)
+
+
+def _claims(result: VariantResult) -> Iterator[str]:
+    """Every claim beside what was measured, and why some failed."""
+    if result.xfail is not None:
+        yield f"{'passed, though it was' if result.passed else 'failed, as was'} said to fail: {result.xfail}"
     for outcome in result.outcomes:
         yield f"{'passed' if outcome.passed else 'failed'}: {outcome.span}: {outcome_text(outcome)}"
     if result.why is not None:

@@ -75,6 +75,8 @@ def _failures(report: Report, verbosity: int) -> Iterator[Block]:
     stopped = [result for result in report.results if _stopped(result)]
     yield titled("Did not finish", [f"{r.file}: {r.name}: {r.status}: {r.message}" for r in stopped])
     yield titled("Failed expectations", list(_failed(report)))
+    yield titled("Failed as was said", list(_xfailed(report)))
+    yield titled("Passed though it was said to fail", list(_xpassed(report)))
     yield titled("Moved at half the step and twice the iterations", list(_moved(report)))
     yield from (_differences(result) for result in report.results)
     yield titled("Golden files", list(_golden_files(report)))
@@ -96,6 +98,14 @@ def _notes(report: Report, verbosity: int) -> Iterator[Block]:
     yield titled("Other than known from outside", list(_missed(report, lambda result: result.truths)))
     yield titled("Golden files of another engine, compared in what no engine decides", list(_other_engines(report)))
     yield titled("Golden files made with other versions", list(_stamps(report)))
+    yield titled("Golden files with names of earlier versions", list(_old_names(report)))
+
+
+def _old_names(report: Report) -> Iterator[str]:
+    goldens = [result.golden for result in report.results if result.golden is not None]
+    old = [golden.file for golden in goldens if golden.file.endswith("].json")]
+    if old:
+        yield f"{_counted(len(old), 'file')}: {names_text(old)}; stackdsl golden rename gives them new ones"
 
 
 def _slowest(report: Report, count: int) -> Block:
@@ -200,9 +210,24 @@ def _stopped(result: VariantResult) -> bool:
 def _failed(report: Report) -> Iterator[str]:
     """What was expected and measured of each run that failed, and below it why."""
     for result in report.results:
-        yield from _missed(replace(report, results=(result,)), lambda each: each.outcomes)
-        if result.why is not None:
-            yield from why_lines(result.why)
+        if result.xfail is None:
+            yield from _missed(replace(report, results=(result,)), lambda each: each.outcomes)
+            if result.why is not None:
+                yield from why_lines(result.why)
+
+
+def _xfailed(report: Report) -> Iterator[str]:
+    for result in report.results:
+        if result.xfail is not None and result.status is RunStatus.DONE and not result.passed:
+            missed = [outcome_text(outcome) for outcome in result.outcomes if not outcome.passed]
+            yield f"{result.name}: {result.xfail}: {'; '.join(missed)}"
+
+
+def _xpassed(report: Report) -> Iterator[str]:
+    for result in report.results:
+        if result.xfail is not None and result.passed:
+            advice = "remove `xfail`" if result.strict else "it is not strict, so this fails nothing"
+            yield f"{result.file}: {result.name}: {result.xfail}: {advice}"
 
 
 def _missed(report: Report, outcomes_of: Callable[[VariantResult], Sequence[Outcome]]) -> Iterator[str]:

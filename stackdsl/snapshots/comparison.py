@@ -17,6 +17,7 @@ from stackdsl.snapshots.record import (
     MARGIN,
     MASS,
     NORMAL,
+    PLACE,
     PLACING_TIME,
     POSITION,
     SHARE,
@@ -91,7 +92,7 @@ def _world(expected: Object, got: Object) -> Differences:
         if plane in was and plane in now:
             before, after = _object(was, plane), _object(now, plane)
             yield from _value(plane, "friction", before.get("friction"), after.get("friction"), FRICTION)
-            yield from _vector(plane, "", (before, after), "at_mm", POSITION)
+            yield from _vector(plane, "", (before, after), "at_mm", PLACE)
             yield from _vector(plane, " of the normal", (before, after), "normal", NORMAL)
         else:
             yield GoldenDifference(plane, "plane", *_presence(plane in was), tolerance="exact")
@@ -152,7 +153,8 @@ def _placings(expected: Mapping[str, _Placing], got: Mapping[str, _Placing]) -> 
             label = f"event {was.number} ({was.shown_time})"
             yield from _value(label, "margin", was.event.get("margin_mm"), now.event.get("margin_mm"), MARGIN)
         yield from _make(brick, was.detail(brick), now.detail(brick))
-        yield from _place(brick, " when placed", was.detail(brick), now.detail(brick))
+        yield from _vector(brick, " when placed", (was.detail(brick), now.detail(brick)), "at_mm", PLACE)
+        yield from _carriers(brick, " when placed", was.detail(brick), now.detail(brick))
 
 
 def _times(whole: Object, what: str) -> dict[str, list[object]]:
@@ -186,7 +188,7 @@ def _brick(brick: str, expected: Object, got: Object, fell: bool) -> Differences
         yield from _value(brick, "state", was, now, unclear=is_undecided_state)
     # Where and on what a brick ended says something new only if both runs agree on how it ended.
     if was == now != UNCLEAR:
-        yield from _place(brick, "", expected, got, unclear=is_number)
+        yield from _place(brick, expected, got, unclear=is_number)
 
 
 def _make(brick: str, expected: Object, got: Object) -> Differences:
@@ -196,8 +198,12 @@ def _make(brick: str, expected: Object, got: Object) -> Differences:
     yield from _value(brick, "mass", expected.get("mass_g"), got.get("mass_g"), MASS)
 
 
-def _place(brick: str, when: str, expected: Object, got: Object, unclear: IsValue | None = None) -> Differences:
-    yield from _vector(brick, when, (expected, got), "at_mm", POSITION, unclear)
+def _place(brick: str, expected: Object, got: Object, unclear: IsValue | None = None) -> Differences:
+    yield from _vector(brick, "", (expected, got), "at_mm", POSITION, unclear)
+    yield from _carriers(brick, "", expected, got)
+
+
+def _carriers(brick: str, when: str, expected: Object, got: Object) -> Differences:
     yield from _supports(brick, when, _object(expected, "rests_on"), _object(got, "rests_on"))
 
 

@@ -14,14 +14,15 @@ from time import time
 from stackdsl.outcome import GoldenResult, GoldenStatus
 from stackdsl.snapshots.canonical import canonical_text, document
 from stackdsl.snapshots.comparison import compare_documents
-from stackdsl.snapshots.record import FORMAT, Identity, MalformedSnapshotError, Snapshot
+from stackdsl.snapshots.file_names import NEW_NAME, OLD_NAME, golden_file
+from stackdsl.snapshots.record import FORMAT, MalformedSnapshotError, Snapshot
 from stackdsl.snapshots.stamp import differ_in_engine, stamp_note
 
-LONGEST_PART = 60  # characters of a scenario's or variant's name in a file name; two fit the 143 of encrypted disks
 WRITABLE = "make room for it, or name another directory by --golden"
-GOLDEN_NAME = re.compile(r"[^\[\]]+\[[^\[\]]*\]\.json")  # other JSON files are nobody's business here
+CONFLICT = re.compile(r"^(?:<{7}|>{7})(?: |$)", re.MULTILINE)  # as git leaves it
 STAMP_LINE = re.compile(r'^  "stamp": \{[^\n]*\},$', re.MULTILINE)
 TEMPORARY = ".golden.tmp"  # ends the name of a file that is being written
+HEAD = 256  # [bytes] of a golden file that say what it is
 LEFT_OVER = 3600.0  # [s] a temporary file of this age belongs to a run that was killed
 NOT_CI = ("", "0", "false", "no")  # values of the environment variable CI that mean the opposite
 
@@ -37,25 +38,6 @@ class GoldenWriteRefusedError(RuntimeError):
     """Golden files are written by people, who review them as a diff; a CI run only reads them."""
 
 
-def golden_name(identity: Identity) -> str:
-    """The file name of a snapshot: no two identities share one, on any file system."""
-    # A dot in a scenario's name could make a device name of Windows, such as `con.txt[...]`.
-    return f"{_part(identity.scenario, r'[^a-z0-9_=,+-]')}[{_part(identity.variant, r'[^a-z0-9_=,+.-]')}].json"
-
-
-def _part(name: str, unsafe: str) -> str:
-    """A name with every unsafe character as %xx (capitals too: some disks take `A` for `a`), shortened by a hash."""
-    escaped = re.sub(unsafe, lambda found: "".join(f"%{byte:02x}" for byte in _bytes(found.group())), name)
-    if len(escaped) <= LONGEST_PART:
-        return escaped
-    digest = sha256(_bytes(name)).hexdigest()[:16]
-    return f"{escaped[: LONGEST_PART - len(digest) - 1]}~{digest}"
-
-
-def _bytes(text: str) -> bytes:
-    return text.encode("utf-8", errors="surrogatepass")
-
-
 def check_golden(snapshot: Snapshot, directory: Path, update: bool, lock_new: bool = False) -> GoldenResult:
     """Hold a snapshot against its file; with `update`, write the file unless it agrees within tolerance.
 
@@ -69,7 +51,7 @@ def check_golden(snapshot: Snapshot, directory: Path, update: bool, lock_new: bo
     """
     if update or lock_new:
         refuse_in_ci(os.environ)
-    path = directory / golden_name(snapshot.identity)
+    path = golden_file(directory, snapshot.identity)
     text = canonical_text(snapshot)
     found = content(path)
     if found == text.encode("ascii"):  # as most are; of a large scene, reading what it says takes three times as long
@@ -79,7 +61,7 @@ def check_golden(snapshot: Snapshot, directory: Path, update: bool, lock_new: bo
         return _written(path, text, result, GoldenStatus.NEW)
     agrees = result.status is GoldenStatus.SAME
     if not update or (result.status in LEFT_ALONE and not (agrees and result.note)):
-        return result
+        return replace(result, offered="" if agrees else text)
     was = found.decode("utf-8") if isinstance(found, bytes) and agrees else ""
     return _written(path, restamped(was, text) if agrees else text, result, GoldenStatus.WRITTEN)
 
@@ -138,9 +120,29 @@ def judge_text(file: str, text: str, got: Mapping[str, object]) -> GoldenResult:
     except NewerFormatError as error:
         return GoldenResult(GoldenStatus.NEWER, file, note=str(error))
     except (ValueError, RecursionError) as error:
-        return GoldenResult(GoldenStatus.UNREADABLE, file, note=f"it holds no snapshot: {error}")
+        return GoldenResult(GoldenStatus.UNREADABLE, file, note=_why_not(text, error))
     agrees = GoldenStatus.OTHER_ENGINE if other_engine else GoldenStatus.SAME
     return GoldenResult(GoldenStatus.DIFFERENT if differences else agrees, file, differences, stamp_note(*stamps))
+
+
+def _why_not(text: str, error: Exception) -> str:
+    """Why a text holds no snapshot."""
+    if marker := CONFLICT.search(text):
+        line = text.count("\n", 0, marker.start()) + 1
+        return f"it holds two versions, with the markers of a merge from line {line} on; keep one, or write it anew"
+    return f"it holds no snapshot: {error}"
+
+
+def renamed_from(snapshot: Snapshot, files: Iterable[str]) -> str:
+    """The golden file, of some, that says all that this snapshot does but what it is called; empty if none does."""
+    got = document(snapshot)
+    own = {key: got[key] for key in ("scenario", "variant", "system")}
+    for file in files:
+        with suppress(OSError, ValueError, RecursionError):
+            expected = _parsed(Path(file).read_text(encoding="utf-8"))
+            if expected.get("system") == own["system"] and not compare_documents({**expected, **own}, got):
+                return file
+    return ""
 
 
 def _parsed(text: str) -> Mapping[str, object]:
@@ -212,8 +214,20 @@ def obsolete(directory: Path, expected: Iterable[str], whole_set: bool) -> tuple
     names: set[str] = set()
     # A directory that cannot be read is told for each snapshot that should be in it.
     with suppress(OSError):
-        names |= {entry.name for entry in directory.iterdir() if GOLDEN_NAME.fullmatch(entry.name) and entry.is_file()}
+        entries = list(directory.iterdir())
+        names |= {entry.name for entry in entries if OLD_NAME.fullmatch(entry.name) and entry.is_file()}
+        for folder in (entry for entry in entries if entry.is_dir()):
+            names |= {f"{folder.name}/{entry.name}" for entry in folder.iterdir() if _is_golden(entry)}
     return tuple((directory / name).as_posix() for name in sorted(names.difference(expected)))
+
+
+def _is_golden(file: Path) -> bool:
+    """Whether a file in a directory of a scenario is a golden file: any other is nobody's business here."""
+    if not NEW_NAME.fullmatch(file.name) or not file.is_file():
+        return False
+    with suppress(OSError), file.open("rb") as stream:
+        return b'"format"' in stream.read(HEAD)
+    return False
 
 
 def remove_obsolete(files: Iterable[str]) -> tuple[str, ...]:
@@ -227,4 +241,7 @@ def remove_obsolete(files: Iterable[str]) -> tuple[str, ...]:
         with suppress(OSError):
             Path(file).unlink(missing_ok=True)
             removed.append(file)
+        with suppress(OSError):  # one that is not empty stays
+            if not OLD_NAME.fullmatch(Path(file).name):
+                Path(file).parent.rmdir()
     return tuple(removed)

@@ -26,7 +26,7 @@ class Quantity:
     """A kind of number: how it is written, and how far it may move until it counts as different."""
 
     unit: str
-    digits: int  # decimals written; at least ten times finer than the tolerance, so rounding never decides
+    digits: int  # decimals written; of a result ten times finer than the tolerance, so rounding never decides
     tolerance: float  # in `unit`
 
 
@@ -36,13 +36,14 @@ MARGIN = Quantity("mm", 2, 0.2)  # finer than POSITION: contact corners, which i
 SHARE = Quantity("", 3, 0.02)  # what 0.5 mm does on a lever of 24 mm, a plank's width
 COLLAPSE_TIME = Quantity("s", 3, 0.05)  # solvers differ by up to 0.02 s in when a tower has visibly begun to fall
 PLACING_TIME = Quantity("s", 3, 0.005)  # one step of the coarsest engine, 1/240 s
-# What the author wrote is compared as exactly as it is written.
-TURN = Quantity("deg", 3, 0.01)
-SIZE = Quantity("mm", 4, 0.001)
-MASS = Quantity("g", 5, 0.001)
-GRAVITY = Quantity("m/s2", 6, 1e-5)
-FRICTION = Quantity("", 6, 1e-5)
-NORMAL = Quantity("", 6, 1e-5)
+# What the author wrote is compared as exactly as it is locked: to the last digit, which rounding may turn.
+PLACE = Quantity("mm", 2, 0.01)
+TURN = Quantity("deg", 3, 0.001)
+SIZE = Quantity("mm", 4, 0.0001)
+MASS = Quantity("g", 5, 0.00001)
+GRAVITY = Quantity("m/s2", 6, 0.000001)
+FRICTION = Quantity("", 6, 0.000001)
+NORMAL = Quantity("", 6, 0.000001)
 
 
 @dataclass(frozen=True, slots=True)

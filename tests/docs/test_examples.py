@@ -1,4 +1,4 @@
-"""The example of a workflow and the hooks of pre-commit call what there is."""
+"""The example of a workflow and the hooks of pre-commit call what there is; examples of scenarios are short."""
 
 import re
 
@@ -35,3 +35,14 @@ def test_hooks_for_other_projects_call_the_command() -> None:
         program, name, *_ = hook["entry"].split()
         assert program == "stackdsl"
         assert name in COMMANDS
+
+
+def test_examples_of_scenarios_are_short_and_named_in_the_tutorial() -> None:
+    tutorial = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
+    files = sorted((ROOT / "scenarios" / "examples").iterdir())
+    assert len(files) == 4
+    for file in files:
+        lines = [line for line in file.read_text(encoding="utf-8").splitlines() if not line.startswith("#")]
+        assert len(lines) <= 25, file.name
+        assert "truth:" in lines
+        assert f"../scenarios/examples/{file.name}" in tutorial

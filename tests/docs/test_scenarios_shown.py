@@ -29,7 +29,7 @@ def tower() -> dict[str, Any]:
 
 def completed(block: Block) -> str:
     """A fragment within a whole scenario; where it has a part of its own, that one counts."""
-    part, whole = yaml.safe_load(block.text), tower()
+    part, whole = parse(block.text, block.name).sources[0].values, tower()
     if (key := block.marked("within")) is not None:
         whole[key] = [part]
     else:

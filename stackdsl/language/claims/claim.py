@@ -1,6 +1,6 @@
 """What an author may claim of what happened: what is expected, and what is known from outside."""
 
-from typing import Annotated, Final, cast
+from typing import Annotated, cast
 
 from pydantic import BeforeValidator, Field, WithJsonSchema
 
@@ -20,18 +20,10 @@ class Claim(Choice):
         return cast("ClaimKind", getattr(self, self.kind))
 
 
-def _listed(written: object) -> object:
-    return [written] if isinstance(written, str) else written
-
-
-_ONE: Final[t.JsonSchema] = {"enum": list(t.SYSTEMS)}
-_ONE_OR_MORE: Final[t.JsonSchema] = {"anyOf": [_ONE, {"type": "array", "items": _ONE, "minItems": 1}]}
-
-
 class Expectation(Claim):
     """What must come of the scenario."""
 
-    system: Annotated[t.Systems, BeforeValidator(_listed), WithJsonSchema(_ONE_OR_MORE)] | None = Field(
+    system: Annotated[t.Systems, BeforeValidator(t.listed), WithJsonSchema(t.ONE_OR_MORE_SYSTEMS)] | None = Field(
         None, description="the system, or systems, that this is expected of; default: all"
     )
 

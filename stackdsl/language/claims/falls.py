@@ -9,7 +9,7 @@ from stability.model import BodyId
 from stackdsl.language import author_types as t
 from stackdsl.language.author_models import Choice
 from stackdsl.language.claims.claim_kind import ClaimKind, Count, claim
-from stackdsl.language.claims.finding import Finding, placed, remaining, within
+from stackdsl.language.claims.finding import Finding, in_time, is_over, placed, remaining, within
 from stackdsl.trace import BrickState, Trace
 from stackdsl.wording import names_text
 
@@ -21,8 +21,21 @@ class Falls(Choice, ClaimKind):
     bricks: t.BodyNames | None = Field(None, description="these bricks, and no other")
     count: t.CountTolerance | None = Field(None, description="how many bricks, whichever they are")
 
+    for_: t.PositiveDuration | None = Field(
+        None, alias="for", description="this long after the last action; default: as long as it is watched"
+    )
+
     one_of: ClassVar[tuple[str, ...]] = ("bricks", "count")
     of_collapses: ClassVar[bool] = True
+    same: ClassVar[tuple[str, ...]] = ("for_",)
+
+    @property
+    def needed_hold(self) -> float | None:
+        return self.for_
+
+    @property
+    def of_the_watch(self) -> bool:
+        return self.for_ is not None
 
     def counts(self) -> Iterator[Count]:
         if self.count is not None:
@@ -32,7 +45,9 @@ class Falls(Choice, ClaimKind):
         return ([name] for name in self.bricks or () if name in levels)
 
     def is_decided(self, trace: Trace) -> bool:
-        fallen, able = set(_fallen(trace)), {track.brick.id for track in placed(trace)}
+        if self.for_ is not None and is_over(self.for_, trace):
+            return True
+        fallen, able = set(self._fallen(trace)), {track.brick.id for track in placed(trace)}
         if self.count is not None:
             return self.count.same_for(len(fallen), len(able))
         wanted = frozenset(self.bricks or ())
@@ -40,13 +55,13 @@ class Falls(Choice, ClaimKind):
 
     def judge(self, trace: Trace) -> Finding:
         """Which bricks fell, or how many."""
-        fallen = _fallen(trace)
+        fallen = self._fallen(trace)
         measured = f"{names_text(fallen)} fell" if fallen else "nothing fell"
         if self.count is not None:
             return within(self.count, len(fallen), "bricks", f"{len(fallen)} bricks fell")
         wrong = set(fallen).symmetric_difference(self.bricks or ())
         return Finding(measured, -float(len(wrong)), "bricks", passed=not wrong)
 
-
-def _fallen(trace: Trace) -> list[BodyId]:
-    return [name for name, track in remaining(trace) if track.state is BrickState.FALLEN]
+    def _fallen(self, trace: Trace) -> list[BodyId]:
+        fallen = [(name, track) for name, track in remaining(trace) if track.state is BrickState.FALLEN]
+        return [name for name, track in fallen if self.for_ is None or in_time(self.for_, track, trace)]

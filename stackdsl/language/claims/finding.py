@@ -45,6 +45,20 @@ def placed(trace: Trace) -> Collection[BrickTrack]:
     return [track for _, track in remaining(trace) if track.state is not BrickState.UNPLACED]
 
 
+def is_over(duration: float, trace: Trace) -> bool:
+    """Whether so long a time [s] after the last action, or after the last hit was to arrive, has passed."""
+    return not trace.undone and trace.cost.simulated_time >= _after_all(trace) + duration
+
+
+def in_time(duration: float, track: BrickTrack, trace: Trace) -> bool:
+    """Whether a brick had left its place by then."""
+    return track.left_at is not None and track.left_at <= _after_all(trace) + duration
+
+
+def _after_all(trace: Trace) -> float:
+    return max(trace.last_action, trace.last_arrival)
+
+
 def within(wanted: Tolerance, value: float, unit: str, measured: str = "") -> Finding:
     """A number held against a tolerance."""
     return Finding(measured, SHOWN_PER_SI.get(unit, 1.0) * wanted.margin(value), unit, wanted.holds(value))

@@ -11,7 +11,7 @@ from stability.model import BodyId
 from stackdsl.language import author_types as t
 from stackdsl.language.author_models import Shorthand
 from stackdsl.language.claims.claim_kind import ClaimKind, Count, Fate, claim
-from stackdsl.language.claims.finding import Finding, margin_to_collapse, remaining
+from stackdsl.language.claims.finding import Finding, in_time, is_over, margin_to_collapse, remaining
 from stackdsl.trace import BrickState, BrickTrack, Trace
 from stackdsl.wording import MILLIMETRES, level_text, mm, names_text
 
@@ -57,9 +57,7 @@ class Stands(Shorthand, ClaimKind):
 
     def _is_over(self, trace: Trace) -> bool:
         """Whether the time is over that it speaks of."""
-        if self.for_ is None or trace.undone:
-            return False
-        return trace.cost.simulated_time >= max(trace.last_action, trace.last_arrival) + self.for_
+        return self.for_ is not None and is_over(self.for_, trace)
 
     def judge(self, trace: Trace) -> Finding:
         """Whether bricks are where they came to rest, or were shifted to by a hit."""
@@ -93,8 +91,7 @@ class Stands(Shorthand, ClaimKind):
         """Without those that fall later than this claim speaks of."""
         if self.for_ is None:
             return meant
-        until = max(trace.last_action, trace.last_arrival) + self.for_
-        return [track for track in meant if track.left_at is None or track.left_at <= until]
+        return [track for track in meant if track.left_at is None or in_time(self.for_, track, trace)]
 
 
 def _stand(meant: Sequence[BrickTrack]) -> Finding:

@@ -159,3 +159,16 @@ def test_a_data_frame_is_the_table(library: str) -> None:
     run = column().play()
     frame = getattr(run, f"to_{library}")()
     assert list(frame["name"]) == ["L1.1", "L2.1", "L3.1", "L4.1"]
+
+
+def test_a_claim_is_held_against_a_run_of_one_of_several_cases() -> None:
+    tower = Scenario(
+        "varied",
+        cases=[{"name": "low", "count": 2}, {"name": "high", "count": 4}],
+        let={"top": "${count * 7.8 mm}"},
+        build=[layouts.column(levels="${count}")],  # type: ignore[arg-type]  # an expression
+        expect=[claims.height("${top} ± 0.1 mm")],
+    )
+    runs = tower.play_all()
+    assert [run.passed for run in runs] == [True, True]
+    assert [run.judge(claims.height("31.2 mm ± 0.1 mm")).passed for run in runs] == [False, True]

@@ -109,7 +109,7 @@ def test_a_scenario_with_a_mistake_is_not_played_in_any_variant(stackdsl: Stackd
     write(tmp_path, text + "---\n" + GOOD, "s/both.yaml")
     result = stackdsl("check", "s", "--update")
     assert result.code == 2
-    assert [entry.name for entry in (tmp_path / "golden").iterdir()] == ["good[exact].json"]
+    assert [*(tmp_path / "golden").rglob("*.json")] == [tmp_path / "golden" / "good" / "exact.json"]
     assert stackdsl("check", "s", "--list").out.split() == ["good[exact]"]
     assert "broken" not in stackdsl("explain", "s/both.yaml").out
 
@@ -124,7 +124,7 @@ def test_of_scenarios_with_one_name_none_is_played(stackdsl: Stackdsl, tmp_path:
         "s/b.yaml:1:11:",
         "s/c.yaml:1:11:",
     ]
-    assert [entry.name for entry in (tmp_path / "golden").iterdir()] == ["other[exact].json"]
+    assert [*(tmp_path / "golden").rglob("*.json")] == [tmp_path / "golden" / "other" / "exact.json"]
     assert stackdsl("check", "s", "--list").out.split() == ["other[exact]"]
 
 

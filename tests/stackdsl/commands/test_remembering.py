@@ -141,3 +141,19 @@ def test_two_scenarios_of_one_name_are_told_though_both_files_are_remembered(
 
 def test_what_is_remembered_is_kept_from_git(passed: Path) -> None:
     assert "*" in (passed / ".stackdsl" / ".gitignore").read_text().splitlines()
+
+
+TAKING = GOOD.replace("expect:", "  - include: _more.yaml\nexpect:")
+
+
+def test_what_a_file_takes_from_another_is_part_of_what_it_is(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, TAKING)
+    part = "build:\n  - name: more\n    bricks:\n      - {name: top, at: [0 mm, 0 mm, 27.3 mm]}\n"
+    write(tmp_path, part, "_more.yaml")
+    for _ in range(2):
+        told = stackdsl("check", "scene.yaml")
+        assert told.code == 0, told.text
+    assert "remembered" in stackdsl("check", "scene.yaml").out
+    write(tmp_path, part.replace("0 mm, 0 mm, 27.3", "4 mm, 0 mm, 27.3"), "_more.yaml")
+    changed = stackdsl("check", "scene.yaml")
+    assert (changed.code, "more.top" in changed.out) == (3, True)

@@ -24,6 +24,8 @@ def told(one: str, other: str) -> list[str]:
         ("displaced: {bricks: <= 1, by: '> 5 mm'}", "displaced: {bricks: '> 1', by: '> 5 mm'}"),
         ("margin: {friction: <= 0.2}", "margin: {tilt: '>= 3 deg', friction: '> 0.2'}"),
         ("stands: all", "falls: {bricks: [L3.1]}"),
+        ("stands: all", "falls: {bricks: [L3.1], for: 1 s}"),
+        ("falls: {count: 1, for: 1 s}", "falls: {count: 2, for: 1 s}"),
         ("stands: {levels: 2}", "falls: {bricks: [L3.1, L2.1]}"),
     ],
 )
@@ -40,6 +42,7 @@ def test_values_that_do_not_meet_are_a_mistake_whichever_comes_first(one: str, o
         ("drift: '> 2 mm'", "drift: {is: < 1 mm, bricks: [L1.1]}"),
         ("displaced: {bricks: <= 1, by: '> 5 mm'}", "displaced: {bricks: '> 1', by: '> 1 mm'}"),
         ("stands: {levels: 2}", "falls: {bricks: [L3.1]}"),
+        ("falls: {count: 1, for: 1 s}", "falls: {count: 2}"),
         ("collapses: {at: level 2 ± 1}", "collapses: {at: level 3, time: < 9 s}"),
     ],
 )

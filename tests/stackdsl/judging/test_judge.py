@@ -162,6 +162,16 @@ def test_what_falls_after_the_time_that_was_asked_for_does_not_count() -> None:
     assert not outcome("stands: {for: 3 s}", late).passed
 
 
+def test_of_what_falls_only_that_counts_which_falls_in_the_time_that_was_asked_for() -> None:
+    fell = replace(track("L3.1", 3, shift=0.05, state=BrickState.FALLEN), left_at=2.5)
+    moving = replace(FALLEN, tracks={**STANDING.tracks, "L3.1": fell}, moving=("L2.1",))
+    assert outcome("falls: {bricks: [L3.1], for: 3 s}", moving).passed
+    assert outcome("falls: {count: 1, for: 3 s}", moving).passed
+    assert outcome("falls: {count: 0, for: 2 s}", moving).passed
+    assert not outcome("falls: {count: 1, for: 2 s}", moving).passed
+    assert "still moving" in outcome("falls: {count: 1}", moving).measured  # which nobody can count yet
+
+
 def test_the_height_of_a_brick_that_was_never_placed_is_not_met() -> None:
     unplaced = replace(STANDING, tracks={**STANDING.tracks, "L3.1": track("L3.1", 3, state=BrickState.UNPLACED)})
     assert not outcome("height: {of: L3.1, is: '< 200 mm'}", unplaced).passed

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from stackdsl.snapshots.canonical import canonical_text
-from stackdsl.snapshots.golden import golden_name
+from stackdsl.snapshots.file_names import golden_name
 from tests.stackdsl.snapshots.towers import IDENTITY, taken, tower
 
 TEXT = canonical_text(taken(tower()))
@@ -30,7 +30,7 @@ def file(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> Path:
         """
     )
     path = pytester.path / "golden" / golden_name(IDENTITY)
-    path.parent.mkdir()
+    path.parent.mkdir(parents=True)
     return path
 
 
@@ -96,7 +96,7 @@ def test_files_of_other_variants_are_left_alone(arguments: list[str], file: Path
 def test_the_directory_can_be_set(file: Path, pytester: pytest.Pytester) -> None:
     pytester.makeini("[pytest]\ngolden_directory = elsewhere/locked")
     pytester.runpytest("--snapshot-update").assert_outcomes(passed=1)
-    assert (pytester.path / "elsewhere" / "locked" / file.name).exists()
+    assert (pytester.path / "elsewhere" / "locked" / golden_name(IDENTITY)).exists()
 
 
 def test_two_variants_in_one_test_have_a_file_each(file: Path, pytester: pytest.Pytester) -> None:
@@ -114,7 +114,7 @@ def test_two_variants_in_one_test_have_a_file_each(file: Path, pytester: pytest.
         """
     )
     pytester.runpytest("--snapshot-update").assert_outcomes(passed=1)
-    assert sorted(path.name for path in file.parent.iterdir()) == ["tower[step=1mm,thesis].json", file.name]
+    assert sorted(path.name for path in file.parent.iterdir()) == ["step-1mm.thesis.json", file.name]
 
 
 def test_only_snapshots_are_kept(file: Path, pytester: pytest.Pytester) -> None:

@@ -45,7 +45,9 @@ def test_a_colon_without_its_space_is_named_as_the_reason() -> None:
     assert in_braces.hint == as_root.hint == "put a space after the colon"
 
 
-@pytest.mark.parametrize("key", ["1", "-3", "0.5", "1e3", "true", "True", "no", "on", "null", "~", "1:30", "012", ".5"])
+@pytest.mark.parametrize(
+    "key", ["1", "-3", "0.5", "1e3", "true", "True", "no", "On", "off", "null", "~", "1:30", "012", ".5"]
+)
 def test_a_key_that_does_not_look_like_text_must_be_quoted(key: str) -> None:
     (diagnostic,) = parse(f"b: 1\n{key}: x\n", "a.yaml").diagnostics
     assert (diagnostic.code, str(diagnostic.span)) == ("SD009", "a.yaml:2:1")

@@ -81,7 +81,7 @@ def test_annotations_come_worst_first_and_the_tenth_says_what_is_left() -> None:
     assert f"title={MISTAKE.code}" in shown[0]
     assert "crashed" in shown[1]
     assert "and 6 more" in shown[-1]
-    assert "golden/slant[thesis].json: different" in text.splitlines()[-2]
+    assert "golden/slant/thesis.json: different" in text.splitlines()[-2]
     assert len([line for line in report_github(report(*many[:10])).splitlines() if line.startswith("::error")]) == 10
 
 

@@ -34,7 +34,7 @@ MISSED = Outcome("collapses", "level 9 ± 1", "level 11", margin=-1.0, unit="lev
 MISTAKE = Diagnostic(
     "SD204", replace(SPAN, excerpt="    brick: tpo"), "unknown brick 'tpo'", hint="did you mean 'top'?"
 )
-GOLDEN = GoldenResult(GoldenStatus.SAME, "golden/slant[thesis].json")
+GOLDEN = GoldenResult(GoldenStatus.SAME, "golden/slant/thesis.json")
 MOVED = GoldenDifference("L9.1", "x", "48.00 mm", "47.10 mm", "± 0.5 mm")
 PASSED = VariantResult(
     scenario="slant",
@@ -213,12 +213,12 @@ LINES = {
         "  scenarios/slant.yaml: slant[step=11mm,thesis]: crashed: the worker was killed by SIGSEGV",
     ),
     "time-out": (report(LATE), "  scenarios/slant.yaml: slant[step=11mm,thesis]: timed out: took longer than 60 s"),
-    "missing": (report(with_golden(GoldenStatus.MISSING)), "  golden/slant[thesis].json: missing"),
+    "missing": (report(with_golden(GoldenStatus.MISSING)), "  golden/slant/thesis.json: missing"),
     "unreadable": (
         report(with_golden(GoldenStatus.UNREADABLE, "it is not UTF-8")),
-        "  golden/slant[thesis].json: unreadable: it is not UTF-8",
+        "  golden/slant/thesis.json: unreadable: it is not UTF-8",
     ),
-    "written": (report(with_golden(GoldenStatus.WRITTEN)), "  golden/slant[thesis].json: written"),
+    "written": (report(with_golden(GoldenStatus.WRITTEN)), "  golden/slant/thesis.json: written"),
     "to accept": (
         replace(report(with_golden(GoldenStatus.DIFFERENT)), accept="stackdsl check scenarios --golden g --update"),
         "  accept with: stackdsl check scenarios --golden g --update",
@@ -255,7 +255,7 @@ def test_of_ten_thousand_golden_differences_a_hundred_are_shown() -> None:
 
 def test_golden_differences_are_a_table_under_the_name_of_the_file() -> None:
     lines = report_text(report(with_golden(GoldenStatus.DIFFERENT, "", MOVED))).splitlines()
-    title = lines.index("Different from golden/slant[thesis].json")
+    title = lines.index("Different from golden/slant/thesis.json")
     assert lines[title + 1 : title + 3] == [
         "brick  quantity  expected  got       tolerance",
         "L9.1   x         48.00 mm  47.10 mm  ± 0.5 mm",

@@ -26,7 +26,7 @@ def test_a_snapshot_agrees_with_its_own_text(snapshot: Snapshot) -> None:
 WITHIN = [
     (STANDS, put(*BRICK, "at_mm", value=[0.5, -0.5, 12.5])),
     (STANDS, put(*BRICK, "rests_on", "L1.1", value=0.98)),
-    (STANDS, put(*PLACED, "at_mm", value=[0.5, -0.5, 11.5])),
+    (STANDS, put(*PLACED, "at_mm", value=[0.01, -0.01, 11.99])),
     (STANDS, put("events", 1, "time_s", value=1.005)),
     (STANDS, put("events", 1, "margin_mm", value=12.2)),
     (STANDS, put("height_mm", value=24.5)),
@@ -45,7 +45,7 @@ BEYOND = [
     (STANDS, put("bricks", "top", value={}), ("top", "brick", "present", "none", "exact")),
     (STANDS, put(*BRICK, "rests_on", "X", value=0.0), ("L2.1", "rests on", "X (share 0.000)", "none", "exact")),
     (STANDS, put(*BRICK, "rests_on", value={}), ("L2.1", "rests on", "none", "L1.1 (share 1.000)", "exact")),
-    (STANDS, put(*PLACED, "at_mm", 1, value=1.0), ("L2.1", "y when placed", "1.00 mm", "0.00 mm", "± 0.5 mm")),
+    (STANDS, put(*PLACED, "at_mm", 1, value=0.02), ("L2.1", "y when placed", "0.02 mm", "0.00 mm", "± 0.01 mm")),
     (
         STANDS,
         put(*PLACED, "rests_on", "L1.1", value=0.5),

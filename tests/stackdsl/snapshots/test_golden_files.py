@@ -9,10 +9,10 @@ import pytest
 
 from stackdsl.outcome import GoldenStatus
 from stackdsl.snapshots.canonical import canonical_text, document
+from stackdsl.snapshots.file_names import golden_name
 from stackdsl.snapshots.golden import (
     GoldenWriteRefusedError,
     check_golden,
-    golden_name,
     obsolete,
     refuse_in_ci,
     remove_obsolete,
@@ -36,12 +36,19 @@ def test_the_file_is_missing_then_written_then_the_same(tmp_path: Path) -> None:
         GoldenStatus.WRITTEN,
         GoldenStatus.SAME,
     ]
-    assert [entry.name for entry in (tmp_path / "golden").iterdir()] == ["tower[thesis].json"]
-    assert (tmp_path / "golden" / "tower[thesis].json").read_bytes() == canonical_text(STANDS).encode()
+    assert [*(tmp_path / "golden").rglob("*.json")] == [tmp_path / "golden" / "tower" / "thesis.json"]
+    assert (tmp_path / "golden" / "tower" / "thesis.json").read_bytes() == canonical_text(STANDS).encode()
+
+
+def place(directory: Path) -> Path:
+    """Where the golden file is to be, in a directory that is there."""
+    path = directory / golden_name(IDENTITY)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    return path
 
 
 def golden_file(directory: Path, text: str) -> Path:
-    path = directory / golden_name(IDENTITY)
+    path = place(directory)
     path.write_text(text, encoding="utf-8")
     return path
 
@@ -64,13 +71,13 @@ def test_a_different_file_is_rewritten_only_when_told_to(tmp_path: Path) -> None
 
 @pytest.mark.parametrize("ends", ["\r\n", "\r"])
 def test_line_ends_that_git_changed_are_the_same(ends: str, tmp_path: Path) -> None:
-    (tmp_path / golden_name(IDENTITY)).write_bytes(canonical_text(STANDS).replace("\n", ends).encode())
+    place(tmp_path).write_bytes(canonical_text(STANDS).replace("\n", ends).encode())
     assert check_golden(STANDS, tmp_path, update=False).status is GoldenStatus.SAME
 
 
 UNREADABLE = {
     "nothing": (b"", "Expecting value"),
-    "a merge conflict": (b"<<<<<<< HEAD\n{}", "Expecting value: line 1 column 1"),
+    "a merge conflict": (b"<<<<<<< HEAD\n{}", "two versions, with the markers of a merge from line 1 on"),
     "half a file": (canonical_text(STANDS)[:200].encode(), "line"),
     "not UTF-8": (b"\xff\xfe{}", "not UTF-8"),
     "no object": (b"[1]", "no object"),
@@ -103,7 +110,7 @@ UNREADABLE = {
 def test_a_file_that_holds_no_snapshot_says_why_and_can_be_rewritten(
     content: bytes, reason: str, tmp_path: Path
 ) -> None:
-    (tmp_path / golden_name(IDENTITY)).write_bytes(content)
+    place(tmp_path).write_bytes(content)
     result = check_golden(STANDS, tmp_path, update=False)
     assert result.status is GoldenStatus.UNREADABLE
     assert reason in result.note
@@ -112,7 +119,7 @@ def test_a_file_that_holds_no_snapshot_says_why_and_can_be_rewritten(
 
 
 def test_a_directory_in_place_of_the_file_is_told(tmp_path: Path) -> None:
-    (tmp_path / golden_name(IDENTITY)).mkdir()
+    place(tmp_path).mkdir()
     assert check_golden(STANDS, tmp_path, update=False).note == "it cannot be read: Is a directory"
     result = check_golden(STANDS, tmp_path, update=True)
     assert (result.status, result.note.split(";")[0]) == (GoldenStatus.UNREADABLE, "cannot be written: Is a directory")
@@ -130,7 +137,7 @@ def test_a_write_that_fails_half_way_leaves_the_old_file(tmp_path: Path, monkeyp
         GoldenStatus.UNREADABLE,
         "cannot be written: No space left on device",
     )
-    assert [entry.name for entry in tmp_path.iterdir()] == [path.name]
+    assert [entry.name for entry in path.parent.iterdir()] == [path.name]
     assert path.read_text(encoding="utf-8") == "old"
 
 
@@ -157,6 +164,7 @@ def test_what_people_wrote_otherwise_than_we_do_stays_when_only_the_stamp_is_acc
     text = canonical_text(snapshot)
     by_hand = text.replace("\\u00b0", "°").replace('"3.11"', '"3.10"')
     path = tmp_path / golden_name(snapshot.identity)
+    path.parent.mkdir()
     path.write_text(by_hand, encoding="utf-8")
     assert check_golden(snapshot, tmp_path, update=False).status is GoldenStatus.SAME
     assert check_golden(snapshot, tmp_path, update=True).status is GoldenStatus.WRITTEN
@@ -238,7 +246,7 @@ def test_runs_with_one_process_id_write_files_of_their_own(
 
     def another_writes_meanwhile(file: int) -> None:
         monkeypatch.setattr(os, "fsync", sync)
-        written.extend(entry.name for entry in tmp_path.iterdir())
+        written.extend(entry.name for entry in (tmp_path / "tower").iterdir())
         other = replace(STANDS, identity=replace(IDENTITY, scenario="other"))
         assert check_golden(other, tmp_path, update=True).status is GoldenStatus.WRITTEN
         sync(file)
@@ -249,21 +257,22 @@ def test_runs_with_one_process_id_write_files_of_their_own(
     for identity in (IDENTITY, replace(IDENTITY, scenario="other")):
         text = (tmp_path / golden_name(identity)).read_text(encoding="utf-8")
         assert f'"scenario": "{identity.scenario}"' in text
-    assert len(list(tmp_path.iterdir())) == 2
+    assert len([*tmp_path.rglob("*.*")]) == 2
 
 
 def test_what_a_killed_run_left_is_cleaned_up_and_what_another_writes_is_not(tmp_path: Path) -> None:
-    left, fresh = tmp_path / ".0123.golden.tmp", tmp_path / ".4567.golden.tmp"
+    folder = place(tmp_path).parent
+    left, fresh = folder / ".0123.golden.tmp", folder / ".4567.golden.tmp"
     for file in (left, fresh):
         file.touch()
     os.utime(left, (0.0, 0.0))
     check_golden(STANDS, tmp_path, update=True)
-    assert {entry.name for entry in tmp_path.iterdir()} == {golden_name(IDENTITY), fresh.name}
+    assert {entry.name for entry in folder.iterdir()} == {Path(golden_name(IDENTITY)).name, fresh.name}
 
 
 @pytest.mark.parametrize("update", [False, True])
 def test_a_golden_that_has_no_end_is_not_read(tmp_path: Path, update: bool) -> None:
-    (tmp_path / golden_name(IDENTITY)).symlink_to("/dev/zero")
+    place(tmp_path).symlink_to("/dev/zero")
     result = check_golden(STANDS, tmp_path, update=False)
     assert (result.status, result.note) == (GoldenStatus.UNREADABLE, "it is no regular file")
     if update:
@@ -271,12 +280,12 @@ def test_a_golden_that_has_no_end_is_not_read(tmp_path: Path, update: bool) -> N
 
 
 def test_a_pipe_in_place_of_a_golden_is_not_waited_for(tmp_path: Path) -> None:
-    os.mkfifo(tmp_path / golden_name(IDENTITY))
+    os.mkfifo(place(tmp_path))
     assert check_golden(STANDS, tmp_path, update=False).note == "it is no regular file"
 
 
 def test_what_a_newer_version_wrote_is_left_alone(tmp_path: Path) -> None:
-    path = tmp_path / golden_name(IDENTITY)
+    path = place(tmp_path)
     path.write_text('{"format": 2}', encoding="utf-8")
     for update in (False, True):
         result = check_golden(STANDS, tmp_path, update)

@@ -59,7 +59,7 @@ def test_of_another_engine_what_statics_and_the_author_decide_must_agree(key: st
 def test_an_update_leaves_the_file_of_another_engine_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("CI", raising=False)  # CI writes no golden
     check_golden(FALLS, tmp_path, update=True)
-    (file,) = tmp_path.iterdir()
+    (file,) = tmp_path.rglob("*.json")
     file.write_text(of_mujoco({}), encoding="ascii")
     before = file.read_bytes()
     assert check_golden(FALLS, tmp_path, update=True).status is GoldenStatus.OTHER_ENGINE

@@ -1,0 +1,225 @@
+"""`stackdsl golden`: what waits for a decision, and the decisions."""
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import click
+
+from stackdsl.checking.gathering import gather
+from stackdsl.checking.keywords import KeywordError, expression_of
+from stackdsl.commands.check_command import project_around
+from stackdsl.commands.options import FilePath
+from stackdsl.commands.terminal import paper, tell, write
+from stackdsl.exits import ExitCode
+from stackdsl.report.blocks import blocks_text, line, table
+from stackdsl.snapshots.file_names import golden_file
+from stackdsl.snapshots.golden import GoldenWriteRefusedError, obsolete, refuse_in_ci, remove_obsolete
+from stackdsl.snapshots.moving import moved_to_new_names
+from stackdsl.snapshots.pending import Pending, StaleError, Waiting
+
+KEYS: Final = "a: accept, A: accept though it fails, r: reject, s: leave for later, q: stop"
+MOST_SHOWN: Final = 20  # differences of one file
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """The golden files at hand, and what waits for a decision on them."""
+
+    golden: Path
+    scenarios: Path
+    waiting: Waiting
+
+    def pending(self, keyword: str) -> list[Pending]:
+        """What waits, of the cases that a keyword asks for."""
+        try:
+            is_meant = expression_of(keyword)
+        except KeywordError as error:
+            raise click.UsageError(str(error)) from error
+        own = os.path.relpath(self.golden, self.waiting.home)
+        below = [each for each in self.waiting.all() if Path(each.golden).is_relative_to(own)]
+        return [each for each in below if is_meant(each.case.casefold())]
+
+
+ON_CASES = click.option("-k", "keyword", default="", help="Only cases whose name contains this, as of check.")
+
+
+@click.group("golden")
+@click.option("--golden", type=FilePath, help="Directory of the golden files; default: that of the project.")
+@click.pass_context
+def golden_command(context: click.Context, golden: Path | None) -> None:
+    """Say what differs from its golden file, and accept it or not."""
+    project = project_around(())
+    folder = golden or project.golden
+    context.obj = Place(folder, project.scenarios, Waiting(project.state(folder)))
+
+
+@golden_command.command("status")
+@ON_CASES
+@click.pass_context
+def status(context: click.Context, keyword: str) -> None:
+    """Name what waits for a decision; ends with 3 if anything does."""
+    place: Place = context.obj
+    pending = place.pending(keyword)
+    for each in pending:
+        write(f"{each.status}: {_named(each)}: {_summary(each, place)}")
+    write(f"{len(pending)} waiting{'; stackdsl golden review shows them' if pending else ''}")
+    context.exit(ExitCode.GOLDEN if pending else ExitCode.OK)
+
+
+def _named(pending: Pending) -> str:
+    return f"{pending.case}: {pending.golden}"
+
+
+def _summary(pending: Pending, place: Place) -> str:
+    count = len(pending.differences(place.waiting.home))
+    told = [f"{count} difference{'s' * (count != 1)}"] if count else []
+    told += [f"was {pending.renamed_from}"] if pending.renamed_from else []
+    told += [f"fails {len(pending.failed)} of its expectations"] if pending.failed else []
+    told += ["the golden file has changed since: check again"] if pending.is_stale(place.waiting.home) else []
+    return ", ".join(told) or "nothing is locked yet"
+
+
+@golden_command.command("review")
+@ON_CASES
+@click.pass_context
+def review(context: click.Context, keyword: str) -> None:
+    """Show what waits, one after the other, and take a key for each; keys may come by a pipe."""
+    _refuse_in_ci()
+    place: Place = context.obj
+    left = place.pending(keyword)
+    while left:
+        pending = left.pop(0)
+        write(_shown(pending, place))
+        key = _decision(pending)
+        if key == "q":
+            break
+        with _told():
+            if key in "aA":
+                place.waiting.accept(pending)
+                write(f"accepted: {pending.golden}")
+            elif key == "r":
+                place.waiting.reject(pending)
+                write(f"rejected: {pending.golden} stays as it is")
+    waiting = len(place.pending(keyword))
+    write(f"{waiting} waiting")
+    context.exit(ExitCode.GOLDEN if waiting else ExitCode.OK)
+
+
+def _shown(pending: Pending, place: Place) -> str:
+    found = pending.differences(place.waiting.home)
+    rows = [{"brick": each.subject, "quantity": each.quantity, "was": each.expected, "is": each.got} for each in found][
+        :MOST_SHOWN
+    ]
+    head = [line(f"{pending.status}: {_named(pending)}", "bold"), line(f"  {_summary(pending, place)}")]
+    failed = [line(f"  fails: {text}") for text in pending.failed]
+    more = [line(f"and {len(found) - len(rows)} more")] if len(found) > len(rows) else []
+    drawn = [table(rows, left=tuple(rows[0]))] if rows else []
+    return blocks_text([[*head, *failed, *drawn, *more]], *paper())
+
+
+def _decision(pending: Pending) -> str:
+    """The key of somebody who decides; `q` where nobody answers."""
+    tell(f"  {KEYS}")
+    while True:
+        key = click.getchar() if sys.stdin.isatty() else sys.stdin.read(1)
+        if key in ("", "\x04"):
+            return "q"
+        if key == "a" and pending.failed:
+            tell("it fails its expectations; A accepts it all the same")
+        elif key in "aArsq":
+            return key
+
+
+@golden_command.command("accept")
+@ON_CASES
+@click.option("--though-it-fails", is_flag=True, help="Also what fails its expectations.")
+@click.pass_context
+def accept(context: click.Context, keyword: str, though_it_fails: bool) -> None:
+    """Let what waits become the golden files; what fails its expectations only if that is asked for."""
+    _refuse_in_ci()
+    place: Place = context.obj
+    refused = 0
+    for pending in place.pending(keyword):
+        if pending.failed and not though_it_fails:
+            why = f"fails: {pending.failed[0]}; --though-it-fails accepts it all the same"
+            tell(f"not accepted: {_named(pending)}: {why}")
+            refused += 1
+            continue
+        with _told() as told:
+            place.waiting.accept(pending)
+            write(f"accepted: {pending.golden}" + (f", was {pending.renamed_from}" if pending.renamed_from else ""))
+        refused += len(told)
+    context.exit(ExitCode.GOLDEN if refused else ExitCode.OK)
+
+
+@golden_command.command("reject")
+@ON_CASES
+@click.pass_context
+def reject(context: click.Context, keyword: str) -> None:
+    """Forget what waits; golden files stay as they are."""
+    place: Place = context.obj
+    for pending in place.pending(keyword):
+        with _told():
+            place.waiting.reject(pending)
+            write(f"rejected: {pending.golden} stays as it is")
+
+
+@golden_command.command("prune")
+@click.option("--dry-run", is_flag=True, help="Only name them.")
+@click.pass_context
+def prune(context: click.Context, dry_run: bool) -> None:
+    """Remove golden files that belong to no variant of the project's scenarios, if none of these has a mistake."""
+    place: Place = context.obj
+    gathered = gather([place.scenarios])
+    if gathered.diagnostics or not gathered.cases:
+        tell(f"{place.scenarios} has mistakes or no scenario: check it first, for nobody knows what belongs to it")
+        context.exit(ExitCode.INVALID)
+    used = [golden_file(place.golden, case.identity).relative_to(place.golden).as_posix() for case in gathered.cases]
+    unused = obsolete(place.golden, used, whole_set=True)
+    if not dry_run:
+        _refuse_in_ci()
+    for file in unused if dry_run else remove_obsolete(unused):
+        write(f"{'obsolete' if dry_run else 'removed'}: {file}")
+    names = {case.name for case in gathered.cases}
+    for pending in place.pending(""):
+        if not dry_run and pending.case not in names:
+            place.waiting.reject(pending)
+
+
+@golden_command.command("rename")
+@click.pass_context
+def rename(context: click.Context) -> None:
+    """Give golden files that earlier versions wrote the names of this one; what they hold stays as it is."""
+    _refuse_in_ci()
+    place: Place = context.obj
+    try:
+        for was, now in moved_to_new_names(place.golden):
+            write(f"{was.name} -> {now.relative_to(place.golden).as_posix()}" if now else f"{was.name}: left as it is")
+    except OSError as error:
+        raise click.ClickException(f"{error.filename} cannot be renamed: {error.strerror}") from error
+
+
+def _refuse_in_ci() -> None:
+    try:
+        refuse_in_ci(os.environ)
+    except GoldenWriteRefusedError as error:
+        raise click.ClickException(str(error)) from error
+
+
+@contextmanager
+def _told() -> Iterator[list[str]]:
+    """Tell what keeps a decision from being carried out, and go on with the next; what was told is in the list."""
+    told: list[str] = []
+    try:
+        yield told
+    except StaleError as error:
+        told.append(str(error))
+    except OSError as error:
+        told.append(f"{error.filename} cannot be written: {error.strerror}")
+    for text in told:
+        tell(text)

@@ -1,0 +1,73 @@
+"""Where a brick lies that is placed by another one: `on` it, or `beside` it."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from math import cos, fsum, sin
+from typing import Final
+
+from stability.geometry.rotations import inverse, rotate
+from stability.model import GROUND, BodyId, ConvexShape, Plane, Pose, Quaternion, Vec3
+from stability.shapes.apart import solid_block
+from stackdsl.compiling.naming import footings_of, levels_of, names_of
+from stackdsl.compiling.written_bricks import NowhereError, WrittenBrick
+from stackdsl.language.bricks import SetBrick
+
+DIGITS: Final = 12  # of a metre: what sums of decimals lose is far below
+MAX_NAMED: Final = 200_000  # bricks whose names are worked out on the way, again and again; some seconds
+
+
+@dataclass(slots=True)
+class Surroundings:
+    """What bricks may be placed by: all that the author put before them."""
+
+    planes: Sequence[Plane]
+    named: dict[BodyId, int] = field(default_factory=dict)  # by the author, or by place as far as that is known
+    seen: int = 0  # bricks whose own names are known
+    known: int = 0  # and those whose names by place are
+    cost: int = 0  # bricks whose names were worked out by place
+
+    def place_of(
+        self, brick: SetBrick, shape: ConvexShape, turned: Quaternion, before: Sequence[WrittenBrick]
+    ) -> tuple[Vec3, tuple[int, ...]]:
+        """The centre of a brick, and the bricks that it is placed by, by number. Raises NowhereError."""
+        names = brick.on or ((brick.beside,) if brick.beside is not None else ())
+        numbers = tuple(self._number(name, before) for name in names if name != GROUND)
+        own = solid_block(shape, Pose((0.0, 0.0, 0.0), turned))
+        others = [solid_block(before[number].shape, before[number].pose) for number in numbers]
+        centres = [other.p_WC for other in others] or [(0.0, 0.0, 0.0)]
+        x, y = (fsum(centre[axis] for centre in centres) / len(centres) for axis in (0, 1))
+        top = max((other.high_W[2] for other in others), default=0.0)
+        if brick.beside is not None:
+            toward = (cos(brick.towards), sin(brick.towards), 0.0)
+            apart = _reach(shape, turned, (-toward[0], -toward[1], 0.0))
+            apart += _reach(before[numbers[0]].shape, before[numbers[0]].pose.orientation, toward)
+            x, y, top = x + apart * toward[0], y + apart * toward[1], others[0].low_W[2]
+        dx, dy, dz = brick.offset
+        return (round(x + dx, DIGITS), round(y + dy, DIGITS), round(top - own.low_W[2] + dz, DIGITS)), numbers
+
+    def _number(self, name: BodyId, before: Sequence[WrittenBrick]) -> int:
+        """The number of an earlier brick. Its name by place is worked out only if none is called so by its author."""
+        for number in range(self.seen, len(before)):
+            if (own := before[number].name) is not None:
+                self.named.setdefault(own, number)
+        self.seen = len(before)
+        if name not in self.named and self.known < len(before):
+            self.cost += len(before)
+            if self.cost > MAX_NAMED:
+                raise NowhereError(name, too_dear=True)
+            names = names_of(before, levels_of(before, footings_of(before, self.planes)))
+            self.named = {called: number for number, called in reversed(list(enumerate(names)))}
+            self.known = len(before)
+        if name not in self.named:
+            raise NowhereError(name)
+        return self.named[name]
+
+
+def _reach(shape: ConvexShape, turned: Quaternion, direction: Vec3) -> float:
+    """How far a shape reaches from its centre in a direction of the scene [m]."""
+    return shape.reach(rotate(inverse(turned), direction))
+
+
+def later_names(written: Sequence[WrittenBrick]) -> Mapping[BodyId, WrittenBrick]:
+    """All bricks that their authors named."""
+    return {brick.name: brick for brick in written if brick.name is not None}

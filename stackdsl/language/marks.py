@@ -1,0 +1,33 @@
+"""Scenarios that are not played, or that are known to come out wrong, each with the reason."""
+
+from typing import Annotated, ClassVar
+
+from pydantic import BeforeValidator, Field, WithJsonSchema
+
+from stackdsl.language import author_types as t
+from stackdsl.language.author_models import Shorthand
+
+
+class Mark(Shorthand):
+    """Why, and on which systems."""
+
+    reason: t.Text = Field(description="why")
+    system: Annotated[t.Systems, BeforeValidator(t.listed), WithJsonSchema(t.ONE_OR_MORE_SYSTEMS)] | None = Field(
+        None, description="the system, or systems, that this is said of; default: all"
+    )
+
+    scalar_key: ClassVar[str] = "reason"
+
+    def is_of(self, system: str) -> bool:
+        """Whether it is said of a system."""
+        return self.system is None or system in self.system
+
+
+class Skip(Mark):
+    """Not played."""
+
+
+class Xfail(Mark):
+    """Played, and known to fail its expectations: for now, and for a reason."""
+
+    strict: t.Flag = Field(True, description="whether it fails the check that all expectations are met after all")

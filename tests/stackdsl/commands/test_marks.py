@@ -1,0 +1,90 @@
+"""`skip` and `xfail`: what is not played, what is known to fail, and what is told when it does not."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.command_line import Stackdsl, write
+from tests.scenes import mistakes_of
+
+STANDS = "scenario: column\nbuild: [{column: {levels: 3}}]\nexpect: [{stands: all}]\n"
+FALLS = STANDS.replace("stands: all", "collapses: any")
+
+
+Checked = Callable[[str], tuple[dict[str, Any], int]]
+
+
+@pytest.fixture
+def checked(stackdsl: Stackdsl, tmp_path: Path) -> Checked:
+    """What a check of one scenario prints as JSON, once its golden files are written; and how it ends."""
+
+    def check(text: str) -> tuple[dict[str, Any], int]:
+        write(tmp_path, text, "s/a.yaml")
+        stackdsl("check", "s", "--update")
+        result = stackdsl("check", "s", "--format", "json")
+        return json.loads(result.out), result.code
+
+    return check
+
+
+@pytest.mark.parametrize(
+    ("text", "mark", "conclusion", "code"),
+    [
+        (STANDS, "skip: too slow", "skipped", 0),
+        (FALLS, "skip: too slow", "skipped", 0),
+        (FALLS, "", "failed", 1),
+        (FALLS, "xfail: nobody knows why", "xfailed", 0),
+        (FALLS, "xfail: {reason: nobody knows why, system: exact}", "xfailed", 0),
+        (STANDS, "xfail: nobody knows why", "xpassed", 1),
+        (STANDS, "xfail: {reason: nobody knows why, strict: false}", "xpassed", 0),
+        (STANDS, "", "passed", 0),
+    ],
+)
+def test_a_mark_says_what_becomes_of_a_failure(
+    checked: Checked, text: str, mark: str, conclusion: str, code: int
+) -> None:
+    report, ended = checked(text + mark)
+    assert (report["conclusions"], ended) == ({"passed": 0} | {conclusion: 1}, code)
+    (result,) = report["results"]
+    assert result["set_aside"] is (conclusion == "skipped")
+    if mark.startswith("xfail"):
+        assert result["xfail"] == {"reason": "nobody knows why", "strict": "false" not in mark}
+
+
+def test_the_reason_is_told(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    other = STANDS.replace("scenario: column", "scenario: other")
+    write(tmp_path, f"{FALLS}xfail: the statics are wrong\n---\n{other}skip: later\n", "a.yaml")
+    stackdsl("check", "a.yaml", "--update")
+    result = stackdsl("check", "a.yaml")
+    assert result.code == 0
+    assert "later: other[exact]" in result.out
+    assert "column[exact]: the statics are wrong: collapses: expected any, measured nothing fell" in result.out
+    assert "1 skipped, 1 xfailed" in result.out
+    assert "failed, as was said to fail: the statics are wrong" in stackdsl("run", "a.yaml").out
+
+
+def test_a_golden_file_that_differs_is_a_failure_also_of_what_is_known_to_fail(
+    stackdsl: Stackdsl, tmp_path: Path
+) -> None:
+    write(tmp_path, f"{FALLS}xfail: why", "a.yaml")
+    result = stackdsl("check", "a.yaml")
+    assert result.code == 3
+    assert "golden missing" in result.out
+
+
+@pytest.mark.parametrize(
+    ("rest", "code", "words"),
+    [
+        ("skip: {reason: x, system: tuned}", "SD104", "not played on 'tuned'"),
+        ("xfail: {reason: x, system: stok}\nexpect: [stands: all]", "SD104", "not one of the choices"),
+        ("xfail: x", "SD104", "nothing is expected that could fail"),
+        ("xfail: {strict: false}\nexpect: [stands: all]", "SD102", "missing key 'reason'"),
+        ("skip: true", "SD103", "expected text"),
+    ],
+)
+def test_a_mark_that_says_nothing_is_a_mistake(rest: str, code: str, words: str) -> None:
+    (mistake,) = mistakes_of("- column: {levels: 2}", rest)
+    assert (mistake.code, words in mistake.message) == (code, True)
