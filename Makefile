@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
 .DEFAULT_GOAL := help
-.PHONY: help check check-all test test-slow without-pybullet wheel lint format bench bench-stack bench-start bench-motion bench-energy bench-statics bench-compas figures words editor changelog lock clean
+.PHONY: help check check-all test test-slow without-pybullet wheel lint format bench bench-stack bench-start bench-motion bench-energy bench-statics bench-compas figures replay pictures words editor changelog lock clean
 
 help:           ## list the targets
 	@grep -hE '^[a-z-]+: .*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 16
@@ -95,6 +95,12 @@ words: $(READY) ## write the functions of stackdsl.api anew from the models of t
 editor: $(READY) ## what an editor shows, tried with the language server itself, which needs npm
 	npm install --silent --no-audit --no-fund --prefix .node yaml-language-server@2.0.0
 	$(BIN)/python -m pytest -q tests/stackdsl/language/test_editor_completion.py
+
+replay:         ## bundle the program of replay pages anew, from the versions in replay/package-lock.json; needs Node.js
+	cd replay && npm ci --ignore-scripts && npm run check && npm run build
+
+pictures: $(READY) ## draw the scenes of the publication anew, for docs/method.md
+	$(BIN)/python -m benchmarks.figures.strips
 
 changelog: $(READY) ## show what is not released yet; with VERSION=1.2.3, move it to CHANGELOG.md
 	$(BIN)/towncrier build $(if $(VERSION),--yes --version $(VERSION),--draft --version unreleased)

@@ -41,6 +41,7 @@ class Event:
     bricks: tuple[BodyId, ...]
     reason: str = ""
     margin: float | None = None  # least tipping margin of the stack after it [m]; None where no model computes one
+    riding: tuple[BodyId, ...] = field(default=(), compare=False)  # bricks that move as rigid bodies on others from now
 
 
 @dataclass(frozen=True, slots=True)

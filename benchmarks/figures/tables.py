@@ -75,6 +75,27 @@ TABLES: Mapping[str, Table] = {
             Column("it stands from friction", "{card_house_friction:.3f}"),
         ),
     ),
+    "recording": Table(
+        "recording",
+        "runs",
+        (
+            Column("run", "{row}"),
+            Column("bricks", "{bricks}"),
+            Column("time of the processor beside that of a run that is not recorded", "{overhead_percent:+.1f} %"),
+            Column("poses kept", "{keys:,}"),
+        ),
+    ),
+    "replay": Table(
+        "replay",
+        "scenes",
+        (
+            Column("scene", "{row}"),
+            Column("page, MB", "{page_mb:sig2}"),
+            Column("first frame, s", "{first_frame_s:sig2}"),
+            Column("frames a second", "{frames_per_second:sig2}"),
+            Column("of two processors, ms a frame", "{processor_ms:sig2}"),
+        ),
+    ),
     "sway": Table(
         "sway",
         "systems",

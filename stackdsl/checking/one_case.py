@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from stackdsl.judging.numerical import Refinement, held_against_refined, with_numerical_collapse
 from stackdsl.playing.clearance import Blocked, BlockedPlacementError
@@ -12,6 +12,9 @@ from stackdsl.systems.known_systems import system_named
 from stackdsl.systems.modification import as_played
 from stackdsl.timeline import Timeline
 from stackdsl.trace import Event, Trace
+
+if TYPE_CHECKING:
+    from stackdsl.recording.recorder import Recorder
 
 MOST_FOR_TOLD_MARGINS = 20  # bricks, of which margins that nothing depends on take some tens of milliseconds
 
@@ -23,9 +26,10 @@ def play_case(
     system: str,
     is_known: Known = nothing_is_known,
     on_event: Callable[[Event], None] = lambda event: None,
+    recorder: "Recorder | None" = None,
 ) -> Trace:
     """What a worker does. The engine is imported there, where a scene needs it, and nowhere before."""
-    played = play(timeline, system_named(system), on_event, is_known)
+    played = play(timeline, system_named(system), on_event, is_known, recorder)
     trace = with_numerical_collapse(played, timeline, system_named(system))
     wanted = {*timeline.margins, *(timeline.told_margins if len(trace.tracks) <= MOST_FOR_TOLD_MARGINS else ())}
     if not wanted or trace.statics is None:

@@ -63,6 +63,10 @@ def check_command(context: click.Context, **asked: Unpack[Asked]) -> None:
     whole = is_whole_set(paths, golden, project.scenarios if project.root is not None else None)
     report = _checked(found, selected, whole and not asked["no_golden"], terms)
     write_report(report, outputs, Style(asked["verbosity"], asked["durations"]))
+    if asked["html"] is not None and not report.interrupted:
+        from stackdsl.commands.html_report import write_html  # noqa: PLC0415 -- few calls want it
+
+        write_html(report, selected, asked["html"], terms)
     context.exit(exit_code(report))
 
 

@@ -41,6 +41,7 @@ class Asked(TypedDict):
     golden: Path | None
     no_golden: bool
     cache: bool
+    html: Path | None
     jobs: int
     time_limit: float
 
@@ -79,6 +80,9 @@ OPTIONS: Final = (
         multiple=True,
         type=OutputChoice(),
         help="How the report is written, and to which file: text, json, junit=report.xml; may be given several times.",
+    ),
+    click.option(
+        "--html", type=FilePath, help="Also write pages into this folder: an index, and a replay of each case."
     ),
     click.option("-q", "--quiet", "verbosity", flag_value=-1, type=int, help="Only what failed, and the sums."),
     click.option("-v", "--verbose", "verbosity", flag_value=1, type=int, default=0, help="All there is to tell."),

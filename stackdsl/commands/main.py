@@ -29,6 +29,7 @@ COMMANDS: Final[Mapping[str, str]] = {
     "golden": "Say what differs from its golden file, and accept it or not.",
     "init": "Write what a new project in DIRECTORY (default: this one) needs; never over an existing file.",
     "new": "Write a scenario called NAME to start from; never over an existing file.",
+    "picture": "Play one case of FILE, and draw it: at the end, at a time, as a strip, or moving.",
     "run": "Play FILE, print what happens as it happens, and judge it; golden files are not looked at.",
     "schema": "Print the JSON Schema of scenarios, for editors.",
 }

@@ -8,6 +8,7 @@ from stackdsl.checking.gathering import Case
 from stackdsl.checking.one_case import play_case
 from stackdsl.checking.results import held_up, judged, set_aside, skipped
 from stackdsl.checking.selection import Selection
+from stackdsl.commands.keeping import ON_GLB, ON_HTML, ON_RECORD, Keeping
 from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE
 from stackdsl.commands.selecting import complain, selected_of
 from stackdsl.commands.terminal import write
@@ -17,22 +18,37 @@ from stackdsl.playing.clearance import BlockedPlacementError
 from stackdsl.report.event_text import event_text
 from stackdsl.report.run_text import run_text
 from stackdsl.systems.known_systems import unplayable
+from stackdsl.trace import Event
 
 
 @click.command("run")
 @ONE_FILE
 @ON_SYSTEMS
 @ON_KEYWORD
+@ON_RECORD
+@ON_HTML
+@ON_GLB
 @click.option("--all-names", is_flag=True, help="Name every brick of an event, and all that fell.")
 @click.pass_context
-def run_command(context: click.Context, file: Path, systems: tuple[str, ...], keyword: str, all_names: bool) -> None:
+def run_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
+    context: click.Context,
+    file: Path,
+    systems: tuple[str, ...],
+    keyword: str,
+    record: Path | None,
+    html: Path | None,
+    glb: Path | None,
+    all_names: bool,
+) -> None:
     """Play FILE, print what happens as it happens, and judge it; golden files are not looked at."""
     gathered, selected = selected_of(file, Selection(systems, keyword))
-    results = tuple(_run(case, all_names) for case in selected)
+    keeping = Keeping.of(record, html, glb, selected)
+    results = tuple(_run(case, keeping, all_names) for case in selected)
+    keeping.write()
     context.exit(exit_code(Report(results, gathered.diagnostics)))
 
 
-def _run(case: Case, all_names: bool) -> VariantResult:
+def _run(case: Case, keeping: Keeping, all_names: bool) -> VariantResult:
     """Play a case here, and print what happens and how it ended."""
     write(case.name)
     if case.skip is not None:
@@ -43,12 +59,18 @@ def _run(case: Case, all_names: bool) -> VariantResult:
         return skipped(case, why)
     try:
         is_known = known_of(case.scenario, case.system)
-        trace = play_case(case.timeline, case.system, is_known, lambda event: write(event_text(event, all_names)))
+        recorder = keeping.recorder()
+
+        def told(event: Event) -> None:
+            write(event_text(event, all_names))
+
+        trace = play_case(case.timeline, case.system, is_known, told, recorder)
     except BlockedPlacementError as error:
         result = held_up(case, error.blocked)
         complain(filter(None, [result.mistake]))
     else:
         result = judged(case, trace)
         write(run_text(trace, result, all_names))
+        keeping.played(case, trace, recorder, result)
     write("\n")
     return result

@@ -74,11 +74,17 @@ def bricks_at_most(scenario: Scenario) -> int:
 
 def where_placed(brick: BodyId, scenario: Scenario, source: Source) -> Span:
     """The place in the file of what sets down, throws or drops a brick."""
-    for number, missile in missiles_of(scenario).items():
-        if missile.id == brick:
-            return source.key_span_of(("impacts", number, scenario.impacts[number].kind))
+    return places_of(scenario, source)[brick]
+
+
+def places_of(scenario: Scenario, source: Source) -> Mapping[BodyId, Span]:
+    """The place in the file of what sets down, throws or drops each brick."""
     bricks = built_bricks(scenario, tuple(planes_of(scenario)))
-    return source.span_of(next(built.written.path for built in bricks if built.name == brick))
+    hitting = {
+        missile.id: source.key_span_of(("impacts", number, scenario.impacts[number].kind))
+        for number, missile in missiles_of(scenario).items()
+    }
+    return {built.name: source.span_of(built.written.path) for built in bricks} | hitting
 
 
 def _too_many(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:

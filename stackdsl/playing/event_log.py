@@ -33,7 +33,7 @@ class EventLog:
             self._proofs[update.proof] += len(stays)
             self.tell(Event(now, EventKind.FROZEN, stays, update.proof))
         if update.woken:
-            self.tell(Event(now, EventKind.WOKEN, update.woken, update.reason))
+            self.tell(Event(now, EventKind.WOKEN, update.woken, update.reason, riding=update.riding))
 
     def close_placement(self, extension: Extension, watch: Watch) -> None:
         """Before the next bricks come: note how the last ones were carried, and how safely the stack stood."""

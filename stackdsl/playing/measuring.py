@@ -3,6 +3,7 @@
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from math import sqrt
+from typing import TYPE_CHECKING
 
 from stability.engines.scene_scale import USUAL_GRAVITY
 from stability.model import BodyId, BodyState
@@ -17,6 +18,9 @@ from stackdsl.playing.watch import NOT_MOVING, Watch
 from stackdsl.timeline import Placement, Timeline
 from stackdsl.trace import Landing, Penetration, Sway
 
+if TYPE_CHECKING:
+    from stackdsl.recording.recorder import Recorder  # it brings numpy, which a run does without
+
 
 @dataclass
 class Measures:
@@ -30,6 +34,7 @@ class Measures:
     _landing: LandingWatch = field(init=False)
     sway: SwayMeter | None = None  # None unless it is asked for
     overlap: OverlapMeter | None = None  # likewise
+    recorder: "Recorder | None" = None  # likewise
 
     def __post_init__(self) -> None:
         gravity = self.timeline.world.gravity
@@ -61,22 +66,28 @@ class Measures:
         """A brick has come."""
         self.watch.add(placement)
         self.motion.add(placement.brick)
-        self._see({placement.brick.id: BodyState(placement.pose, placement.velocity_W)})
+        state = BodyState(placement.pose, placement.velocity_W)
+        self._see({placement.brick.id: state})
+        if self.recorder is not None:
+            self.recorder.add(placement.time, placement.brick, state)
         if self.overlap is not None:
             self.overlap.see(placement.time, self.watch.made_of, {placement.brick.id: placement.pose})
 
-    def remove(self, bricks: Iterable[BodyId]) -> None:
-        """These were pulled out."""
+    def remove(self, time: float, bricks: Iterable[BodyId]) -> None:
+        """These were pulled out at a time [s]."""
         bricks = tuple(bricks)
         self.watch.remove(bricks)
         self.motion.stopped(bricks)
         self.energy.forget(bricks)
         if self.overlap is not None:
             self.overlap.forget(bricks)
+        if self.recorder is not None:
+            self.recorder.remove(time, bricks)
 
-    def acted(self, states: Mapping[BodyId, BodyState], verdict: Verdict | None) -> None:
-        """Something was done, and judged; all that may move is as told."""
+    def acted(self, time: float, states: Mapping[BodyId, BodyState], verdict: Verdict | None) -> None:
+        """Something was done at a time [s], and judged; all that may move is as told."""
         self._see(states)
+        self._record(time, states)
         self.energy.start()
         if verdict is not None and self.timeline.closely:
             self.onset.proven(verdict, self.watch.where(), self.timeline.world.planes, states)
@@ -86,6 +97,7 @@ class Measures:
         frozen = tuple(frozen)
         self.watch.see(time, states)
         self._see(states)
+        self._record(time, states)
         self.watch.freeze(frozen)
         self.motion.stopped(frozen)
 
@@ -93,6 +105,7 @@ class Measures:
         """Take in all that moves."""
         self.watch.see(time, states)
         self._see(states)
+        self._record(time, states)
         self.energy.look(self.motion.see(time, states))
         if self.sway is not None:
             self.sway.see(time, states)
@@ -109,6 +122,10 @@ class Measures:
     def landing(self, fallen: Collection[BodyId]) -> Landing | None:
         """Where these bricks came down."""
         return self._landing.landing(fallen)
+
+    def _record(self, time: float, states: Mapping[BodyId, BodyState]) -> None:
+        if self.recorder is not None:
+            self.recorder.see(time, states)
 
     def _see(self, states: Mapping[BodyId, BodyState]) -> None:
         self.energy.see(self.watch.made_of, states)

@@ -8,6 +8,7 @@ until all that is asked is known.
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from time import perf_counter
+from typing import TYPE_CHECKING
 
 from stability.engines.protocol import World
 from stability.engines.scene_scale import SAMPLING
@@ -32,6 +33,9 @@ from stackdsl.timeline import Moment, Placement, Push, Removal, Timeline
 from stackdsl.trace import STAND, BrickState, Collapse, Cost, Event, EventKind, Trace
 from stackdsl.wording import level_text
 
+if TYPE_CHECKING:
+    from stackdsl.recording.recorder import Recorder
+
 CLOSE_SAMPLING = 0.002  # [s] between looks while it is asked how something begins to fall, or where it lands
 FORCE_WINDOW = 0.25  # [s] at the end over which a bare engine's contact forces are averaged
 
@@ -41,15 +45,19 @@ def play(
     system: System,
     on_event: OnEvent = lambda event: None,
     is_known: Known = nothing_is_known,
+    recorder: "Recorder | None" = None,
 ) -> Trace:
-    """Play a timeline on a system, in a world of its own; once it has collapsed, until all that is asked is known."""
+    """Play a timeline on a system, in a world of its own; once it has collapsed, until all that is asked is known.
+
+    A `recorder` is shown where all that moves is, whenever the run looks.
+    """
     load(system)
     timeline = as_played(timeline, system.modification)
     started = perf_counter()
     world = opened_world(timeline, system)
     try:
         extension = extension_for(timeline, system, world)
-        run = _Run(timeline, world, extension, EventLog(on_event), Ending(timeline, is_known))
+        run = _Run(timeline, world, extension, EventLog(on_event), Ending(timeline, is_known), recorder)
         run.play()
         return run.trace(perf_counter() - started)
     finally:
@@ -63,6 +71,7 @@ class _Run:
     extension: Extension | None
     log: EventLog
     ending: Ending
+    recorder: "Recorder | None" = None
     collapse: Collapse | None = None
     forces: ForceMeter = field(default_factory=ForceMeter)
     ticks: int = 0  # time steps that passed while something could move
@@ -73,7 +82,7 @@ class _Run:
 
     def __post_init__(self) -> None:
         self.moments = tuple(self.timeline.moments())
-        self.measures = Measures(self.timeline)
+        self.measures = Measures(self.timeline, recorder=self.recorder)
         self.watch = self.measures.watch
         scene = self.timeline.world
         self.edges = EdgeWatch(self.world, scene.gravity)
@@ -119,7 +128,7 @@ class _Run:
         self.answers.let_go()
         self.ending.acted(moment)
         states = self.world.states(self.answers.moving())
-        self.measures.acted(states, self.answers.verdict())
+        self.measures.acted(self.world.time(), states, self.answers.verdict())
         if self.watch.hit:
             limit_travel(self.world, states, self.timeline.world.gravity)  # until the next look
 
@@ -145,7 +154,7 @@ class _Run:
     def _remove(self, removal: Removal) -> None:
         for brick in removal.bricks:
             self.world.remove_brick(brick)
-        self.measures.remove(removal.bricks)
+        self.measures.remove(removal.time, removal.bricks)
         self.forces = ForceMeter()  # what was measured before is of another structure
         self.log.tell(Event(removal.time, EventKind.REMOVED, removal.bricks))
         self.answers.taken_out(removal.bricks)

@@ -1,0 +1,76 @@
+"""The scenes of the publication as strips of pictures, in docs/pictures; `make pictures`, a minute.
+
+Each shows the case that a page tells of, from before something moves to the end; of what never moves, its building.
+"""
+
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from rich.console import Console
+from rich.progress import track
+
+from benchmarks.figures.pages import ROOT
+from stackdsl.checking.gathering import Case, gather
+from stackdsl.checking.one_case import play_case
+from stackdsl.checking.results import judged
+from stackdsl.recording.recorder import Recorder
+from stackdsl.viewing.pictures.picture import picture, strip
+from stackdsl.viewing.pictures.views import VIEWS
+from stackdsl.viewing.run_view import view_of
+
+FOLDER: Final = ROOT / "docs" / "pictures"
+WIDTH: Final = 210.0  # of a picture in a strip [px]
+
+
+class Strip(NamedTuple):
+    """One case, and how it is shown."""
+
+    file: str
+    case: str
+    view: str = "three-quarter"
+    panels: int = 5
+
+    @property
+    def path(self) -> Path:
+        """Where it is kept."""
+        return FOLDER / f"{self.case.replace('[', '-').rstrip(']')}.svg"
+
+
+STRIPS: Final = (
+    Strip("capabilities/four-stack.yaml", "capabilities-four-stack[thesis]", panels=6),
+    Strip("capabilities/four-stack.yaml", "capabilities-four-stack-stock[stock]"),
+    Strip("capabilities/card-house.yaml", "capabilities-card-house[thesis]"),
+    Strip("capabilities/slant-tower.yaml", "capabilities-slant-tower[exact]"),
+    Strip("capabilities/slant-tower.yaml", "capabilities-slant-tower[thesis]"),
+    Strip("capabilities/impact-top.yaml", "capabilities-impact-top-fast[exact]"),
+    Strip("capabilities/impact-level-3.yaml", "capabilities-impact-level-3-hard[exact]"),
+    Strip("user_test/leaning-structure.yaml", "user-test-leaning-structure[exact]"),
+    Strip("user_test/card-house.yaml", "user-test-card-house[exact]"),
+    Strip("user_test/three-left-of-one.yaml", "user-test-three-left-of-one[exact]"),
+    Strip("user_test/wrong-configurations.yaml", "user-test-three-on-one-side[exact]"),
+    Strip("user_test/wrong-configurations.yaml", "user-test-held-by-one-that-leans-away[exact]"),
+)
+
+
+def main() -> None:
+    """Play, and draw."""
+    FOLDER.mkdir(exist_ok=True)
+    for one in track(STRIPS, description="strips", console=Console(stderr=True)):
+        one.path.write_text(drawn(one), encoding="utf-8")
+
+
+def case_of(one: Strip) -> Case:
+    """The case that a strip shows."""
+    return next(case for case in gather([ROOT / "scenarios" / one.file]).cases if case.name == one.case)
+
+
+def drawn(one: Strip) -> str:
+    """A strip as SVG."""
+    case, recorder = case_of(one), Recorder()
+    trace = play_case(case.timeline, case.system, recorder=recorder)
+    run = view_of(case, trace, recorder.recording(), judged(case, trace))
+    return picture(run, strip(run, VIEWS[one.view], one.panels), width=WIDTH)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,160 @@
+"""How large a replay page is, how soon it shows something, and how many frames it draws without a graphics card.
+
+Planks stand as a four-stack, and those at the top tumble: each a way of its own, shaken by a tenth of a millimetre at
+every look, which is harder to pack than a fall that an engine plays. Drawn by Debian's Chromium on the processor.
+
+Run: python -m benchmarks.replay [--write]
+"""
+
+import os
+import tempfile
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+from time import monotonic, sleep
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+from selenium import webdriver
+
+from benchmarks.figures.data import Row
+from benchmarks.figures.recording import parser, record
+from stackdsl.checking.gathering import cases_of
+from stackdsl.checking.one_case import play_case
+from stackdsl.checking.results import judged
+from stackdsl.reading.source import parse
+from stackdsl.recording.recorder import Recorder
+from stackdsl.recording.thinning import COLUMNS, ORIENTATION, POSITION, TIME
+from stackdsl.viewing.replay.replay_page import replay_page
+from stackdsl.viewing.run_view import RunView, view_of
+
+STACK: Final = """
+scenario: four-stack
+build:
+  - four_stack: {{levels: {levels}}}
+systems: [exact]
+expect: [{{stands: all}}]
+"""
+FRAMES: Final = """
+const done = arguments[arguments.length - 1];
+let count = 0; const began = performance.now();
+dispatchEvent(new KeyboardEvent('keydown', {key: 'Home'}));
+dispatchEvent(new KeyboardEvent('keydown', {key: ' '}));
+const frame = () => { count++; if (performance.now() - began > 2000) done([count, (performance.now() - began) / 1000]);
+  else requestAnimationFrame(frame); };
+requestAnimationFrame(frame);
+"""
+OPTIONS: Final = ("--headless=new", "--no-sandbox", "--disable-background-networking", "--enable-unsafe-swiftshader",
+                  "--use-angle=swiftshader", "--window-size=1200,800")  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """What is shown."""
+
+    planks: int
+    falling: int
+    frames: int
+
+
+SCENES: Final = (Scene(200, 200, 250), Scene(1000, 100, 200), Scene(11_200, 500, 120))
+
+
+def main() -> None:
+    """Measure, and print a table."""
+    arguments = parser(__doc__).parse_args()
+    bar = Console(stderr=True)
+    rows = {_name(scene): measured(scene) for scene in track(SCENES, description="replays", console=bar)}
+    table = Table("scene", "MB", "first frame [s]", "frames a second", "of a processor [ms a frame]")
+    for name, row in rows.items():
+        table.add_row(
+            name, *(f"{row[key]:.3g}" for key in ("page_mb", "first_frame_s", "frames_per_second", "processor_ms"))
+        )
+    Console().print(table)
+    if arguments.write:
+        record("replay", "python -m benchmarks.replay --write", {"scenes": rows})
+
+
+def _name(scene: Scene) -> str:
+    return f"{scene.planks:,} planks, {scene.falling} of which tumble for {scene.frames} frames"
+
+
+def measured(scene: Scene) -> Row:
+    """Size, first frame and frames a second of one scene."""
+    page = replay_page([view(scene)], "replay").encode()
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "replay.html"
+        file.write_bytes(page)
+        shown = _shown(file)
+    return {"page_mb": len(page) / 1e6, **shown}
+
+
+def view(scene: Scene) -> RunView:
+    """The planks as they stand, with a recording in which those at the top tumble."""
+    ((case,), _) = cases_of(parse(STACK.format(levels=scene.planks // 2), "scene.yaml"))
+    recorder = Recorder()
+    trace = play_case(case.timeline, case.system, recorder=recorder)
+    recording = recorder.recording()
+    still = recording.keys[: scene.planks - scene.falling]
+    keys = np.concatenate((still, tumbling(recording.keys[scene.planks - scene.falling :], scene.frames)))
+    seen = view_of(case, trace, replace(recording, keys=keys), judged(case, trace))
+    cost = replace(trace.cost, simulated_time=scene.frames / 60.0)
+    return replace(seen, trace=replace(trace, cost=cost))
+
+
+def tumbling(rows: NDArray[np.float64], frames: int) -> NDArray[np.float64]:
+    """One row a brick in, `frames` rows a brick out, in which each flies and turns a way of its own."""
+    random, count = np.random.default_rng(7), len(rows)
+    keys = np.repeat(rows[:, None, :], frames, axis=1)
+    times = np.arange(frames) / 60.0
+    keys[..., TIME] = times
+    keys[..., POSITION] += random.normal(0.0, 0.5, (count, 1, 3)) * times[None, :, None]
+    keys[..., POSITION] += random.normal(0.0, 1e-4, (count, frames, 3))
+    angle = random.normal(0.0, 5.0, (count, 1)) * times + random.normal(0.0, 2e-3, (count, frames))
+    axis = random.normal(0.0, 1.0, (count, 1, 3))
+    axis /= np.linalg.norm(axis, axis=2, keepdims=True)
+    keys[..., ORIENTATION] = np.concatenate((axis * np.sin(angle / 2.0)[..., None], np.cos(angle / 2.0)[..., None]), 2)
+    return keys.reshape(-1, COLUMNS)
+
+
+def processor_time(parent: int) -> float:
+    """What a process and all that it started have taken of the processor so far [s]."""
+    parents, times = {}, {}
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):
+            fields = stat.read_text().rpartition(")")[2].split()
+            parents[int(stat.parent.name)] = int(fields[1])
+            times[int(stat.parent.name)] = (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+    family = {parent}
+    while more := {one for one, of in parents.items() if of in family} - family:
+        family |= more
+    return sum(times.get(one, 0.0) for one in family)
+
+
+def _shown(file: Path) -> dict[str, float]:
+    options = webdriver.ChromeOptions()
+    options.binary_location = "/usr/bin/chromium"
+    for each in OPTIONS:
+        options.add_argument(each)
+    browser = webdriver.Chrome(options=options, service=webdriver.ChromeService("/usr/bin/chromedriver"))
+    try:
+        browser.set_script_timeout(60)
+        began = monotonic()
+        browser.get(file.as_uri())
+        while not browser.execute_script("return window.replay !== undefined && replay.drawn() > 0"):
+            sleep(0.01)
+        first = monotonic() - began
+        before = processor_time(browser.service.process.pid)
+        count, seconds = browser.execute_async_script(FRAMES)
+        took = processor_time(browser.service.process.pid) - before
+        return {"first_frame_s": first, "frames_per_second": count / seconds, "processor_ms": 1000.0 * took / count}
+    finally:
+        browser.quit()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,65 @@
+// What a page is told of its runs; stackdsl/viewing/replay/payload.py writes it.
+
+export interface Poses {
+  counts: number[]; // of each brick
+  origin: [number, number, number]; // [m]
+  unit: number; // [m]
+  data: string;
+}
+
+export interface Told {
+  time: number; // [s]
+  kind: string;
+  bricks: number[];
+  riding: number[];
+  reason: string;
+}
+
+export interface Proof {
+  begin: number; // [s]
+  end: number | null; // [s]; null: it holds to the end
+  stages: string[];
+  bricks: number[];
+  stage: number[]; // of each of these bricks
+  depth: (number | null)[]; // [mm]
+  rests: [number | string, number | null][][];
+  lower: (number | string)[]; // of each contact; a text names the ground or a wall
+  upper: (number | string)[];
+  counts: number[]; // of its points
+  points: string;
+  forces: string;
+}
+
+export interface Fall {
+  time: number; // [s]
+  reason: string;
+  bricks: number[];
+  velocity: [number, number, number][];
+  spin: [number, number, number][];
+}
+
+export interface Payload {
+  name: string;
+  system: string;
+  description: string;
+  verdict: string;
+  end: number; // [s]
+  outcomes: { passed: boolean; text: string }[];
+  planes: { name: string; point: [number, number, number]; normal: [number, number, number] }[];
+  shapes: { corners: [number, number, number][]; faces: number[][] }[];
+  bricks: {
+    name: string[];
+    shape: number[];
+    level: number[];
+    grams: number[];
+    density: number[];
+    thrown: number[];
+    gone: (number | null)[];
+    left: (number | null)[];
+    place: string[];
+  };
+  poses: Poses;
+  events: Told[];
+  proofs: Proof[];
+  fall: Fall | null;
+}

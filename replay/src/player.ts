@@ -1,0 +1,185 @@
+// What is played, and how: time, speed, colours, and what is looked at.
+import { Vector3 } from "three";
+import { MODES, type Mode } from "./colours";
+import type { Overlay } from "./overlays";
+import { Run } from "./run";
+import { Stage } from "./stage";
+import { Timeline } from "./timeline";
+import { type From, Viewer } from "./viewer";
+
+export const SPEEDS = [1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1, 2, 4, 8];
+const LATE = 1 / 35; // [s] between frames
+const TELLING = 60; // [ms] between texts while it plays, which nobody reads faster
+const SWINGING = 1.5; // [s] from where it stood and back
+
+export class Player {
+  readonly viewer = new Viewer(() => this.touch());
+  readonly timeline = new Timeline((time) => this.seek(time));
+  time = 0; // [s]
+  playing = false;
+  speed = 1;
+  mode: Mode = "state";
+  overlays = new Set<Overlay>();
+  following = false;
+  swinging = false;
+  picked: [number, number] | undefined; // which stage, which brick
+  shown: number[] = []; // which of the runs
+  told: () => void = () => undefined; // whenever something has changed
+  drawn = 0; // frames so far
+  private fresh = false;
+  private before = 0; // when the last frame was drawn [ms]
+  private late = 0; // [s] between the last frames
+  private toldAt = 0; // when texts and the line of time were last brought up to date [ms]
+  private swingTime = 0; // [s]
+  private readonly made = new Map<number, Stage>();
+
+  constructor(readonly runs: Run[]) {}
+
+  // Show one run, or two beside each other.
+  show(...numbers: number[]): void {
+    this.shown = numbers;
+    this.picked = undefined;
+    const stages = numbers.map((number) => this.made.get(number) ?? new Stage(this.runs[number]));
+    numbers.forEach((number, place) => this.made.set(number, stages[place]));
+    this.viewer.stages = stages;
+    this.timeline.end = Math.max(...stages.map((stage) => stage.run.told.end), 1e-3);
+    this.timeline.events = stages[0].run.told.events;
+    this.seek(Math.min(this.time, this.timeline.end));
+  }
+
+  start(): void {
+    this.show(0);
+    this.viewer.look("three-quarter", this.timeline.end);
+    this.seek(this.beginning());
+    this.viewer.fit(this.time);
+    const frame = (now: number): void => {
+      this.frame(now);
+      requestAnimationFrame(frame);
+    };
+    requestAnimationFrame(frame);
+  }
+
+  // Just before it begins to fall, or its end.
+  private beginning(): number {
+    const { told } = this.viewer.stages[0].run;
+    const fell = told.events.find((event) => event.kind === "collapsed");
+    return fell ? Math.max(0, Math.min(fell.time, told.fall?.time ?? Infinity) - 0.001) : told.end;
+  }
+
+  seek(time: number): void {
+    this.time = Math.min(this.timeline.end, Math.max(0, time));
+    this.swinging = false;
+    this.touch();
+  }
+
+  play(wanted = !this.playing): void {
+    if (wanted && this.time >= this.timeline.end) this.time = 0;
+    this.playing = wanted;
+    this.swinging = false;
+    this.touch();
+  }
+
+  step(way: -1 | 1): void {
+    const event = this.timeline.step(this.time, way);
+    this.playing = false;
+    this.seek(event ? event.time : way > 0 ? this.timeline.end : 0);
+  }
+
+  // Play the motion that proves that it falls.
+  swing(): void {
+    const fall = this.viewer.stages[0].run.told.fall;
+    if (!fall) return;
+    this.playing = false;
+    this.seek(fall.time);
+    this.overlays.add("motion");
+    this.swinging = true;
+    this.swingTime = 0;
+  }
+
+  colour(mode: Mode): void {
+    this.mode = MODES.includes(mode) ? mode : this.mode;
+    this.touch();
+  }
+
+  overlay(name: Overlay): void {
+    if (!this.overlays.delete(name)) this.overlays.add(name);
+    this.touch();
+  }
+
+  look(from: From): void {
+    this.viewer.look(from, this.time);
+    this.touch();
+  }
+
+  pick(found: [number, number] | undefined): void {
+    this.picked = found;
+    if (!found) this.following = false;
+    this.touch();
+  }
+
+  follow(): void {
+    this.following = !this.following && this.picked !== undefined;
+    this.touch();
+  }
+
+  touch(): void {
+    this.fresh = false;
+  }
+
+  private frame(now: number): void {
+    const passed = Math.min(0.1, (now - this.before) / 1000);
+    this.before = now;
+    this.adapt(passed);
+    if (this.playing) {
+      this.fresh = false;
+      this.time += passed * this.speed;
+      if (this.time >= this.timeline.end) [this.time, this.playing] = [this.timeline.end, false];
+    }
+    if (this.swinging) this.swingTime += passed;
+    if (this.fresh && !this.swinging) return;
+    this.fresh = true;
+    this.update();
+    this.viewer.draw();
+    this.drawn++;
+    if (this.playing && now - this.toldAt < TELLING) return;
+    this.toldAt = now;
+    this.timeline.draw(this.time);
+    this.told();
+  }
+
+  // Draw fewer pixels while it moves, where frames take too long, and all of them once it rests.
+  private adapt(passed: number): void {
+    this.late = this.playing || this.swinging ? 0.8 * this.late + 0.2 * passed : 0;
+    const { viewer } = this;
+    const wanted = this.late > LATE && viewer.sharpness > 0.3 ? viewer.sharpness * 0.7 : this.late ? viewer.sharpness : 1;
+    if (wanted === viewer.sharpness) return;
+    [viewer.sharpness, this.fresh] = [wanted, false];
+    if (this.late) this.late = 1 / 60;
+  }
+
+  // Put everything where it is now; drawing comes after.
+  update(): void {
+    const was = this.following ? this.centre() : undefined;
+    const swing = this.swinging ? 0.35 * (1 - Math.cos((2 * Math.PI * this.swingTime) / SWINGING)) / 2 : 0;
+    const { stages } = this.viewer;
+    stages.forEach((stage, place) => {
+      const other = stages.length > 1 ? stages[1 - place].run : undefined;
+      const picked = this.picked?.[0] === place ? this.picked[1] : undefined;
+      stage.update({ time: this.time, mode: this.mode, overlays: this.overlays, swing, picked }, other, other && placesOf(other));
+    });
+    const is = this.following ? this.centre() : undefined;
+    if (was && is) this.viewer.shift(is.sub(was));
+  }
+
+  private centre(): Vector3 | undefined {
+    return this.picked && this.viewer.stages[this.picked[0]].drawn(this.picked[1]);
+  }
+}
+
+const known = new WeakMap<Run, Map<string, number>>();
+
+function placesOf(run: Run): Map<string, number> {
+  const found = known.get(run) ?? new Map(run.told.bricks.name.map((name, brick) => [name, brick]));
+  known.set(run, found);
+  return found;
+}

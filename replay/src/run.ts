@@ -1,0 +1,137 @@
+// One run: where every brick is at any time, and what is known of it then.
+import { Quaternion, Vector3 } from "three";
+import type { Payload, Proof } from "./payload";
+import { COLUMNS, unpackedFloats, unpackedPoses } from "./unpack";
+
+export const enum State {
+  Absent,
+  Awake,
+  Riding,
+  Proven,
+  Fallen,
+  Thrown,
+}
+
+export interface Pose {
+  position: Vector3;
+  orientation: Quaternion;
+}
+
+export interface Forces {
+  proof: Proof;
+  points: Float32Array; // three a point [m]
+  forces: Float32Array; // three a point [N], of the lower body on the upper one
+  place: Map<number, number>; // where each brick is among those of the proof
+}
+
+export class Run {
+  readonly count: number;
+  readonly halves: Vector3[]; // of the box around each shape [m]
+  private readonly begins: Int32Array; // the first row of each brick
+  private readonly states: [number, State][][]; // of each brick, from when on
+  readonly moving: number[]; // the bricks that have more than one pose
+  private readonly next = new Quaternion();
+
+  private constructor(
+    readonly told: Payload,
+    private readonly rows: Float64Array,
+    readonly proofs: Forces[],
+  ) {
+    this.count = told.bricks.name.length;
+    this.begins = new Int32Array(this.count + 1);
+    told.poses.counts.forEach((count, brick) => (this.begins[brick + 1] = this.begins[brick] + count));
+    this.states = this.statesOfAll();
+    this.moving = told.poses.counts.flatMap((count, brick) => (count > 1 ? [brick] : []));
+    this.halves = told.shapes.map((shape) => {
+      const half = new Vector3();
+      for (const corner of shape.corners) half.max(new Vector3(...corner.map(Math.abs)));
+      return half;
+    });
+  }
+
+  static async of(told: Payload): Promise<Run> {
+    const proofs = told.proofs.map(async (proof) => ({
+      proof,
+      points: await unpackedFloats(proof.points),
+      forces: await unpackedFloats(proof.forces),
+      place: new Map(proof.bricks.map((brick, place) => [brick, place])),
+    }));
+    return new Run(told, await unpackedPoses(told.poses), await Promise.all(proofs));
+  }
+
+  isThere(brick: number, time: number): boolean {
+    const gone = this.told.bricks.gone[brick];
+    return time >= this.rows[this.begins[brick] * COLUMNS] - 1e-9 && (gone === null || time < gone);
+  }
+
+  // Where a brick is; before it comes, where it will come to.
+  poseAt(brick: number, time: number, pose: Pose): void {
+    const { rows } = this;
+    let low = this.begins[brick];
+    let high = this.begins[brick + 1] - 1;
+    while (low < high) {
+      const middle = (low + high + 1) >> 1;
+      if (rows[middle * COLUMNS] <= time) low = middle;
+      else high = middle - 1;
+    }
+    const at = low * COLUMNS;
+    pose.position.set(rows[at + 1], rows[at + 2], rows[at + 3]);
+    pose.orientation.set(rows[at + 4], rows[at + 5], rows[at + 6], rows[at + 7]);
+    const after = at + COLUMNS;
+    if (low + 1 < this.begins[brick + 1] && time > rows[at] && rows[after] > rows[at]) {
+      const part = Math.min(1, (time - rows[at]) / (rows[after] - rows[at]));
+      pose.position.set(
+        rows[at + 1] + part * (rows[after + 1] - rows[at + 1]),
+        rows[at + 2] + part * (rows[after + 2] - rows[at + 2]),
+        rows[at + 3] + part * (rows[after + 3] - rows[at + 3]),
+      );
+      this.next.set(rows[after + 4], rows[after + 5], rows[after + 6], rows[after + 7]);
+      pose.orientation.slerp(this.next, part);
+    }
+    pose.orientation.normalize();
+  }
+
+  stateAt(brick: number, time: number): State {
+    if (!this.isThere(brick, time)) return State.Absent;
+    const left = this.told.bricks.left[brick];
+    if (left !== null && time >= left) return State.Fallen;
+    if (this.told.bricks.thrown[brick]) return State.Thrown;
+    let found = State.Awake;
+    for (const [since, state] of this.states[brick]) {
+      if (since > time) break;
+      found = state;
+    }
+    return found;
+  }
+
+  proofAt(time: number): Forces | undefined {
+    return this.proofs.find(({ proof }) => time >= proof.begin && time < (proof.end ?? Infinity));
+  }
+
+  // How many of the events have happened; while that is the same, nothing comes, goes or changes its state.
+  passed(time: number): number {
+    const { events } = this.told;
+    let [low, high] = [0, events.length];
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (events[middle].time <= time + 1e-6) low = middle + 1;
+      else high = middle;
+    }
+    return low;
+  }
+
+  nameOf(body: number | string): string {
+    return typeof body === "string" ? body : this.told.bricks.name[body];
+  }
+
+  private statesOfAll(): [number, State][][] {
+    const states: [number, State][][] = Array.from({ length: this.count }, () => []);
+    for (const event of this.told.events) {
+      const state = event.kind === "frozen" ? State.Proven : event.kind === "woken" ? State.Awake : undefined;
+      if (state === undefined) continue;
+      for (const brick of event.bricks) states[brick].push([event.time, state]);
+      for (const brick of event.riding) states[brick].push([event.time, State.Riding]);
+    }
+    return states;
+  }
+}

@@ -1,0 +1,86 @@
+"""`stackdsl picture`: draws a run without a display."""
+
+from pathlib import Path
+
+import click
+
+from stackdsl.checking.gathering import Case
+from stackdsl.checking.one_case import play_case
+from stackdsl.checking.results import judged
+from stackdsl.checking.selection import Selection
+from stackdsl.commands.keeping import write_file
+from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath
+from stackdsl.commands.selecting import code_without_runs, selected_of
+from stackdsl.playing.clearance import BlockedPlacementError
+from stackdsl.recording.recorder import Recorder
+from stackdsl.systems.known_systems import unplayable
+from stackdsl.viewing.pictures.picture import Panel, moving_frames, panels_at, picture, strip
+from stackdsl.viewing.pictures.rasters import HINT, moving, png
+from stackdsl.viewing.pictures.views import VIEWS
+from stackdsl.viewing.run_view import RunView, view_of
+
+STILL, MOVING = (".svg", ".png"), (".gif", ".webp")
+RATE = 20.0  # frames a second of moving pictures
+MOST_FRAMES = 400
+
+
+@click.command("picture")
+@ONE_FILE
+@click.option("-o", "--output", type=FilePath, required=True, help="What to write: .svg, .png, or .gif or .webp.")
+@click.option("--view", "views", multiple=True, type=click.Choice(list(VIEWS)), help="From where; default: all around.")
+@click.option("--at", "time", type=click.FloatRange(min=0.0), help="When [s]; default: at the end.")
+@click.option("--strip", "count", type=click.IntRange(2, 40), help="So many pictures of how it moves, side by side.")
+@click.option("--forces", is_flag=True, help="The forces of the proof too, where one holds then.")
+@click.option(
+    "--slower", type=click.FloatRange(0.01, 1000.0), default=1.0, help="Moving pictures so many times slower."
+)
+@ON_SYSTEMS
+@ON_KEYWORD
+@click.pass_context
+def picture_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
+    context: click.Context,
+    file: Path,
+    output: Path,
+    views: tuple[str, ...],
+    time: float | None,
+    count: int | None,
+    forces: bool,
+    slower: float,
+    systems: tuple[str, ...],
+    keyword: str,
+) -> None:
+    """Play one case of FILE, and draw it: at the end, at a time, as a strip, or moving."""
+    if output.suffix.lower() not in (*STILL, *MOVING):
+        raise click.UsageError(f"{output}: write to a file that ends in {', '.join((*STILL, *MOVING))}")
+    gathered, selected = selected_of(file, Selection(systems, keyword))
+    if not selected:
+        context.exit(code_without_runs(gathered, selected))
+    run = _played(selected[0])
+    seen = [VIEWS[name] for name in views] or [VIEWS[name] for name in ("three-quarter", "front", "plan")]
+    try:
+        if output.suffix.lower() in MOVING:
+            write_file(output, _moving(run, moving_frames(run, seen[0], RATE / slower, MOST_FRAMES), output.suffix[1:]))
+            return
+        panels = strip(run, seen[0], count, forces) if count else panels_at(run, seen, time, forces)
+        svg = picture(run, panels, width=240.0 if count else 420.0)
+        write_file(output, svg.encode() if output.suffix.lower() == ".svg" else png(svg))
+    except ModuleNotFoundError as error:
+        raise click.ClickException(
+            f"{output.suffix} needs {error.name}, which is not installed; try: {HINT}"
+        ) from error
+
+
+def _moving(run: RunView, panels: list[Panel], form: str) -> bytes:
+    return moving([picture(run, [panel], among=panels) for panel in panels], RATE, form.lower())
+
+
+def _played(case: Case) -> RunView:
+    """The first case that is selected, played."""
+    if why := unplayable(case.system):
+        raise click.ClickException(f"{case.name} cannot be played: {why}")
+    recorder = Recorder()
+    try:
+        trace = play_case(case.timeline, case.system, recorder=recorder)
+    except BlockedPlacementError as error:
+        raise click.ClickException(f"{case.name} could not go on: {error}") from error
+    return view_of(case, trace, recorder.recording(), judged(case, trace))

@@ -1,0 +1,131 @@
+"""A recording as binary glTF: a node a brick, a mesh a shape, and one animation that moves what moved.
+
+glTF has y up and metres, so one root node turns the scene. A brick that comes later, or is pulled out, has no size
+while it is not there.
+"""
+
+from itertools import pairwise
+
+import numpy as np
+import pygltflib
+from numpy.typing import NDArray
+
+from stability.model import ConvexShape
+from stackdsl.recording.recording import Recording, Track
+
+Z_UP = [-(0.5**0.5), 0.0, 0.0, 0.5**0.5]  # turns z to y
+WOOD = [0.72, 0.52, 0.28, 1.0]  # linear red, green, blue, and how opaque
+
+
+class _Buffer:
+    """The one buffer of a file, and what is where in it."""
+
+    def __init__(self, gltf: pygltflib.GLTF2) -> None:
+        self._gltf, self.data = gltf, bytearray()
+
+    def add(self, values: NDArray[np.float64], form: str, target: int | None = None) -> int:
+        """Numbers as 32-bit floats; returns the accessor."""
+        data = np.ascontiguousarray(values, dtype="<f4")
+        rows = data.reshape(len(data), -1)
+        view = pygltflib.BufferView(buffer=0, byteOffset=len(self.data), byteLength=data.nbytes, target=target)
+        self._gltf.bufferViews.append(view)
+        accessor = pygltflib.Accessor(
+            bufferView=len(self._gltf.bufferViews) - 1,
+            componentType=pygltflib.FLOAT,
+            count=len(data),
+            type=form,
+            min=rows.min(axis=0).tolist(),
+            max=rows.max(axis=0).tolist(),
+        )
+        self._gltf.accessors.append(accessor)
+        self.data += data.tobytes()
+        return len(self._gltf.accessors) - 1
+
+
+def glb(recording: Recording) -> bytes:
+    """The whole recording as the bytes of a .glb file."""
+    gltf = pygltflib.GLTF2(asset=pygltflib.Asset(generator="stackdsl"), scene=0)
+    buffer = _Buffer(gltf)
+    gltf.materials.append(
+        pygltflib.Material(
+            name="brick",
+            pbrMetallicRoughness=pygltflib.PbrMetallicRoughness(
+                baseColorFactor=WOOD, metallicFactor=0.0, roughnessFactor=0.8
+            ),
+        )
+    )
+    shapes = list(dict.fromkeys(brick.shape for brick in recording.bricks))
+    for shape in shapes:
+        gltf.meshes.append(_mesh(shape, buffer))
+    animation = pygltflib.Animation(name="run")
+    for number, brick in enumerate(recording.bricks):
+        track = recording.track(brick.id)
+        node = pygltflib.Node(
+            name=brick.id,
+            mesh=shapes.index(brick.shape),
+            translation=track.positions[0].tolist(),
+            rotation=track.orientations[0].tolist(),
+        )
+        gltf.nodes.append(node)
+        _animate(animation, buffer, number, track, float(recording.gone[number]))
+    bricks = len(gltf.nodes)
+    gltf.nodes.append(pygltflib.Node(name="scene", rotation=Z_UP, children=list(range(bricks))))
+    gltf.scenes.append(pygltflib.Scene(nodes=[bricks]))
+    if animation.channels:
+        gltf.animations.append(animation)
+    gltf.buffers.append(pygltflib.Buffer(byteLength=len(buffer.data)))
+    gltf.set_binary_blob(bytes(buffer.data))
+    return b"".join(gltf.save_to_bytes())
+
+
+def _mesh(shape: ConvexShape, buffer: _Buffer) -> pygltflib.Mesh:
+    """The faces of a shape as fans of triangles, each corner with the normal of its face."""
+    corners, normals = [], []
+    for face in shape.faces:
+        first, *others = face.corners
+        for second, third in pairwise(others):
+            corners += [shape.corners[place] for place in (first, second, third)]
+            normals += [face.normal] * 3
+    attributes = pygltflib.Attributes(
+        POSITION=buffer.add(np.array(corners), pygltflib.VEC3, pygltflib.ARRAY_BUFFER),
+        NORMAL=buffer.add(np.array(normals), pygltflib.VEC3, pygltflib.ARRAY_BUFFER),
+    )
+    return pygltflib.Mesh(primitives=[pygltflib.Primitive(attributes=attributes, material=0)])
+
+
+def _animate(animation: pygltflib.Animation, buffer: _Buffer, node: int, track: Track, gone: float) -> None:
+    """Let a brick move as it did, and have no size while it is not there."""
+    if len(track.times) > 1:
+        orientations = track.orientations * _signs(track.orientations)[:, None]
+        _channel(animation, buffer, node, "translation", track.times, track.positions)
+        _channel(animation, buffer, node, "rotation", track.times, orientations)
+    times, sizes = [], []
+    if track.times[0] > 0.0:
+        times, sizes = [0.0, float(track.times[0])], [0.0, 1.0]
+    if np.isfinite(gone):
+        times, sizes = [*(times or [0.0]), gone], [*(sizes or [1.0]), 0.0]
+    if times:
+        _channel(animation, buffer, node, "scale", np.array(times), np.array(sizes)[:, None] * np.ones(3), "STEP")
+
+
+def _channel(  # noqa: PLR0913, PLR0917 -- what a channel of glTF is made of
+    animation: pygltflib.Animation,
+    buffer: _Buffer,
+    node: int,
+    path: str,
+    times: NDArray[np.float64],
+    values: NDArray[np.float64],
+    between: str = "LINEAR",
+) -> None:
+    form = pygltflib.VEC4 if path == "rotation" else pygltflib.VEC3
+    keys, found = buffer.add(times, pygltflib.SCALAR), buffer.add(values, form)
+    animation.samplers.append(pygltflib.AnimationSampler(input=keys, output=found, interpolation=between))
+    target = pygltflib.AnimationChannelTarget(node=node, path=path)
+    animation.channels.append(pygltflib.AnimationChannel(sampler=len(animation.samplers) - 1, target=target))
+
+
+def _signs(orientations: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The signs with which quaternions change least from one to the next."""
+    flips = np.where((orientations[1:] * orientations[:-1]).sum(axis=1) < 0.0, -1.0, 1.0)
+    signs: NDArray[np.float64] = np.concatenate(([1.0], np.cumprod(flips)))
+    return signs

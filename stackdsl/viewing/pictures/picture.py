@@ -1,0 +1,104 @@
+"""Pictures of a run: one panel a view and a time, side by side, all at one scale."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from math import ceil
+from xml.sax.saxutils import escape
+
+import numpy as np
+
+from stackdsl.trace import EventKind
+from stackdsl.viewing.pictures.drawing import EDGE, FORCE, Frame, Paper, drawn, solids_at
+from stackdsl.viewing.pictures.views import Floats, View
+from stackdsl.viewing.run_view import RunView
+
+MARGIN, CAPTION = 10.0, 20.0  # [px]
+MOST_WIDE, MOST_HIGH = 420.0, 320.0  # of the drawing in a panel [px]
+MOST_IN_ROW = 1300.0  # [px]
+FONTS = "DejaVu Sans, Liberation Sans, Noto Sans, Arial, Helvetica, sans-serif"
+TIP = (
+    f'<defs><marker id="tip" viewBox="0 0 6 6" refX="5" refY="3" markerWidth="5" markerHeight="5" orient="auto">'
+    f'<path d="M0 0 6 3 0 6z" fill="{FORCE}"/></marker></defs>'
+)
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One drawing with a line of text below."""
+
+    frame: Frame
+    caption: str
+
+
+def picture(
+    run: RunView, panels: Sequence[Panel], width: float = MOST_WIDE, among: Sequence[Panel] | None = None
+) -> str:
+    """Panels as SVG, in rows; each view has one scale and one piece of paper, that of all panels `among` them."""
+    papers = {panel.frame.view.name: _paper(run, among or panels, panel.frame.view, width) for panel in panels}
+    cells = [(panel, *papers[panel.frame.view.name]) for panel in panels]
+    rows: list[list[str]] = [[]]
+    left, top, high, widest = 0.0, 0.0, 0.0, 0.0
+    for panel, paper, wide in cells:
+        if left and left + wide > MOST_IN_ROW:
+            left, top, high = 0.0, top + high, 0.0
+        rows.append(list(_panel(run, panel, paper, wide, (left, top))))
+        left += wide
+        high = max(high, paper.height + CAPTION)
+        widest = max(widest, left)
+    size = f'width="{ceil(widest)}" height="{ceil(top + high)}"'
+    box = f'viewBox="0 0 {ceil(widest)} {ceil(top + high)}"'
+    head = f'<svg xmlns="http://www.w3.org/2000/svg" {size} {box} font-family="{FONTS}" font-size="12">'
+    paper_ = '<rect width="100%" height="100%" fill="#fff"/>'
+    return "\n".join([head, TIP, paper_, *(line for row in rows for line in row), "</svg>"]) + "\n"
+
+
+def _panel(run: RunView, panel: Panel, paper: Paper, width: float, corner: tuple[float, float]) -> Iterator[str]:
+    wide, high = ceil(width), ceil(paper.height + CAPTION)
+    yield f'<svg x="{corner[0]:.1f}" y="{corner[1]:.1f}" width="{wide}" height="{high}">'
+    yield f'<g stroke="{EDGE}" stroke-width="0.5" stroke-linejoin="round">'
+    yield from drawn(run, panel.frame, paper)
+    yield "</g>"
+    yield f'<text x="{MARGIN}" y="{paper.height + 12:.1f}" fill="#333">{escape(panel.caption)}</text></svg>'
+
+
+def _paper(run: RunView, panels: Sequence[Panel], view: View, width: float) -> tuple[Paper, float]:
+    """Paper on which all is that is seen from a direction at any of the times, and how wide its panel is [px]."""
+    seen: list[Floats] = [np.zeros((0, 2))]
+    for time in {panel.frame.time for panel in panels if panel.frame.view is view}:
+        hitting = {placement.brick.id for placement in run.timeline.placements if placement.hits}
+        seen += [view.on_paper(s.corners) for name, s in solids_at(run, time).items() if name not in hitting]
+    points = np.concatenate(seen)
+    low, high = (points.min(axis=0), points.max(axis=0)) if len(points) else (np.zeros(2), np.ones(2))
+    size = np.maximum(high - low, 1e-9)
+    scale = min(width / size[0], MOST_HIGH / size[1])
+    low = low - MARGIN / scale
+    return Paper(low, scale, size[1] * scale + 2 * MARGIN), max(size[0] * scale + 2 * MARGIN, 120.0)
+
+
+def panels_at(run: RunView, views: Sequence[View], time: float | None, forces: bool) -> list[Panel]:
+    """One panel a view, at a time [s], or at the end."""
+    at = run.trace.cost.simulated_time if time is None else time
+    return [Panel(Frame(view, at, forces), f"{run.name}, {view.name}, {at:g} s") for view in views]
+
+
+def strip(run: RunView, view: View, count: int, forces: bool = False) -> list[Panel]:
+    """Panels from just before something moves to the end; of what never does, while it is built."""
+    begin, end = moving_span(run)
+    times = np.linspace(begin, end, count).tolist()
+    return [Panel(Frame(view, time, forces), f"{time:.2f} s") for time in times]
+
+
+def moving_frames(run: RunView, view: View, rate: float, most: int) -> list[Panel]:
+    """So many panels a second of what moves, and no more in all than `most`."""
+    begin, end = moving_span(run)
+    return strip(run, view, max(2, min(most, round((end - begin) * rate))))
+
+
+def moving_span(run: RunView) -> tuple[float, float]:
+    """From when to when there is something to see [s]."""
+    moving = (EventKind.WOKEN, EventKind.PUSHED, EventKind.COLLAPSED)
+    hits = [placement.time for placement in run.timeline.placements if placement.hits]
+    began = [event.time for event in run.trace.events if event.kind in moving] + hits
+    end = run.trace.cost.simulated_time
+    last = run.recording.times.max(initial=0.0)
+    return (max(0.0, min(began) - 0.001), min(end, last)) if began else (0.0, max(last, min(end, 1e-3)))

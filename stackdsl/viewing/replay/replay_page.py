@@ -1,0 +1,59 @@
+"""Runs -> one HTML page. It holds its program, its style and its data, and is allowed to ask for nothing else.
+
+What comes from a scenario is data: it stands in a script of JSON, in which `<` is written as an escape, and the program
+puts it on the page as text. The policy in the head lets nothing run but the two programs whose hashes it names.
+"""
+
+import base64
+import hashlib
+import json
+from collections.abc import Sequence
+from html import escape
+from importlib.resources import files
+from string import Template
+from typing import Final
+
+from stackdsl.viewing.replay.packing import deflated
+from stackdsl.viewing.replay.payload import payload_of
+from stackdsl.viewing.run_view import RunView
+
+# Inflates the program and lets it run: it is four times as long as that.
+LOADER: Final = (
+    "(async()=>{const b=Uint8Array.from(atob(document.getElementById('program').textContent),c=>c.charCodeAt(0));"
+    "const s=document.createElement('script');"
+    "s.textContent=await new Response(new Blob([b]).stream().pipeThrough(new DecompressionStream('deflate'))).text();"
+    "document.body.append(s)})()"
+)
+
+
+def replay_page(runs: Sequence[RunView], title: str) -> str:
+    """The page that plays these runs, two of them side by side if that is wanted."""
+    program, style = (_packaged(name) for name in ("replay.js", "replay.css"))
+    data = json.dumps([payload_of(run) for run in runs], separators=(",", ":"), allow_nan=False)
+    return Template(_packaged("replay.html")).substitute(
+        title=escape(title),
+        policy=(
+            f"default-src 'none'; script-src {hash_of(LOADER)} {hash_of(program)}; style-src {hash_of(style)}; "
+            "base-uri 'none'; form-action 'none'"
+        ),
+        style=style,
+        licence=_packaged("replay.LICENSE.txt"),
+        program=deflated(program.encode()),
+        loader=LOADER,
+        data=harmless(data),
+    )
+
+
+def harmless(data: str) -> str:
+    """JSON that ends no script and begins no comment of HTML, whatever texts are in it."""
+    return data.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def _packaged(name: str) -> str:
+    return files("stackdsl.viewing.replay").joinpath(name).read_text(encoding="utf-8")
+
+
+def hash_of(text: str) -> str:
+    """How a content security policy names a script or a style that stands in the page."""
+    digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")
+    return f"'sha256-{digest}'"

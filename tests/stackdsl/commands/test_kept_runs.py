@@ -1,0 +1,57 @@
+"""What `stackdsl run` keeps of a run: arrays of where bricks were, and a page that plays it."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.command_line import GOOD, Stackdsl
+
+TWO = GOOD.replace("expect:", "systems: [exact, thesis]\nexpect:")
+
+
+@pytest.fixture
+def good(tmp_path: Path) -> Path:
+    (tmp_path / "good.yaml").write_text(GOOD, encoding="utf-8")
+    (tmp_path / "two.yaml").write_text(TWO, encoding="utf-8")
+    return tmp_path
+
+
+def test_run_writes_arrays_and_a_page_where_it_is_asked_to(good: Path, stackdsl: Stackdsl) -> None:
+    result = stackdsl("run", "good.yaml", "--record", "run.npz", "--html", "run.html")
+    assert result.code == 0, result.text
+    assert "wrote run.npz" in result.err
+    assert "wrote run.html" in result.err
+    with np.load(good / "run.npz", allow_pickle=False) as arrays:
+        assert list(arrays["names"]) == ["L1.1", "L2.1", "L3.1"]
+        assert arrays["time"] == pytest.approx([0.0, 1.0, 2.0])
+    page = (good / "run.html").read_text(encoding="utf-8")
+    assert "good[exact]" in page
+    assert 'http-equiv="Content-Security-Policy"' in page
+
+
+def test_one_page_holds_all_systems_of_a_file_and_arrays_hold_one_run(good: Path, stackdsl: Stackdsl) -> None:
+    assert "choose one by --system or -k" in stackdsl("run", "two.yaml", "--record", "run.npz").err
+    assert not (good / "run.npz").exists()
+    assert stackdsl("run", "two.yaml", "--html", "run.html").code == 0
+    page = (good / "run.html").read_text(encoding="utf-8")
+    assert "two[" not in page
+    assert "good[exact]" in page
+    assert "good[thesis]" in page
+
+
+@pytest.mark.parametrize(
+    ("option", "name", "meant"), [("--record", "run.csv", "run.npz"), ("--html", "run.png", "run.html")]
+)
+def test_a_name_that_means_another_form_is_refused(
+    good: Path, stackdsl: Stackdsl, option: str, name: str, meant: str
+) -> None:
+    result = stackdsl("run", "good.yaml", option, name)
+    assert result.code == 4
+    assert f"{name}: call it {meant}" in result.err
+
+
+def test_a_place_that_cannot_be_written_is_told(good: Path, stackdsl: Stackdsl) -> None:
+    result = stackdsl("run", "good.yaml", "--html", "nowhere/run.html")
+    assert result.code == 4
+    assert "nowhere/run.html cannot be written: No such file or directory" in result.err

@@ -1,0 +1,59 @@
+"""`stackdsl picture` draws a run to a file, in the form that its name says."""
+
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import pytest
+
+from tests.command_line import GOOD, Stackdsl
+
+FALLS = GOOD.replace("levels: 3", "levels: 12, step: 12 mm").replace("stands: all", "collapses: any")
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+@pytest.fixture(autouse=True)
+def falls(tmp_path: Path) -> Path:
+    (tmp_path / "falls.yaml").write_text(FALLS, encoding="utf-8")
+    return tmp_path
+
+
+def drawn(folder: Path, name: str) -> ET.Element:
+    return ET.fromstring((folder / name).read_text(encoding="utf-8"))
+
+
+def test_each_view_is_a_panel_and_each_brick_is_drawn_by_its_name(falls: Path, stackdsl: Stackdsl) -> None:
+    assert stackdsl("picture", "falls.yaml", "-o", "a.svg", "--at", "4.5", "--forces").code == 0
+    panels = drawn(falls, "a.svg").findall(f"{SVG}svg")
+    captions = [text.text for panel in panels for text in panel.iter(f"{SVG}text")]
+    assert captions == [f"good[exact], {view}, 4.5 s" for view in ("three-quarter", "front", "plan")]
+    for panel in panels:
+        names = {title.text for title in panel.iter(f"{SVG}title")}
+        assert names == {f"L{level}.1" for level in range(1, 6)}  # those that had come by then
+    assert len(list(panels[1].iter(f"{SVG}line"))) > 5  # arrows
+
+
+def test_a_strip_shows_how_it_falls(falls: Path, stackdsl: Stackdsl) -> None:
+    assert stackdsl("picture", "falls.yaml", "-o", "a.svg", "--strip", "4", "--view", "front").code == 0
+    panels = drawn(falls, "a.svg").findall(f"{SVG}svg")
+    shapes = [sorted(shape.get("points", "") for shape in panel.iter(f"{SVG}polygon")) for panel in panels]
+    assert len(panels) == 4
+    assert len({str(points) for points in shapes}) == 4
+
+
+@pytest.mark.parametrize(
+    ("name", "begins", "library"),
+    [("a.png", b"\x89PNG", "resvg_py"), ("a.gif", b"GIF89a", "PIL"), ("a.webp", b"RIFF", "PIL")],
+)
+def test_the_name_of_the_file_says_in_which_form_it_is(
+    falls: Path, stackdsl: Stackdsl, name: str, begins: bytes, library: str
+) -> None:
+    pytest.importorskip("resvg_py")
+    pytest.importorskip(library)
+    assert stackdsl("picture", "falls.yaml", "-o", name).code == 0
+    assert (falls / name).read_bytes().startswith(begins)
+
+
+def test_a_name_that_means_no_picture_is_refused(stackdsl: Stackdsl) -> None:
+    result = stackdsl("picture", "falls.yaml", "-o", "a.txt")
+    assert result.code == 4
+    assert "a.txt: write to a file that ends in .svg, .png, .gif, .webp" in result.err

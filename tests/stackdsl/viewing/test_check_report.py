@@ -1,0 +1,93 @@
+"""The report of a check as pages: failures first, each case with picture and replay, and nothing taken for markup."""
+
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+from stackdsl.diagnostics import Span
+from stackdsl.outcome import Outcome, Report, RunStatus, VariantResult
+from stackdsl.viewing.check_report.index_page import index_page
+from stackdsl.viewing.check_report.shown_case import ShownCase, file_name
+from stackdsl.viewing.check_report.variables import charts
+from tests.command_line import GOOD, Stackdsl
+
+SPAN = Span("a.yaml", 7, 5, 9)
+HOSTILE = "<script>alert(1)</script>"
+
+
+def result(name: str, margin: float = 1.0, **other: str) -> VariantResult:
+    parameters = tuple(other.items())
+    variant = ",".join([*(f"{key}={value}" for key, value in parameters), "exact"])
+    outcome = Outcome("stands", "for 2 s", "it did", margin, "mm", margin >= 0.0, SPAN)
+    done = VariantResult(name, variant, "exact", "a.yaml", RunStatus.DONE, "stands", outcomes=(outcome,))
+    return replace(done, parameters=parameters)
+
+
+class Elements(HTMLParser):
+    """What elements a page has, and the links among them."""
+
+    def __init__(self, page: str) -> None:
+        super().__init__()
+        self.names: list[str] = []
+        self.links: list[str] = []
+        self.feed(page)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.names.append(tag)
+        self.links += [value for key, value in attrs if key in ("href", "src") and value]
+
+
+def test_what_failed_comes_first_with_all_that_was_expected() -> None:
+    page = index_page(Report((result("good"), result("bad", -1.0))), {}, {})
+    assert page.index("bad[exact]") < page.index("good[exact]")
+    assert '<tr data-passed="no">' in page
+    assert "0 of 1 hold" in page
+    assert "a.yaml:7:5: stands: expected for 2 s, measured it did" in page
+
+
+def test_each_case_links_to_its_replay_and_shows_its_picture() -> None:
+    shown = {"good[exact]": ShownCase("replays/a=b.html", "<svg></svg>")}
+    elements = Elements(index_page(Report((result("good"), result("other"))), shown, {"other[exact]": "timed out"}))
+    assert elements.links == ["replays/a%3Db.html"]
+    assert elements.names.count("svg") == 1
+    assert elements.names.count("tr") == 3  # the head, and a row each
+
+
+def test_names_and_texts_are_never_markup() -> None:
+    wrong = replace(result(HOSTILE), message=HOSTILE, file=HOSTILE, verdict=HOSTILE)
+    elements = Elements(index_page(Report((wrong,)), {}, {wrong.name: HOSTILE}))
+    assert elements.names.count("script") == 1  # its own, at the end
+
+
+def test_a_case_has_a_file_of_its_own_that_every_system_takes() -> None:
+    names = [file_name(case) for case in ("a[x=1,exact]", "a[x:1,exact]", "../a", "a" * 500, "é/ü")]
+    assert len(set(names)) == len(names)
+    assert all(re.fullmatch(r"[A-Za-z0-9.=-]{1,100}\.html", name) for name in names)
+
+
+def test_a_margin_over_one_variable_is_a_line_and_over_two_a_map() -> None:
+    line = "".join(charts([result("tower", 3.0 - step, step=f"{step} mm") for step in range(6)]))
+    assert line.count("<circle") == 6
+    assert "tower: margin of stands in mm over step" in line
+    crossed = [result("tower", a - b, a=f"{a} mm", b=f"{b} mm") for a in range(3) for b in range(2)]
+    cells = "".join(charts(crossed))
+    assert cells.count("<td") == 6
+    assert cells.count('class="below') == 1  # where a < b
+
+
+def test_what_has_no_numbers_has_no_chart() -> None:
+    assert not list(charts([result("a", kind="wood"), result("a", kind="stone"), result("b")]))
+
+
+@pytest.mark.parametrize("extra", [(), ("--no-golden",)])
+def test_check_writes_an_index_whose_links_lead_to_replays(
+    tmp_path: Path, stackdsl: Stackdsl, extra: tuple[str, ...]
+) -> None:
+    (tmp_path / "good.yaml").write_text(GOOD, encoding="utf-8")
+    done = stackdsl("check", "good.yaml", "--html", "report", "--jobs", "1", *extra)
+    assert "wrote report/index.html" in done.err, done.text
+    (link,) = Elements((tmp_path / "report" / "index.html").read_text(encoding="utf-8")).links
+    assert "good[exact]" in (tmp_path / "report" / link.replace("%3D", "=")).read_text(encoding="utf-8")

@@ -1,0 +1,80 @@
+"""A replay page is one small file, made by the sources that lie beside it."""
+
+import hashlib
+import json
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stackdsl.recording.thinning import COLUMNS
+from stackdsl.viewing.replay.replay_page import harmless, replay_page
+from stackdsl.viewing.run_view import RunView
+from tests.paths import ROOT
+from tests.stackdsl.viewing.views import SLANT_TOWER, views_of
+
+MEGABYTE = 1_000_000
+FOUR_STACK = """
+    scenario: four-stack
+    build:
+      - four_stack: {levels: 100}
+    systems: [exact]
+    expect: [{stands: all}]
+"""
+
+
+@pytest.fixture(scope="module")
+def tower() -> RunView:
+    (found,) = views_of(SLANT_TOWER)
+    return found
+
+
+def tumbling(view: RunView, looks: int) -> RunView:
+    """The same bricks, each flying and turning a way of its own, shaken by a tenth of a millimetre at every look."""
+    random = np.random.default_rng(7)
+    count = len(view.recording.bricks)
+    keys = np.zeros((count, looks, COLUMNS))
+    times = np.arange(looks) / 60.0
+    keys[..., 0] = np.arange(count)[:, None]
+    keys[..., 1] = times
+    way = random.normal(0.0, 0.5, (count, 1, 3)) * times[None, :, None] - [0.0, 0.0, 4.905] * times[None, :, None] ** 2
+    keys[..., 2:5] = way + random.normal(0.0, 1e-4, (count, looks, 3))
+    angle = random.normal(0.0, 5.0, (count, 1)) * times + random.normal(0.0, 2e-3, (count, looks))
+    axis = random.normal(0.0, 1.0, (count, 1, 3))
+    axis /= np.linalg.norm(axis, axis=2, keepdims=True)
+    keys[..., 5:8], keys[..., 8] = axis * np.sin(angle / 2.0)[..., None], np.cos(angle / 2.0)
+    return replace(view, recording=replace(view.recording, keys=keys.reshape(-1, COLUMNS)))
+
+
+def test_200_bricks_that_tumble_for_250_frames_take_a_megabyte_at_most() -> None:
+    (view,) = views_of(FOUR_STACK)
+    assert len(view.recording.bricks) == 200
+    assert len(replay_page([tumbling(view, 250)], "heap").encode()) <= MEGABYTE
+
+
+def test_the_program_in_the_package_is_the_one_that_its_sources_make() -> None:
+    sources = ROOT / "replay"
+    digest = hashlib.sha256()
+    for file in (sources / "package-lock.json", *sorted((sources / "src").iterdir())):
+        digest.update(file.read_bytes())
+    bundle = (ROOT / "stackdsl" / "viewing" / "replay" / "replay.js").read_text(encoding="utf-8")
+    assert bundle.endswith(f"// made from {digest.hexdigest()}\n"), "run `make replay`"
+
+
+def test_the_lock_file_names_no_place_to_fetch_from() -> None:
+    assert "resolved" not in (ROOT / "replay" / "package-lock.json").read_text(encoding="utf-8")
+
+
+def test_the_page_asks_for_nothing_and_keeps_the_licence_of_what_is_in_it(tower: RunView) -> None:
+    page = replay_page([tower], "tower")
+    head = page.split("</style>")[0]
+    assert "default-src 'none'" in head
+    assert "Permission is hereby granted, free of charge" in head
+    assert not re.search(r"""(src|href)\s*=""", page.split('id="program"')[0].split("</style>")[1])
+
+
+def test_what_is_written_as_data_ends_no_script() -> None:
+    text = "</script><!--<script>&"
+    assert not set("<>&") & set(harmless(json.dumps(text)))
+    assert json.loads(harmless(json.dumps(text))) == text
