@@ -166,6 +166,30 @@ TABLES: Mapping[str, Table] = {
         ),
         _SLIPS,
     ),
+    "falls-in-parts": Table(
+        "falls-in-parts",
+        "falls",
+        (
+            Column("", "{row}"),
+            Column("5 deg after, ms", "{due_ms:.1f}"),
+            Column("late", "{late_percent:+.2f} %"),
+            Column("direction off by, deg", "{direction_deg:.2f}"),
+            Column("proportions off by, %", "{proportions_percent:.2f}"),
+        ),
+    ),
+    "leaning-slips": Table(
+        "leaning-slips",
+        "exact",
+        (
+            Column("", "{row}"),
+            Column("cases", "{cases}"),
+            Column("median", "{median_percent:sig2} %"),
+            Column("worst", "{worst_percent:sig2} %"),
+            Column("over 3 %", "{over_3_percent}"),
+            Column("to an engine before the last way", "{handed_over_early}"),
+            Column("two steps of the reference apart", "{reference_apart_percent:sig2} %"),
+        ),
+    ),
     **{
         name: Table(
             "collapse",

@@ -3,23 +3,24 @@
 A solver begins a fall wrongly: contact forces start from nothing, so that everything sinks at first, most at the bottom
 of a tall structure, and a tower that hangs over by a millimetre topples in half the time. A part that is proven to turn
 as one body needs no solver: it is a pendulum (toppling.py), and an engine gets its bricks when the proof ends, where
-and as fast as they are then. Planks that slip down a wall, or down each other, need none either (slipping.py), nor does
-what drops with nothing under it, and rests where it lands (dropping.py). All other bricks that begin to fall are eased
-in by the engine.
+and as fast as they are then. What slips, or falls in several parts, needs none either until something new is met
+(frictional_motion.py), nor does what drops with nothing under it, and rests where it lands (dropping.py). All other
+bricks that begin to fall are eased in by the engine.
 """
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from math import dist, hypot, inf
 from typing import Protocol
 
 from stability.engines.protocol import World
 from stability.model import BodyId, BodyState, Brick, Plane, Vec3, convex
-from stability.statics.facts import Motion, Placed, Tolerances
+from stability.statics.facts import Motion, Placed, Problem, Tolerances
 from stability.statics.structure import Structure
 
 MOST = 100  # bricks of a part: a proof takes some tens of milliseconds at each angle
 MOST_FEELING = 60  # bricks around the part for which it is proven that they stand under its forces
+MOST_PRESSED = 6  # the same where that is asked at each step
 AT_REST = 1e-6  # [m/s], and [rad/s]: a brick that is faster moves already, and the equations start from rest
 
 
@@ -46,6 +47,7 @@ class FallingParts:
     gravity: float  # [m/s2]
     landed: Sequence[BodyId] = field(default=(), init=False)  # in the last steps: they are to be judged as set down
     _awake: Collection[BodyId] = field(default=(), init=False)  # what moves from now on, if that may be known
+    _gave_way: bool = field(default=False, init=False)  # whether that is because it cannot stand
     _coming: Motion | None = field(default=None, init=False)  # with which all of that begins
     _gently: bool = field(default=False, init=False)
     _known: KnownMotion | None = field(default=None, init=False)
@@ -53,9 +55,9 @@ class FallingParts:
     _middle_W: Vec3 = field(default=(0.0, 0.0, 0.0), init=False)  # of its first brick, as it begins
 
     def woken(self, awake: Collection[BodyId], motion: Motion | None) -> None:
-        """Say that bricks were given back to the engine, which are awake by now, and with which motion they begin."""
+        """Say that bricks cannot stand, which are awake by now, and with which motion they begin, if it is proven."""
         self.end()
-        self._awake, self._gently = awake, True
+        self._awake, self._gently, self._gave_way = awake, True, True
         self._coming = motion if motion is not None and motion.velocity.keys() == set(awake) else None
 
     def disturbed(self, by: Iterable[Placed]) -> None:
@@ -79,7 +81,7 @@ class FallingParts:
         """Let up to so many time steps of the world pass; returns how many did before an engine has to take one."""
         if self._awake:
             self._known = self._begun()
-        self._awake, self._coming, self.landed = (), None, ()
+        self._awake, self._gave_way, self._coming, self.landed = (), False, None, ()
         passed = self._followed(self._known, steps) if self._known is not None else 0
         if not passed and self._gently:
             self.world.ease_in()
@@ -98,15 +100,20 @@ class FallingParts:
             self.end()
         return passed
 
+    @property
+    def follows(self) -> bool:
+        """Whether what moves goes on without an engine."""
+        return self._known is not None
+
     def end(self) -> None:
         """Let every brick move by itself, for something else is about to happen."""
         if self._known is not None:
             self._known, self._gently = None, True
-        self._awake, self._coming = (), None  # a motion that has not begun is not valid any more
+        self._awake, self._gave_way, self._coming = (), False, None  # a motion that has not begun is not valid any more
 
     def _begun(self) -> KnownMotion | None:
         self._within = inf
-        return self._drop() or (self._fall(self._coming) if self._coming is not None else None)
+        return self._drop() or (self._fall() if self._gave_way else None)
 
     def _drop(self) -> KnownMotion | None:
         """How all that moves drops, if it does."""
@@ -121,28 +128,41 @@ class FallingParts:
         others = list(self._placed(self.world.masses().keys() - states.keys()))
         return dropping_of(moving, others, self.planes, self.friction, self.gravity)
 
-    def _fall(self, motion: Motion) -> KnownMotion | None:
+    def _fall(self) -> KnownMotion | None:
         """How what begins to fall goes on, if that is known."""
-        states = self.world.states(sorted(motion.velocity))
-        if any(hypot(*s.velocity_W, *s.angular_velocity_W) > AT_REST for s in states.values()):
+        states = self.world.states(sorted(self._awake))
+        if len(states) > MOST or any(hypot(*s.velocity_W, *s.angular_velocity_W) > AT_REST for s in states.values()):
             return None
-        if len(states) > MOST:
+        bricks = list(self._placed(states))
+        if len(bricks) < len(states):
             return None
-        from stability.motion.slipping import slip_of  # noqa: PLC0415 -- most that is built stands
-        from stability.motion.toppling import toppling_of  # noqa: PLC0415 -- likewise
-
-        bricks = list(self._placed(motion.velocity))
         others, beyond, self._within = self._around(bricks)
         self._middle_W = bricks[0].pose.position_W
         structure = Structure(tuple(self.planes), (), self.friction, self.gravity, Tolerances())
         for placed in (*bricks, *others, *beyond):
             structure.put(placed)
         # What lies beyond is taken as fixed, for what it rests on may be farther still.
-        feeling = structure.spread(motion.velocity.keys(), len(bricks) + MOST_FEELING)
-        names = sorted(feeling - {placed.brick.id for placed in beyond})
-        problem = structure.problem(names, structure.contacts_of(names))
-        as_one = toppling_of(problem, motion, self.gravity, others, self.planes)
-        return as_one or slip_of(problem, motion, self.gravity, others, self.planes)
+        farthest = {placed.brick.id for placed in beyond}
+
+        def with_around(most: int) -> Problem:
+            names = sorted(structure.spread(states.keys(), len(states) + most) - farthest)
+            return structure.problem(names, structure.contacts_of(names))
+
+        return self._as_one(with_around(MOST_FEELING), others) or self._in_parts(
+            with_around(MOST_PRESSED), states.keys(), others
+        )
+
+    def _as_one(self, problem: Problem, others: Sequence[Placed]) -> KnownMotion | None:
+        if self._coming is None:
+            return None
+        from stability.motion.toppling import toppling_of  # noqa: PLC0415 -- most that is built stands
+
+        return toppling_of(problem, self._coming, self.gravity, others, self.planes)
+
+    def _in_parts(self, problem: Problem, falling: Set[BodyId], others: Sequence[Placed]) -> KnownMotion | None:
+        from stability.motion.frictional_motion import frictional_motion_of  # noqa: PLC0415 -- most that is built stands
+
+        return frictional_motion_of(problem, falling, self.gravity, others, self.planes)
 
     def _placed(self, bricks: Collection[BodyId]) -> Iterator[Placed]:
         masses, states = self.world.masses(), self.world.states(bricks)

@@ -19,7 +19,8 @@ SOLVED = "Solved"
 class ConicProgram:
     """Least `cost @ x` such that `offset - matrix @ x` is nothing in the first `equal` rows, then in each cone.
 
-    A round cone of size k has k rows of which the first is at least the norm of the others.
+    With `curvature`, half of `x @ curvature @ x` is added to the cost. A round cone of size k has k rows of which the
+    first is at least the norm of the others.
     """
 
     cost: Array  # (columns,)
@@ -28,6 +29,7 @@ class ConicProgram:
     equal: int = 0  # rows
     round: Sequence[int] = ()  # sizes of the round cones
     positive: int = 0  # rows that must not be negative
+    curvature: Any = None  # (columns, columns), sparse by column, its upper half
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,8 +69,8 @@ def _solved(program: ConicProgram, accuracy: float, *, refined: bool) -> Point:
     cones = [clarabel.ZeroConeT(program.equal)] if program.equal else []
     cones += [clarabel.SecondOrderConeT(size) for size in program.round]
     cones += [clarabel.NonnegativeConeT(program.positive)] if program.positive else []
-    none = csc_matrix((columns, columns))
-    solver = clarabel.DefaultSolver(none, program.cost, program.matrix, program.offset, cones, settings)
+    curvature = csc_matrix((columns, columns)) if program.curvature is None else program.curvature
+    solver = clarabel.DefaultSolver(curvature, program.cost, program.matrix, program.offset, cones, settings)
     solution = solver.solve()
     return Point(np.array(solution.x), np.array(solution.z), str(solution.status))
 

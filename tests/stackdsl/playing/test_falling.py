@@ -191,15 +191,20 @@ def test_a_part_is_given_to_the_engine_before_it_strikes_what_stands_in_its_way_
     assert 0.0 <= min(gaps) < 0.002
 
 
-def test_what_is_awake_besides_makes_that_no_part_is_taken_for_rigid() -> None:
+def test_what_is_awake_besides_stays_where_it_is_while_the_others_turn_as_a_part_does() -> None:
     bricks = stepped(0.011, 11)
-    motion, world = motion_of(bricks), world_of(bricks)
-    falling = FallingParts(world, [FLOOR], 0.5, G)
-    falling.woken([*motion.velocity, "p00"], motion)
-    assert falling.advance(10) == 0
-    falling.end()  # there is nothing to be parted
-    assert world.time() == 0.0
-    world.close()
+    after = []
+    for besides in ((), ("p00",)):
+        motion, world = motion_of(bricks), world_of(bricks)
+        falling = FallingParts(world, [FLOOR], 0.5, G)
+        falling.woken([*motion.velocity, *besides], motion)
+        assert falling.advance(60) == 60
+        after.append(world.states(["p00", "p10"]))
+        world.close()
+    alone, all_awake = after
+    assert all_awake["p00"].pose.position_W == pytest.approx(bricks[0].pose.position_W, abs=1e-9)
+    way = norm(subtract(alone["p10"].pose.position_W, bricks[10].pose.position_W))
+    assert all_awake["p10"].pose.position_W == pytest.approx(alone["p10"].pose.position_W, abs=1e-3 * way)
 
 
 def test_what_is_pushed_at_the_moment_when_a_part_begins_to_fall_does_not_wait_for_it() -> None:

@@ -1,0 +1,141 @@
+"""What falls in several parts on `exact`, against rigid boxes that were stepped apart: its first 5 degrees.
+
+Two stacks at once, a V that parts, a bridge that has lost a pier. Errors are those of the time until something has
+turned by 5 deg, of the directions in which bricks have gone by then, and of how far, as shares of the one that went
+farthest. Run it with `python -m benchmarks.falls_in_parts`.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from math import acos, degrees, radians
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from benchmarks.figures.data import Row
+from benchmarks.figures.recording import parser, record
+from benchmarks.leaning_slips import boxes, needed_friction, placed, seen
+from benchmarks.leaning_structures import GROUND, Array, Bar, Rng, Structure, askew_v, plank, structure, unlike_v
+from benchmarks.rigid_steps import course
+from stability.geometry.rotations import turn_between
+from stackdsl.systems.systems import SYSTEMS, System
+
+BEGUN = radians(5.0)
+STEPS = (4e-4, 2e-4)  # [s] of the reference
+LONGEST = 1.0  # [s]
+WOOD, TOO_LITTLE = 0.5, 0.8  # friction, and the share of what it needs that what leans has
+GOES = 0.05  # share of the farthest way: shorter ones have no direction
+
+
+def lying(rng: Rng, name: str, size: Sequence[float], x: float, bottom: float) -> Bar:
+    """A level box with its middle at x."""
+    bar = replace(plank(rng, name, 0.0), size=np.array(size))
+    mass = float(np.prod(bar.size) * rng.uniform(400.0, 900.0))
+    return replace(bar, mass=mass, centre=np.array([x, 0.0, bottom + 0.5 * size[2]]))
+
+
+def stack(rng: Rng, name: str, x: float, along: float) -> list[Bar]:
+    """Three planks, of which the two on top tip over the end of the lowest."""
+    size = [float(rng.uniform(0.08, 0.13)), float(rng.uniform(0.02, 0.03)), float(rng.uniform(0.012, 0.018))]
+    steps = [0.0, rng.uniform(0.35, 0.45) * size[0], rng.uniform(0.7, 0.8) * size[0]]
+    return [lying(rng, f"{name}{n}", size, x + along * step, n * size[2]) for n, step in enumerate(steps)]
+
+
+def two_stacks(rng: Rng) -> Structure | None:
+    """Two stacks, far apart, that tip in opposite ways."""
+    bars = [*stack(rng, "west", -1.0, -1.0), *stack(rng, "east", 1.0, 1.0)]
+    return Structure("two stacks at once", 0, bars, [GROUND])
+
+
+def bridge(rng: Rng) -> Structure | None:
+    """A deck in two spans that meet where a pier was, each with a load, on the piers that are left."""
+    bars = []
+    for name, side in (("west", -1.0), ("east", 1.0)):
+        high, span = float(rng.uniform(0.05, 0.08)), float(rng.uniform(0.10, 0.13))
+        pier = float(rng.uniform(0.03, 0.035))
+        bars.append(lying(rng, f"{name} pier", [pier, 0.03, high], side * span, 0.0))
+        bars.append(lying(rng, f"{name} span", [span, 0.024, 0.008], side * 0.51 * span, high))
+        bars.append(lying(rng, f"{name} load", [0.02, 0.02, 0.02], side * 0.3 * span, high + 0.008))
+    return Structure("bridge without its pier", 0, bars, [GROUND])
+
+
+FAMILIES: Sequence[Callable[[Rng], Structure | None]] = (two_stacks, bridge, unlike_v, askew_v)
+
+
+def ways(positions: Array, starts: Array) -> Array:
+    """(n, 3) how far each has gone [m]."""
+    return positions - starts
+
+
+def compared(now: Array, due: Array) -> tuple[float, float]:
+    """The largest error of a direction [rad], and of a way as a share of the longest."""
+    far = np.linalg.norm(due, axis=1)
+    near = np.linalg.norm(now, axis=1)
+    first = int(np.argmax(far))
+    apart = [
+        acos(max(-1.0, min(1.0, float(a @ b) / (x * y))))
+        for a, b, x, y in zip(now, due, near, far, strict=True)
+        if y > GOES * far[first] and x > 0.0
+    ]
+    return max(apart), float(np.abs(near / near[first] - far / far[first]).max())
+
+
+def at_begun(time: Array, turned: Array, position: Array) -> tuple[float, Array]:
+    """When something has turned by 5 deg [s], and where all is then."""
+    most = np.maximum.accumulate(turned.max(axis=1))
+    moment = float(np.interp(BEGUN, most, time))
+    where = [[np.interp(moment, time, position[:, i, k]) for k in range(3)] for i in range(position.shape[1])]
+    return moment, np.array(where)
+
+
+def errors(found: Structure, friction: float, system: System) -> Row:
+    """Of one fall."""
+    starts = np.array([bar.centre for bar in found.bars])
+    runs = [course(boxes(found, friction), step, LONGEST, turned=1.05 * BEGUN) for step in STEPS]
+    coarse, fine = (at_begun(run.time, run.turned, run.position) for run in runs)
+    due, due_ways = 2.0 * fine[0] - coarse[0], ways(fine[1], starts)
+    time, turned, position, known = [0.0], [np.zeros(len(starts))], [starts], True
+    before = {one.brick.id: one.pose for one in placed(found)}
+    for now, states, followed in seen(found, friction, system):
+        time.append(now)
+        turned.append(np.array([turn_between(pose, states[name].pose) for name, pose in before.items()]))
+        position.append(np.array([states[name].pose.position_W for name in before]))
+        known = followed
+        if turned[-1].max() > BEGUN or now > 3.0 * due:
+            break
+    moment, where = at_begun(np.array(time), np.array(turned), np.array(position))
+    direction, share = compared(ways(where, starts), due_ways)
+    return {
+        "due_ms": 1e3 * due,
+        "late_percent": 100.0 * (moment / due - 1.0),
+        "direction_deg": degrees(direction),
+        "proportions_percent": 100.0 * share,
+        "reference_apart_percent": 100.0 * abs(due / fine[0] - 1.0),
+        "without_engine": known,
+    }
+
+
+def main() -> None:
+    """Let them fall, print the table, and keep it if asked to."""
+    arguments = parser(__doc__)
+    arguments.add_argument("--each", type=int, default=5, help="how many of each family")
+    chosen = arguments.parse_args()
+    table = Table("", "5 deg after ms", "late %", "direction deg", "proportions %", "reference apart %", "no engine")
+    kept: dict[str, Row] = {}
+    for family in FAMILIES:
+        for number in range(chosen.each):
+            found = structure(family, number)
+            needed = needed_friction(found)
+            friction = WOOD if needed is None else TOO_LITTLE * needed
+            row = errors(found, friction, SYSTEMS["exact"])
+            kept[f"{found.family}, {number}"] = row
+            print_row = [f"{value:.3g}" for value in list(row.values())[:-1]]
+            table.add_row(f"{found.family}, {number}", *print_row, "yes" if row["without_engine"] else "no")
+    Console(width=140).print(table)
+    if chosen.write:
+        record("falls-in-parts", "python -m benchmarks.falls_in_parts --write", {"falls": kept})
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,258 @@
+"""Random leaning structures on `exact`, against rigid boxes that were stepped apart: when they have slipped so far.
+
+Each has less friction than statics ask for, by a share at random, and begins at rest. Errors are those of the time
+until a corner of any plank has got 5, 10, 20 mm. Run it with `python -m benchmarks.leaning_slips`; it keeps what it has
+in a file, and goes on from there.
+"""
+
+import json
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from math import inf, isfinite
+from pathlib import Path
+from statistics import median
+from time import process_time
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+from benchmarks.figures.data import Row
+from benchmarks.figures.recording import parser, record
+from benchmarks.leaning_structures import LEANING, Array, Structure, quaternion, structure
+from benchmarks.rigid_steps import Boxes, Course, course
+from benchmarks.slips import _step
+from stability.engines.protocol import World
+from stability.geometry.vectors import norm, subtract
+from stability.model import BodyId, BodyState, Brick, Plane, Pose, Vec3
+from stability.motion.known_motion import FallingParts
+from stability.shapes.box import Box
+from stability.shapes.in_pose import corners_W
+from stability.statics.assembly import Assembly
+from stability.statics.facts import Placed, Stability
+from stackdsl.systems.systems import SYSTEMS, System
+from stackdsl.systems.worlds import extension_for, opened_world
+from stackdsl.timeline import Placement, Timeline
+from stackdsl.timeline import World as Scene
+
+WAYS = (0.005, 0.010, 0.020)  # [m]
+STEPS = (4e-4, 2e-4)  # [s] of the reference, the second of which tells how far the first is off
+GRAVITY = 9.81  # [m/s2]
+LONGEST = 0.8  # [s] what has not got so far by then does not count
+STAYS = 0.02  # [s] so long it is seen whether a structure with a little more friction stays
+MOST_FRICTION, CLOSE = 3.0, 1e-4  # a structure that needs more does not count; how closely what it needs is found
+WANTED = 3.0  # [%] of a time
+SHARES = (0.5, 0.99)  # of the friction that it needs
+
+
+def vec(values: Array) -> Vec3:
+    """As the extension takes it."""
+    x, y, z = (float(value) for value in values)
+    return (x, y, z)
+
+
+def placed(found: Structure) -> list[Placed]:
+    """Its bricks."""
+    return [
+        Placed(Brick(bar.name, Box(vec(bar.size)), bar.mass), Pose(vec(bar.centre), quaternion(bar.turn)))
+        for bar in found.bars
+    ]
+
+
+def planes(found: Structure, friction: float) -> tuple[Plane, ...]:
+    """What it stands on and leans against."""
+    return tuple(
+        Plane(wall.name, vec(wall.point), vec(wall.normal), friction if wall.friction is None else wall.friction)
+        for wall in found.walls
+    )
+
+
+def stands(found: Structure, friction: float) -> Stability:
+    """What statics say of it."""
+    return Assembly(planes(found, friction), friction, GRAVITY).add_all(placed(found)).stability
+
+
+def needed_friction(found: Structure) -> float | None:
+    """With how much friction it just stands; None if it never does, or always."""
+    low, high = 0.0, MOST_FRICTION
+    if stands(found, high) is not Stability.STABLE or stands(found, low) is Stability.STABLE:
+        return None
+    while high - low > CLOSE * high:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if stands(found, middle) is Stability.STABLE else (middle, high)
+    return high
+
+
+def boxes(found: Structure, friction: float) -> Boxes:
+    """For the reference."""
+    walls = found.walls
+    return Boxes(
+        0.5 * np.array([bar.size for bar in found.bars]),
+        np.array([bar.mass for bar in found.bars]),
+        np.array([bar.centre for bar in found.bars]),
+        np.array([bar.turn for bar in found.bars]),
+        np.array([wall.point for wall in walls]),
+        np.array([wall.normal for wall in walls]),
+        np.array([friction if wall.friction is None else wall.friction for wall in walls]),
+        friction,
+        GRAVITY,
+    )
+
+
+def reached(time: Array, moved: Array) -> list[float]:
+    """When something has got as far as each way [s]; infinite if it does not."""
+    farthest = np.maximum.accumulate(moved.max(axis=1))
+    return [float(np.interp(way, farthest, time)) if farthest[-1] >= way else inf for way in WAYS]
+
+
+def reference(found: Structure, friction: float) -> tuple[list[float], list[float], int]:
+    """When it has got so far, extrapolated from two steps [s]; the shares by which these differ; unsettled steps."""
+    runs: list[Course] = [course(boxes(found, friction), step, LONGEST, 1.02 * WAYS[-1]) for step in STEPS]
+    coarse, fine = (reached(run.time, run.moved) for run in runs)
+    times = [2.0 * b - a if isfinite(a) and isfinite(b) else inf for a, b in zip(coarse, fine, strict=True)]
+    apart = [abs(t / b - 1.0) if isfinite(t) else inf for t, b in zip(times, fine, strict=True)]
+    return times, apart, sum(run.unsettled for run in runs)
+
+
+def timeline(found: Structure, friction: float) -> Timeline:
+    """For a run."""
+    placements = (Placement(0.0, one.brick, 1, one.pose) for one in placed(found))
+    return Timeline(Scene(GRAVITY, friction, planes(found, friction)), tuple(placements), hold=1.0)
+
+
+def seen(found: Structure, friction: float, system: System) -> Iterator[tuple[float, Mapping[BodyId, BodyState], bool]]:
+    """Time [s], all states and whether no engine was needed yet, after every step on a system."""
+    scene = timeline(found, friction)
+    world: World = opened_world(scene, system)
+    try:
+        for one in scene.placements:
+            world.add_brick(one.brick, one.pose)
+        extension = extension_for(scene, system, world)
+        falling = FallingParts(world, scene.world.planes, friction, GRAVITY)
+        if extension is not None:
+            extension.set_down([one.brick.id for one in scene.placements])
+            extension.update()
+            verdict = extension.verdict()
+            if not extension.awake():
+                return
+            falling.woken(extension.awake(), verdict.motion if verdict else None)
+        names, known = [one.brick.id for one in scene.placements], True
+        while True:
+            _step(world, extension, falling)
+            known = known and falling.follows
+            yield world.time(), world.states(names), known
+    finally:
+        world.close()
+
+
+def played(found: Structure, friction: float, system: System, until: float) -> tuple[list[float], float]:
+    """When something has got so far [s], and how far it had got when an engine took over [m]."""
+    starts = {one.brick.id: (one, corners_W(one.brick.shape, one.pose)) for one in placed(found)}
+    time, moved, known_way = [0.0], [[0.0]], 0.0
+    for now, states, known in seen(found, friction, system):
+        far = max(
+            norm(subtract(after, before))
+            for name, (one, corners) in starts.items()
+            for before, after in zip(corners, corners_W(one.brick.shape, states[name].pose), strict=True)
+        )
+        time.append(now)
+        moved.append([far])
+        known_way = far if known else known_way
+        if far > WAYS[-1] or now > until:
+            break
+    return reached(np.array(time), np.array(moved)), known_way
+
+
+def case(found: Structure, system: System) -> dict[str, Any] | None:
+    """What came of one structure; None if it does not slip for want of friction."""
+    needed = needed_friction(found)
+    if needed is None:
+        return None
+    share = float(np.random.default_rng([found.number, *found.family.encode()]).uniform(*SHARES))
+    friction = share * needed
+    started = process_time()
+    due, apart, unsettled = reference(found, friction)
+    stays = course(boxes(found, 1.01 * needed), STEPS[0], STAYS)
+    referred = process_time() - started
+    ways = sum(map(isfinite, due))  # some stick again
+    if not ways:
+        return None
+    times, known_way = played(found, friction, system, 3.0 * due[ways - 1])
+    return {
+        "family": found.family,
+        "number": found.number,
+        "share": share,
+        "needed": needed,
+        "due": due[:ways],
+        "apart": max(apart[:ways]),
+        "unsettled": unsettled,
+        "stays_mm": 1e3 * float(stays.moved.max()),
+        "times": times[:ways],
+        "error": max((t / d - 1.0 for t, d in zip(times, due[:ways], strict=False)), key=abs),
+        "known_mm": 1e3 * known_way,
+        "reference_s": referred,
+        "played_s": process_time() - started - referred,
+    }
+
+
+def cases(numbers: Sequence[int], system: System, keep: Path | None) -> Iterator[dict[str, Any]]:
+    """All families in turn; those that a file holds are not played again."""
+    rows = [json.loads(line) for line in keep.read_text().splitlines()] if keep and keep.exists() else []
+    done = {(row["family"], row["number"]) for row in rows}
+    yield from rows
+    for number in numbers:
+        for family in LEANING:
+            found, tried = structure(family, number), number
+            if (found.family, number) in done:
+                continue
+            while (row := case(found, system)) is None:
+                tried += 1000
+                found = structure(family, tried)
+            row |= {"number": number, "tried": tried}
+            if keep:
+                with keep.open("a") as file:
+                    file.write(json.dumps(row) + "\n")
+            yield row
+
+
+def main() -> None:
+    """Let them slip, print the table, and keep it if asked to."""
+    arguments = parser(__doc__)
+    arguments.add_argument("--each", type=int, default=25, help="how many of each family")
+    arguments.add_argument("--system", default="exact")
+    arguments.add_argument("--keep", type=Path, help="file of rows, which is gone on with")
+    chosen = arguments.parse_args()
+    steps = cases(range(chosen.each), SYSTEMS[chosen.system], chosen.keep)
+    found = list(track(steps, "slips", len(LEANING) * chosen.each, console=Console(stderr=True), transient=True))
+    by_family = defaultdict(list)
+    for row in found:
+        by_family[row["family"]].append(row)
+    by_family["all"] = found
+    table = Table("", "cases", "median %", "worst %", "over 3 %", "reference apart %", "stands with 1 % more")
+    kept: dict[str, Row] = {}
+    for family, rows in by_family.items():
+        kept[family] = values(rows)
+        table.add_row(family, *(f"{value:.3g}" for value in list(kept[family].values())[:5]))
+    Console(width=140).print(table)
+    if chosen.write:
+        record("leaning-slips", "python -m benchmarks.leaning_slips --write", {chosen.system: kept})
+
+
+def values(rows: Sequence[Mapping[str, Any]]) -> dict[str, float]:
+    """What a table shows of some cases."""
+    errors = [100.0 * abs(row["error"]) for row in rows]
+    return {
+        "cases": len(rows),
+        "median_percent": median(errors),
+        "worst_percent": max(errors),
+        "over_3_percent": sum(error > WANTED for error in errors),
+        "reference_apart_percent": max(100.0 * row["apart"] for row in rows),
+        "stays_mm": max(row["stays_mm"] for row in rows),
+        "handed_over_early": sum(row["known_mm"] < 1e3 * WAYS[len(row["due"]) - 1] for row in rows),
+    }
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,237 @@
+"""Random structures that lean, and random ones that fall in several parts: what slips and falls are measured on.
+
+Planks have sides, densities, angles and directions at random, and meet edge on face or corner on face, so that it is
+known where they touch. All of it is plain geometry across the leaning: x the way it leans, z up, y along the edges.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from math import cos, pi, radians, sin, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Rng = np.random.Generator
+TOUCHES = 1e-9  # [m]
+EDGE_AT = (0.02, 0.42)  # shares of a plank from its middle: between these it lies over an edge
+WITHIN = 0.04  # share of a side: what touches a face is not so near to its end
+
+
+@dataclass(frozen=True, slots=True)
+class Bar:
+    """A box in its place."""
+
+    name: str
+    size: Array  # (3,) [m]
+    mass: float  # [kg]
+    centre: Array  # (3,) [m]
+    turn: Array  # (3, 3) body axes, by columns
+
+    def corners(self) -> Array:
+        """(8, 3) [m]."""
+        signs = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+        return self.centre + (signs * self.size) @ self.turn.T
+
+    def shifted(self, *by: float) -> "Bar":
+        """The same elsewhere [m]."""
+        return replace(self, centre=self.centre + np.array(by))
+
+
+@dataclass(frozen=True, slots=True)
+class Wall:
+    """A fixed half-space."""
+
+    name: str
+    point: Array  # (3,) [m]
+    normal: Array  # (3,) unit, out of the solid
+    friction: float | None  # None for that of brick on brick
+
+
+@dataclass(frozen=True, slots=True)
+class Structure:
+    """Boxes, and what they stand on and lean against."""
+
+    family: str
+    number: int
+    bars: Sequence[Bar]
+    walls: Sequence[Wall]
+
+
+def about_y(angle: float) -> Array:
+    """The turn that raises the x axis by an angle [rad]."""
+    return np.array([[cos(angle), 0.0, -sin(angle)], [0.0, 1.0, 0.0], [sin(angle), 0.0, cos(angle)]])
+
+
+def about_z(angle: float) -> Array:
+    """The turn about the vertical by an angle [rad]."""
+    return np.array([[cos(angle), -sin(angle), 0.0], [sin(angle), cos(angle), 0.0], [0.0, 0.0, 1.0]])
+
+
+def plank(rng: Rng, name: str, angle: float, twist: float = 0.0, length: float | None = None) -> Bar:
+    """A plank that rises towards +x by an angle [rad], turned about the vertical, its lowest point at z = 0."""
+    size = np.array([length or rng.uniform(0.08, 0.15), rng.uniform(0.018, 0.034), rng.uniform(0.006, 0.011)])
+    mass = float(np.prod(size) * rng.uniform(400.0, 900.0))
+    bar = Bar(name, size, mass, np.zeros(3), about_z(twist) @ about_y(angle))
+    return bar.shifted(0.0, 0.0, -bar.corners()[:, 2].min())
+
+
+def mirrored(bar: Bar) -> Bar:
+    """The same, rising towards -x."""
+    half = about_z(pi)
+    return replace(bar, centre=half @ bar.centre, turn=half @ bar.turn)
+
+
+def up_to(bar: Bar, point: Array, normal: Array) -> Bar:
+    """The same, moved along x until it touches the front of a plane: `normal` looks out of it, towards the bar."""
+    gaps = (bar.corners() - point) @ normal
+    return bar.shifted(-float(gaps.min() / normal[0]), 0.0, 0.0)
+
+
+def face(bar: Bar, direction: Array) -> tuple[Array, Array]:
+    """A point of the face of a bar that looks most in a direction, and its normal."""
+    cosines = bar.turn.T @ direction
+    axis = int(np.argmax(np.abs(cosines)))
+    normal = np.sign(cosines[axis]) * bar.turn[:, axis]
+    return bar.centre + 0.5 * bar.size[axis] * normal, normal
+
+
+def touches_within(one: Bar, other: Bar, direction: Array) -> bool:
+    """Whether the corners of one that touch the face of another lie well within it."""
+    point, normal = face(other, direction)
+    gaps = (one.corners() - point) @ normal
+    local = np.abs((one.corners()[gaps < TOUCHES] - other.centre) @ other.turn) / other.size
+    axis = int(np.argmax(np.abs(other.turn.T @ normal)))
+    return bool(np.delete(local, axis, axis=1).max() < 0.5 - WITHIN)
+
+
+GROUND = Wall("ground", np.zeros(3), np.array([0.0, 0.0, 1.0]), None)
+
+
+def ladder(rng: Rng, twist: float = 0.0) -> Structure | None:
+    """A plank leans on a wall that is a little rough."""
+    wall = Wall("wall", np.zeros(3), np.array([-1.0, 0.0, 0.0]), float(rng.uniform(0.0, 0.25)))
+    bar = up_to(plank(rng, "ladder", radians(rng.uniform(40.0, 75.0)), twist), wall.point, wall.normal)
+    return Structure("ladder", 0, [bar], [GROUND, wall])
+
+
+def askew(rng: Rng) -> Structure | None:
+    """The same, not square to its wall: a corner leans."""
+    found = ladder(rng, radians(rng.uniform(4.0, 30.0)) * rng.choice((-1.0, 1.0)))
+    return found and replace(found, family="askew ladder")
+
+
+def against_block(rng: Rng) -> Structure | None:
+    """A plank leans on the side of a heavy block."""
+    angle = radians(rng.uniform(40.0, 70.0))
+    bar = plank(rng, "plank", angle)
+    height = rng.uniform(1.05, 1.5) * float(bar.corners()[:, 2].max())
+    block = plank(rng, "block", pi / 2.0, length=height)
+    size = np.array([height, 0.05, rng.uniform(0.03, 0.05)])
+    block = replace(block, size=size, mass=float(np.prod(size) * rng.uniform(900.0, 2500.0)))
+    block = block.shifted(-float(block.corners()[:, 0].min()), 0.0, -float(block.corners()[:, 2].min()))
+    point, normal = face(block, np.array([-1.0, 0.0, 0.0]))
+    return Structure("against a block", 0, [up_to(bar, point, normal), block], [GROUND])
+
+
+def over_an_edge(rng: Rng) -> Structure | None:
+    """A plank stands on the ground and lies over the edge of a block, or of planks."""
+    block = plank(rng, "block", 0.0)
+    size = np.array([rng.uniform(0.03, 0.06), rng.uniform(0.04, 0.08), rng.uniform(0.008, 0.06)])
+    block = replace(block, size=size, mass=float(np.prod(size) * rng.uniform(900.0, 2500.0)))
+    block = block.shifted(0.5 * float(size[0]), 0.0, 0.5 * float(size[2]) - float(block.centre[2]))
+    twist = radians(rng.choice((0.0, 1.0)) * rng.uniform(-8.0, 8.0))
+    bar = plank(rng, "plank", radians(rng.uniform(12.0, 60.0)), twist)
+    if bar.size[1] > 0.8 * size[1]:
+        return None
+    point, normal = face(bar, np.array([0.0, 0.0, -1.0]))  # the lower face; the edge of the block must lie on it
+    edge = np.array([[0.0, side * 0.5 * size[1], size[2]] for side in (-1.0, 1.0)])
+    bar = bar.shifted(float(((edge - point) @ normal).max() / normal[0]), 0.0, 0.0)
+    where = (np.array([0.0, 0.0, size[2]]) - bar.centre) @ bar.turn[:, 0] / bar.size[0]
+    if not EDGE_AT[0] <= where < EDGE_AT[1]:
+        return None
+    return Structure("over an edge", 0, [bar, block], [GROUND])
+
+
+def unlike_v(rng: Rng, twist: float = 0.0) -> Structure | None:
+    """A plank leans on the lower face of one that leans on it."""
+    one, other = (plank(rng, name, radians(rng.uniform(45.0, 72.0)), t) for name, t in (("a", twist), ("b", 0.0)))
+    other = mirrored(other)
+    point, normal = face(other, np.array([-1.0, 0.0, -0.5]))
+    one = up_to(one, point, normal)
+    if not touches_within(one, other, np.array([-1.0, 0.0, -0.5])):
+        return None
+    return Structure("unlike V", 0, [one, other], [GROUND])
+
+
+def askew_v(rng: Rng) -> Structure | None:
+    """The same, twisted against each other: a corner leans."""
+    found = unlike_v(rng, radians(rng.uniform(3.0, 12.0)) * rng.choice((-1.0, 1.0)))
+    return found and replace(found, family="askew V")
+
+
+def chain(rng: Rng) -> Structure | None:
+    """A third plank leans on the back of such a V."""
+    found = unlike_v(rng)
+    if found is None:
+        return None
+    third = mirrored(plank(rng, "c", radians(rng.uniform(30.0, 50.0)), length=float(rng.uniform(0.06, 0.09))))
+    point, normal = face(found.bars[1], np.array([1.0, 0.0, 0.5]))
+    third = up_to(third, point, normal)
+    if not touches_within(third, found.bars[1], np.array([1.0, 0.0, 0.5])):
+        return None
+    return Structure("V under load", 0, [*found.bars, third], [GROUND])
+
+
+def rider(rng: Rng) -> Structure | None:
+    """A shallow ladder carries a plank on its back."""
+    wall = Wall("wall", np.zeros(3), np.array([-1.0, 0.0, 0.0]), float(rng.uniform(0.0, 0.2)))
+    angle = radians(rng.uniform(22.0, 34.0))
+    bar = up_to(plank(rng, "ladder", angle), wall.point, wall.normal)
+    load = plank(rng, "load", angle, length=float(rng.uniform(0.03, 0.05)))
+    out = bar.turn @ np.array([rng.uniform(-0.1, 0.2) * bar.size[0], 0.0, 0.5 * (bar.size[2] + load.size[2])])
+    return Structure("ladder under load", 0, [bar, replace(load, centre=bar.centre + out)], [GROUND, wall])
+
+
+LEANING: Sequence[Callable[[Rng], Structure | None]] = (
+    ladder,
+    askew,
+    against_block,
+    over_an_edge,
+    unlike_v,
+    askew_v,
+    chain,
+    rider,
+)
+
+
+def structure(family: Callable[[Rng], Structure | None], number: int) -> Structure:
+    """The structure of a family with a number; always the same. The whole is turned about the vertical."""
+    rng = np.random.default_rng([number, len(family.__name__), sum(map(ord, family.__name__))])
+    found = None
+    while found is None:
+        found = family(rng)
+    yaw = about_z(float(rng.uniform(0.0, 2.0 * pi)))
+    bars = [replace(bar, centre=yaw @ bar.centre, turn=yaw @ bar.turn) for bar in found.bars]
+    walls = [replace(wall, normal=yaw @ wall.normal) for wall in found.walls]
+    return replace(found, number=number, bars=bars, walls=walls)
+
+
+def quaternion(turn: Array) -> tuple[float, float, float, float]:
+    """x, y, z, w of a turn."""
+    values, vectors = np.linalg.eigh(_symmetric(turn))
+    x, y, z, w = vectors[:, int(np.argmax(values))]
+    size = sqrt(x * x + y * y + z * z + w * w)
+    return (float(x / size), float(y / size), float(z / size), float(w / size))
+
+
+def _symmetric(r: Array) -> Array:
+    """Bar-Itzhack's matrix, of which the quaternion is the first eigenvector."""
+    return np.array(
+        [
+            [r[0, 0] - r[1, 1] - r[2, 2], r[0, 1] + r[1, 0], r[0, 2] + r[2, 0], r[2, 1] - r[1, 2]],
+            [r[0, 1] + r[1, 0], r[1, 1] - r[0, 0] - r[2, 2], r[1, 2] + r[2, 1], r[0, 2] - r[2, 0]],
+            [r[0, 2] + r[2, 0], r[1, 2] + r[2, 1], r[2, 2] - r[0, 0] - r[1, 1], r[1, 0] - r[0, 1]],
+            [r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1], r[0, 0] + r[1, 1] + r[2, 2]],
+        ]
+    )

@@ -1,0 +1,161 @@
+"""The points at which bricks in motion touch, each with its own gap: what lies on a face may lift off at one corner."""
+
+from collections.abc import Collection, Iterator, Mapping, Sequence, Set
+from dataclasses import dataclass, replace
+from math import inf
+
+import numpy as np
+
+from stability.geometry.separation import blocks_apart
+from stability.geometry.touching import reach_between
+from stability.geometry.vectors import dot, scale, subtract, unit
+from stability.model import BodyId, Plane, Vec3
+from stability.shapes.apart import apart_from_plane, solid_block
+from stability.statics.contacts.solids import Solid, solid
+from stability.statics.contacts.touch import contact_between, contact_with_plane
+from stability.statics.facts import Contact, Placed, Tolerances
+from stability.statics.solvers.conic_program import Array
+from stability.statics.solvers.wrench_matrix import Cones
+
+EDGEWISE = 1e-6  # cosine: a line along a face does not enter there
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where bricks are, and what they may touch."""
+
+    bricks: Mapping[BodyId, Placed]  # free to move, by name
+    fixed: Mapping[BodyId, Placed]
+    planes: Mapping[BodyId, Plane]
+    friction: float  # Coulomb coefficient of brick on brick
+    solids: Mapping[BodyId, Solid]  # all of them
+
+    def with_moved(self, moved: Mapping[BodyId, Placed]) -> "Place":
+        """The same with some of the bricks elsewhere."""
+        solids = {**self.solids, **{name: solid(placed) for name, placed in moved.items()}}
+        return replace(self, bricks={**self.bricks, **moved}, solids=solids)
+
+
+@dataclass(frozen=True, slots=True)
+class Touching:
+    """All contacts of bricks that may move."""
+
+    moving: Sequence[Contact]  # those of what falls
+    resting: Sequence[Contact]  # those of what stands, which stay as they are
+    falling: Collection[BodyId]
+    offsets: Mapping[tuple[BodyId, BodyId], float]  # gaps that count as none, of those that touched at first [m]
+    before: Set[Set[BodyId]] = frozenset()  # those that touched when this was asked last
+
+    def then(self, place: Place) -> "Touching | None":
+        """Those of later; None if one brick has come to be inside of another."""
+        moving = _contacts_of(self.falling, place)
+        met = frozenset(frozenset((contact.lower, contact.upper)) for contact in self.moving)
+        return None if moving is None else replace(self, moving=moving, before=met)
+
+    def touched(self, one: BodyId, other: BodyId) -> bool:
+        """Whether two bodies were in touch before."""
+        return frozenset((one, other)) in self.before
+
+    def gaps(self, moving: Sequence[Contact], place: Place) -> Array:
+        """How far the bodies are from each other at each point and normal of these contacts and of what rests [m]."""
+        gaps = [gap - self.offsets.get((c.lower, c.upper), 0.0) for c in moving for gap in _gaps(c, place)]
+        return np.array(gaps + [0.0] * sum(cones_in(contact) for contact in self.resting))
+
+
+def touching(place: Place, falling: Collection[BodyId]) -> Touching | None:
+    """What touches as things begin to fall; that is taken to touch, whatever rounding or an engine has left between."""
+    moving = _contacts_of(falling, place)
+    if moving is None:
+        return None
+    standing = [name for name in place.bricks if name not in falling]
+    pairs = [(name, other) for name in standing for other in (*standing, *place.fixed) if name != other]
+    resting = [_between(*pair, place) for pair in pairs if pair[0] < pair[1] or pair[1] in place.fixed]
+    resting += [_with_plane(name, plane, place) for name in standing for plane in place.planes.values()]
+    offsets = {(contact.lower, contact.upper): min(_gaps(contact, place)) for contact in moving}
+    return Touching(moving, [contact for contact in resting if contact is not None], falling, offsets)
+
+
+def alternatives(contact: Contact) -> list[Contact]:
+    """A contact with each normal that it may have by itself.
+
+    Edges that lie along each other press along any normal between two: first along the middle one, for as long as they
+    do not slip on each other; then one of them slides down the face of the other.
+    """
+    normals = contact.normals_W
+    if len(normals) == 1:
+        return [contact]
+    middle = unit((sum(n[0] for n in normals), sum(n[1] for n in normals), sum(n[2] for n in normals)))
+    return [replace(contact, normals_W=(normal,)) for normal in (middle, *normals)]
+
+
+def cones_in(contact: Contact) -> int:
+    """How many points and normals a contact has."""
+    return len(contact.points_W) * len(contact.normals_W)
+
+
+def _contacts_of(falling: Collection[BodyId], place: Place) -> list[Contact] | None:
+    """All contacts of what falls; None if some of it is deeper in something than what touches may be."""
+    found, names = [], sorted(falling)
+    for number, name in enumerate(names):
+        own = place.solids[name]
+        for plane in place.planes.values():
+            found.append(_with_plane(name, plane, place))
+            placed = place.bricks[name]
+            if apart_from_plane(placed.brick.shape, placed.pose, plane).gap < -reach_between(own.shortest):
+                return None
+        for other in (*names[number + 1 :], *(o for o in (*place.bricks, *place.fixed) if o not in falling)):
+            contact = _between(name, other, place)
+            if contact is None and _is_inside(own, place.solids[other], place):
+                return None
+            found.append(contact)
+    return [contact for contact in found if contact is not None]
+
+
+def _between(one: BodyId, other: BodyId, place: Place) -> Contact | None:
+    return contact_between(place.solids[one], place.solids[other], place.friction, Tolerances())
+
+
+def _with_plane(name: BodyId, plane: Plane, place: Place) -> Contact | None:
+    return contact_with_plane(place.solids[name], plane, Tolerances())
+
+
+def _is_inside(one: Solid, other: Solid, place: Place) -> bool:
+    if any(a > d or b < c for a, b, c, d in zip(one.low_W, one.high_W, other.low_W, other.high_W, strict=True)):
+        return False
+    shapes = ({**place.bricks, **place.fixed}[body.id] for body in (one, other))
+    return blocks_apart(*(solid_block(placed.brick.shape, placed.pose) for placed in shapes)).gap < 0.0
+
+
+def _gaps(contact: Contact, place: Place) -> Iterator[float]:
+    """How far apart the bodies are at each point along each normal [m]."""
+    for point_W in contact.points_W:
+        for normal_W in contact.normals_W:
+            upper = _begins(place.solids[contact.upper], point_W, normal_W)
+            if contact.lower in place.planes:
+                plane = place.planes[contact.lower]
+                yield upper - dot(subtract(plane.point_W, point_W), plane.normal_W)
+            else:
+                yield upper + _begins(place.solids[contact.lower], point_W, scale(-1.0, normal_W))
+
+
+def _begins(body: Solid, point_W: Vec3, along_W: Vec3) -> float:
+    """How far along a line from a point a box begins [m]: at the last of the faces that look against the line."""
+    first, away = -inf, subtract(point_W, body.pose.position_W)
+    for axis, half in zip(body.axes, body.half, strict=True):
+        cosine = dot(axis, along_W)
+        if abs(cosine) > EDGEWISE:
+            first = max(first, -half / abs(cosine) - dot(axis, away) / cosine)
+    return first
+
+
+def slip_matrix(cones: Cones, place: Place) -> Array:
+    """From velocities of bricks, (6 n,) with spins, to relative ones of points: normal and two tangents each."""
+    count, bricks = len(cones.lower), len(place.bricks)
+    centres = np.array([*(placed.pose.position_W for placed in place.bricks.values()), (0.0, 0.0, 0.0)])
+    rows, each = np.zeros((count, bricks + 1, 3, 6)), np.arange(count)
+    for bodies, sign in ((cones.upper, 1.0), (cones.lower, -1.0)):
+        arms = cones.points_W - centres[bodies]
+        rows[each, bodies, :, :3] += sign * cones.axes_W
+        rows[each, bodies, :, 3:] += sign * np.cross(arms[:, None, :], cones.axes_W)
+    matrix: Array = rows[:, :bricks].transpose(0, 2, 1, 3).reshape(3 * count, 6 * bricks)
+    return matrix

@@ -1,0 +1,232 @@
+"""How do bricks begin to slip, tip and part, and go on, while nothing lands?
+
+Gauss' principle of least constraint with Coulomb's cone at every point of contact says how they accelerate
+(coulomb.py). It is asked anew at each step, for velocities in the middle of steps and places at their ends (leapfrog),
+so that errors are of second order in the step; contacts and their gaps follow from the places alone. It goes on for as
+long as every step is found and checked: momentum by construction, cones and slips by arithmetic, energy that only
+friction takes. It ends where a brick lands, where one that is to stand begins to move, and where nothing is found.
+"""
+
+from collections.abc import Collection, Iterator, Sequence, Set
+from dataclasses import dataclass, field
+from itertools import islice, product
+from statistics import median
+from typing import NamedTuple
+
+import numpy as np
+
+from stability.geometry.rotations import about, multiply
+from stability.geometry.vectors import add_scaled, norm, scale
+from stability.model import BodyId, BodyState, Plane, Pose
+from stability.motion.contact_points import Place, Touching, alternatives, cones_in, slip_matrix, touching
+from stability.motion.coulomb import Meeting, pressed
+from stability.motion.free_bodies import accelerations, inverse_mass, kinetic, potential
+from stability.statics.contacts.solids import solid
+from stability.statics.facts import Contact, Placed, Problem
+from stability.statics.solvers.conic_program import Array
+from stability.statics.solvers.wrench_matrix import Cones, cones_of
+
+MOST_POINTS = 150  # of contact: a step takes tens of milliseconds
+LANDS = 3.0  # times what gravity gives in a step: what meets faster than that lands
+AT_REST = 1e-6  # the same: what is slower has come to rest, and may be frozen
+STANDS = 1e-5  # share of the speed of what moves: what is to stand and is faster does not
+GAINED, ROUNDING = 1e-3, 1e-9  # shares of the potential energy lost, and of all: more kinetic energy is an error
+PARTS = 1e-5  # of the largest velocity: more slowly, bodies that press part by rounding
+# From velocities in the middles of steps, latest first, to that at the end of the last one, by how many are known.
+ONWARD = {1: (1.0,), 2: (1.5, -0.5), 3: (1.875, -1.25, 0.375)}
+MOST_CHOICES = 4  # of normals that are tried in a step
+
+
+@dataclass
+class FrictionalMotion:
+    """Bricks that move from rest, and others that feel them and are to stand."""
+
+    place: Place  # where all bricks are, and what stays as it is
+    touching: Touching
+    falling: Collection[BodyId]  # those that are known to move
+    gravity: float  # [m/s2]
+    _velocities: list[Array] = field(init=False)  # (6 n,) with spins, in the middles of the last steps, latest first
+    _last: float = field(default=0.0, init=False)  # how long the last step was [s]
+    _forces_W: dict[tuple[BodyId, BodyId], Array] = field(default_factory=dict, init=False)  # [N]
+    _energy: float = field(init=False)  # at rest [J]
+    _lands: bool = field(default=False, init=False)  # whether a corner comes down on what it touches elsewhere already
+
+    def __post_init__(self) -> None:
+        """All is at rest."""
+        self._velocities = [np.zeros(6 * len(self.place.bricks))]
+        self._energy = potential(self.place.bricks.values(), self.gravity)
+
+    def goes_on(self, duration: float) -> bool:
+        """Move for a short time [s]; False, and not at all, if it is not known how."""
+        found = self.next_velocities(duration)
+        if found is None or np.abs(found).max() <= AT_REST * self.gravity * duration:
+            return False
+        place = self._moved(found, duration)
+        touches = None if place is None else self.touching.then(place)
+        if place is None or touches is None or self._gains(found, place):
+            return False
+        smoothly = self._last > 0.0 and not self._lands
+        self._velocities = [found, *(self._velocities if smoothly else ())][: max(ONWARD)]
+        self._last = duration
+        self.place, self.touching = place, touches
+        return True
+
+    def states(self) -> dict[BodyId, BodyState]:
+        """Where what falls is, and how it moves; velocities are carried on from the middle of the last step."""
+        now = np.einsum("i,ij->j", ONWARD[len(self._velocities)], self._velocities)
+        return {
+            name: BodyState(placed.pose, (a, b, c), (d, e, f))
+            for (name, placed), (a, b, c, d, e, f) in zip(
+                self.place.bricks.items(), now.reshape(-1, 6).tolist(), strict=True
+            )
+            if name in self.falling
+        }
+
+    def take_landed(self) -> Sequence[BodyId]:
+        """None: an engine takes over before anything rests again."""
+        return ()
+
+    def next_velocities(self, duration: float) -> Array | None:
+        """(6 n,) in the middle of a step of so many seconds from here; None if they are not known."""
+        several = [alternatives(contact) for contact in self.touching.moving]
+        velocities = self._allowed([each[0] for each in several], duration)
+        if velocities is None:
+            return None
+        slipping = [i for i, each in enumerate(several) if len(each) > 1 and self._part_by(each, velocities)]
+        if not slipping:
+            return velocities
+        for chosen in islice(product(*(several[i][1:] for i in slipping)), MOST_CHOICES):
+            contacts = [each[0] for each in several]
+            for i, contact in zip(slipping, chosen, strict=True):
+                contacts[i] = contact
+            velocities = self._allowed(contacts, duration)
+            if velocities is not None and not any(self._part_by(several[i], velocities) for i in slipping):
+                return velocities
+        return None
+
+    def _part_by(self, alternatives_of: Sequence[Contact], velocities: Array) -> bool:
+        """Whether bodies that press on each other part along one of the normals that they may have."""
+        pair = (alternatives_of[0].lower, alternatives_of[0].upper)
+        if not np.any(self._forces_W.get(pair, 0.0)):
+            return False
+        cones = cones_of(Problem({}, alternatives_of[1:], {}), tuple(self.place.bricks))
+        return bool((slip_matrix(cones, self.place) @ velocities)[0::3].max() > PARTS * np.abs(velocities).max())
+
+    def _allowed(self, moving: Sequence[Contact], duration: float) -> Array | None:
+        """Velocities that contacts allow, each with one normal at a point."""
+        contacts = [*moving, *self.touching.resting]
+        cones = cones_of(Problem({}, contacts, {}), tuple(self.place.bricks))
+        if len(cones.lower) > MOST_POINTS:
+            return None
+        bricks, time = self.place.bricks.values(), 0.5 * (self._last + duration)
+        units = _units(bricks, self.gravity * time)
+        free = self._velocities[0] + time * accelerations(bricks, self._velocities[0], self.gravity)
+        meeting = Meeting(
+            slip_matrix(cones, self.place) * units.columns / units.speed,
+            inverse_mass(bricks) * (units.mass * units.speed**2) / np.outer(units.columns, units.columns),
+            free / units.columns,
+            self.touching.gaps(moving, self.place) / (duration * units.speed),
+            cones.friction,
+        )
+        impulse = units.mass * units.speed
+        found = pressed(meeting, self._guess(contacts, cones, time / impulse))
+        if found is None:
+            return None
+        before = (meeting.slips @ (self._velocities[0] / units.columns))[0::3]
+        landing = (found.impulses[:, 0] > 0.0) & (before < -LANDS)
+        if any(landing[i] and not self.touching.touched(*pair) for i, pair in enumerate(_pairs(contacts))):
+            return None
+        self._lands = bool(landing.any())
+        velocities: Array = found.velocities * units.columns
+        if self._others_move(velocities):
+            return None
+        self._remember(contacts, cones, found.impulses * (impulse / time))
+        return velocities
+
+    def _others_move(self, velocities: Array) -> bool:
+        speeds = np.abs(velocities.reshape(-1, 6))
+        speeds[:, 3:] *= [[placed.brick.shape.bounding_radius] for placed in self.place.bricks.values()]
+        others = [name not in self.falling for name in self.place.bricks]
+        return bool(speeds[others].max(initial=0.0) > STANDS * speeds.max(initial=0.0))
+
+    def _guess(self, contacts: Sequence[Contact], cones: Cones, share: float) -> Array | None:
+        """Impulses like the forces of the last step."""
+        if not self._forces_W:
+            return None
+        known = []
+        for contact in contacts:
+            shape = (cones_in(contact), 3)
+            before = self._forces_W.get((contact.lower, contact.upper), np.zeros(shape))
+            known.append(before if before.shape == shape else np.zeros(shape))
+        impulses: Array = share * np.einsum("cij,cj->ci", cones.axes_W, np.concatenate([np.zeros((0, 3)), *known]))
+        return impulses
+
+    def _remember(self, contacts: Sequence[Contact], cones: Cones, forces: Array) -> None:
+        forces_W = np.einsum("cij,ci->cj", cones.axes_W, forces)
+        ends = np.cumsum([0, *map(cones_in, contacts)])
+        self._forces_W = {
+            (contact.lower, contact.upper): forces_W[first:last]
+            for contact, first, last in zip(contacts, ends, ends[1:], strict=False)
+        }
+
+    def _moved(self, velocities: Array, duration: float) -> Place | None:
+        """Where the bricks are after a step; None if one is so fast that it might pass through another."""
+        moved = {}
+        for (name, placed), (a, b, c, d, e, f) in zip(
+            self.place.bricks.items(), velocities.reshape(-1, 6).tolist(), strict=True
+        ):
+            if name not in self.falling:
+                continue
+            speed, shape = norm((d, e, f)), placed.brick.shape
+            if duration * (norm((a, b, c)) + speed * shape.bounding_radius) > 0.5 * shape.least_thickness:
+                return None
+            turn = placed.pose.orientation
+            if speed > 0.0:
+                turn = multiply(about(scale(1.0 / speed, (d, e, f)), speed * duration), turn)
+            moved[name] = Placed(placed.brick, Pose(add_scaled(placed.pose.position_W, duration, (a, b, c)), turn))
+        return self.place.with_moved(moved)
+
+    def _gains(self, velocities: Array, place: Place) -> bool:
+        """Whether there is more energy in the middle of the step than at rest."""
+        bricks = self.place.bricks.values()
+        middle = 0.5 * (potential(bricks, self.gravity) + potential(place.bricks.values(), self.gravity))
+        lost = self._energy - middle
+        return kinetic(bricks, velocities) > (1.0 + GAINED) * lost + ROUNDING * abs(self._energy)
+
+
+def frictional_motion_of(
+    problem: Problem, falling: Set[BodyId], gravity: float, others: Collection[Placed], planes: Collection[Plane]
+) -> FrictionalMotion | None:
+    """How bricks of a problem go on that cannot stand, if its other ones do; None if that is not known.
+
+    `others` are what they may hit, those of the problem included.
+    """
+    bricks = dict(sorted(problem.bricks.items()))
+    if not bricks.keys() >= falling:
+        return None
+    fixed = {placed.brick.id: placed for placed in others if placed.brick.id not in bricks}
+    solids = {name: solid(placed) for name, placed in (*bricks.items(), *fixed.items())}
+    friction = {contact.friction for contact in problem.contacts if contact.lower not in {p.id for p in planes}}
+    place = Place(bricks, fixed, {plane.id: plane for plane in planes}, max(friction, default=0.0), solids)
+    touches = touching(place, falling)
+    return FrictionalMotion(place, touches, falling, gravity) if touches is not None else None
+
+
+def _pairs(contacts: Sequence[Contact]) -> Iterator[tuple[BodyId, BodyId]]:
+    """The two bodies of each point and normal."""
+    for contact in contacts:
+        yield from [(contact.lower, contact.upper)] * cones_in(contact)
+
+
+class _Units(NamedTuple):
+    """What makes numbers near one."""
+
+    speed: float  # [m/s]
+    mass: float  # [kg]
+    columns: Array  # (6 n,) [m/s], and [rad/s]
+
+
+def _units(bricks: Collection[Placed], speed: float) -> _Units:
+    mass = median(placed.brick.mass for placed in bricks)
+    length = median(placed.brick.shape.bounding_radius for placed in bricks)
+    return _Units(speed, mass, np.tile([speed] * 3 + [speed / length] * 3, len(bricks)))
