@@ -9,6 +9,7 @@ from enum import StrEnum
 from itertools import groupby
 from typing import TypeAlias
 
+from stability.mechanics.ground_motion import GroundMotion
 from stability.model import AT_REST, BodyId, Brick, Plane, Pose, Vec3
 
 
@@ -78,18 +79,28 @@ class Push:
     offset_W: Vec3 = (0.0, 0.0, 0.0)  # from the centre of the brick to the point that is pushed [m]
 
 
-Action: TypeAlias = Placement | Removal | Push
-Moment: TypeAlias = tuple[Placement, ...] | Removal | Push  # what is done together
+@dataclass(frozen=True, slots=True)
+class Shake:
+    """The ground begins to shake."""
+
+    time: float  # [s]
+    motion: GroundMotion
+
+
+Action: TypeAlias = Placement | Removal | Push | Shake
+Moment: TypeAlias = tuple[Placement, ...] | Removal | Push | Shake  # what is done together
 
 
 def time_of_arrival(action: Action) -> float:
-    """When it does something to the structure: at once, unless it has to fly there [s]."""
+    """When it has done all that it does to the structure: at once, unless it has to fly there, or goes on [s]."""
+    if isinstance(action, Shake):
+        return action.motion.ends
     return action.time + (action.flight if isinstance(action, Placement) else 0.0)
 
 
 def leaves_to_engine(action: Action) -> bool:
-    """Whether something is dropped, thrown or pushed, which only an engine can follow."""
-    return isinstance(action, Push) or (isinstance(action, Placement) and not action.at_rest)
+    """Whether something is dropped, thrown, pushed or shaken, which only an engine can follow."""
+    return isinstance(action, Push | Shake) or (isinstance(action, Placement) and not action.at_rest)
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,7 +125,7 @@ class Timeline:
         return tuple(action for action in self.actions if isinstance(action, Placement))
 
     def moments(self) -> Iterator[Moment]:
-        """What is done together: the bricks set down at one time, or one removal or push."""
+        """What is done together: the bricks set down at one time, or one removal, push or shaking."""
         for (_, placing), group in groupby(self.actions, key=lambda action: (action.time, type(action) is Placement)):
             if placing:
                 yield tuple(action for action in group if isinstance(action, Placement))

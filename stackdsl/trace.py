@@ -25,11 +25,12 @@ class EventKind(StrEnum):
     WOKEN = "woken"
     REMOVED = "removed"
     PUSHED = "pushed"
+    SHAKEN = "shaken"  # the ground, which is no brick
     COLLAPSED = "collapsed"
 
 
 # What the scenario does; all else comes of it.
-ACTIONS = frozenset({EventKind.PLACED, EventKind.REMOVED, EventKind.PUSHED})
+ACTIONS = frozenset({EventKind.PLACED, EventKind.REMOVED, EventKind.PUSHED, EventKind.SHAKEN})
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,7 +132,7 @@ class Energy:
 
     start: float  # just after it, with what it brought in [J]
     risen: float  # how much more the bricks that moved since ever had of it [J]
-    of_what_moved: float  # that these had just after it, heights counted as distances from the ground [J]
+    of_what_moved: float  # that these had just after it, heights as distances from the ground, and got from outside [J]
 
     @property
     def gain(self) -> float:

@@ -1,8 +1,10 @@
-"""How every part of StackDSL writes a length, a limit, and a list of names that may be long."""
+"""How every part of StackDSL writes a length, a limit, how the ground shakes, and a list of names that may be long."""
 
 from collections.abc import Sequence
 from math import ceil, floor, log10
 from typing import Final, TypeVar
+
+from stability.mechanics.ground_motion import GroundMotion
 
 MILLIMETRES: Final = 1000.0  # in a metre
 MOST_NAMES: Final = 6  # that are written out; more fill the line and tell nothing
@@ -25,6 +27,12 @@ def rounded_up(number: float) -> str:
     """The same of a lower limit."""
     unit = 10.0 ** (floor(log10(number)) - 2)
     return f"{ceil(number / unit) * unit:g}"
+
+
+def shaking_text(motion: GroundMotion) -> str:
+    """How the ground shakes: `by up to 4.9 m/s2 for 2 s`."""
+    most = max(map(abs, motion.extremes(motion.begins)))
+    return f"by up to {most:.4g} m/s2 for {motion.course.duration:g} s"
 
 
 def shortened(names: Sequence[Name], least: int = 2) -> tuple[Sequence[Name], int]:

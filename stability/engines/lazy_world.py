@@ -8,6 +8,7 @@ from collections.abc import Collection, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 
 from stability.engines.near_engine import NearEngine, Opening
+from stability.engines.prescribed import PrescribedMotion
 from stability.engines.put_bodies import PutBodies
 from stability.engines.settings import EngineSettings
 from stability.mechanics.rubbing import Pressed
@@ -19,12 +20,13 @@ class RestingWorld:
     """Stands in for a world until one is needed, and then for the part of it that matters."""
 
     opening: Opening
+    prescribed: PrescribedMotion = field(default_factory=PrescribedMotion, init=False)
     _put: PutBodies = field(init=False)
     _engine: NearEngine = field(init=False)
 
     def __post_init__(self) -> None:
         self._put = PutBodies()
-        self._engine = NearEngine(self._put, self.opening)
+        self._engine = NearEngine(self._put, self.opening, self.prescribed)
 
     @property
     def settings(self) -> EngineSettings:

@@ -3,6 +3,7 @@
 from collections.abc import Collection, Mapping, Sequence, Set
 from typing import Protocol, TypeVar
 
+from stability.engines.prescribed import PrescribedMotion
 from stability.engines.settings import EngineSettings
 from stability.mechanics.rubbing import Pressed
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Shape, Vec3
@@ -76,6 +77,8 @@ class Pressing(Protocol):
 
 class World(Engine, Joining, Pressing, Protocol):
     """An engine's world of one's own: bricks and planes come in, and time goes on."""
+
+    prescribed: PrescribedMotion  # what moves as somebody outside says; read before each step
 
     @property
     def settings(self) -> EngineSettings:

@@ -7,6 +7,7 @@ factor^3, forces and impulses factor^4 times as large, and gravity is weaker by 
 from collections.abc import Collection, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 
+from stability.engines.prescribed import PrescribedMotion
 from stability.engines.protocol import World
 from stability.engines.settings import EngineSettings
 from stability.geometry.vectors import scale
@@ -21,6 +22,7 @@ class ResizedWorld:
 
     engine: World
     factor: float  # lengths of the engine in lengths of whoever asks
+    prescribed: PrescribedMotion = field(default_factory=PrescribedMotion, init=False)
     _bricks: dict[BodyId, Brick] = field(default_factory=dict, init=False)
     _masses: Mapping[BodyId, float] = field(default_factory=dict, init=False)
 
@@ -34,6 +36,7 @@ class ResizedWorld:
         return self.engine.time()
 
     def step(self) -> None:
+        self.engine.prescribed.acceleration_W = scale(self.factor, self.prescribed.acceleration_W)
         self.engine.step()
 
     def limit_travel(self, fastest: float) -> None:

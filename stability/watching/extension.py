@@ -4,6 +4,7 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
+from stability.mechanics.ground_motion import GroundMotion
 from stability.model import BodyId, Vec3
 from stability.statics.facts import Verdict
 
@@ -77,3 +78,14 @@ class JudgesLandings(Protocol):
 
     def landed(self, bricks: Iterable[BodyId]) -> Update:
         """Say that these bricks have come to rest: they are judged at once, though nothing was set down."""
+
+
+@runtime_checkable
+class FeelsShaking(Protocol):
+    """An extension that knows what the ground does to what it holds."""
+
+    def shaken(self, motion: GroundMotion) -> None:
+        """Say how the ground moves from now on."""
+
+    def holds_until(self) -> float:
+        """Until when all that is held is proven to go with the ground [s]; inf if that is for good."""

@@ -11,9 +11,9 @@ from stackdsl.compiling.origins import origin_of
 from stackdsl.outcome import Why
 from stackdsl.systems.known_systems import system_named
 from stackdsl.systems.systems import Method
-from stackdsl.timeline import Action, Arrival, Placement, Push, Removal, Timeline, time_of_arrival
+from stackdsl.timeline import Action, Arrival, Placement, Push, Removal, Shake, Timeline, time_of_arrival
 from stackdsl.trace import Event, EventKind, Trace
-from stackdsl.wording import mm, names_text
+from stackdsl.wording import mm, names_text, shaking_text
 
 NOTICED = 1e-6  # [m] what shifted by less has not moved, as far as people are concerned
 EARLY = 0.05  # [s] how much before its aim what is thrown or dropped may meet the structure
@@ -104,6 +104,8 @@ def _before(case: Case, trace: Trace, woken: Event | None) -> str:
 
 def _met(action: Action) -> float:
     """When it does something to the structure [s]; what flies may meet it a little before its aim."""
+    if isinstance(action, Shake):
+        return action.time
     flies = isinstance(action, Placement) and action.hits
     return max(action.time, time_of_arrival(action) - EARLY) if flies else time_of_arrival(action)
 
@@ -121,6 +123,8 @@ def _done(together: Sequence[Action]) -> str:
             return f"{names_text(in_order(removal.bricks))} pulled out at {removal.time:g} s"
         case Push() as push:
             return f"{push.brick} pushed at {push.time:g} s"
+        case Shake() as shake:
+            return f"the ground shaken {shaking_text(shake.motion)} from {shake.time:g} s on"
         case Placement() as first:
             level = f", level {first.level}" if first.level and len(together) == 1 else ""
             names = [placed.brick.id for placed in together if isinstance(placed, Placement)]

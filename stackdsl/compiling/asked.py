@@ -29,7 +29,10 @@ def asked_of(scenario: Scenario) -> Asked:
     return Asked(
         hold=max(spans, default=HOLD),
         followed=scenario.watch or AFTERMATH,
-        watched=scenario.watch is not None or not scenario.expect or not all(claim.needs_statics for claim in claims),
+        watched=scenario.watch is not None
+        or scenario.world.shake is not None
+        or not scenario.expect
+        or not all(claim.needs_statics for claim in claims),
         margins=tuple(sorted({margin for claim in claims for margin in claim.needed_margins})),
         told_margins=tuple(sorted({margin for claim in claims for margin in claim.told_margins})),
         closely=any(claim.needs_close_looks for claim in claims),

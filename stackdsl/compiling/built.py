@@ -21,6 +21,7 @@ class Built:
     bricks: Sequence[BuiltBrick]  # in the author's order
     missiles: Mapping[int, Brick]  # what is thrown or dropped, by the number of the impact
     impacts: Sequence[Moment]  # when each begins
+    shaken: Moment | None  # when the ground begins to move, if it does
     planes: Sequence[Plane]
     mistimed: Sequence[Diagnostic]  # what has no time; then the times are wrong, and nothing fits
 
@@ -44,6 +45,7 @@ def built_of(scenario: Scenario, source: Source) -> Built:
         bricks=[_timed(brick, placed, schedule) for brick, placed in zip(bricks, schedule.bricks, strict=True)],
         missiles=missiles_of(scenario),
         impacts=schedule.impacts,
+        shaken=schedule.shaken,
         planes=planes,
         mistimed=schedule.mistakes,
     )

@@ -25,6 +25,7 @@ from stackdsl.compiling.name_checks import (
     unknown_bricks,
 )
 from stackdsl.compiling.neighbour_checks import nowhere, out_of_place
+from stackdsl.compiling.shakes import shakes
 from stackdsl.compiling.site import planes_of, tilt_of, turned_plane, turned_pose
 from stackdsl.compiling.slivers import slivers
 from stackdsl.diagnostics import Diagnostic, Span, first_of
@@ -103,7 +104,10 @@ def _timeline(built: Built, impacts: Iterable[tuple[Moment, Action]], scenario: 
     ]
     return Timeline(
         World(scenario.world.gravity, scenario.friction, planes),
-        tuple(action for _, action in sorted((*placements, *impacts), key=lambda timed: timed[0])),
+        tuple(
+            action
+            for _, action in sorted((*placements, *impacts, *shakes(built, scenario)), key=lambda timed: timed[0])
+        ),
         hold=asked.hold,
         watched=asked.watched,
         margins=asked.margins,

@@ -8,7 +8,7 @@ from stackdsl.compiling.built import built_of
 from stackdsl.diagnostics import Span
 from stackdsl.language.schema import Scenario
 from stackdsl.reading.source import Path, Source
-from stackdsl.timeline import Action, Push, Removal
+from stackdsl.timeline import Action, Push, Removal, Shake
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,6 +23,8 @@ class Origin:
 
 def origin_of(action: Action, scenario: Scenario, source: Source) -> Origin | None:
     """Where an action is written; None where nothing says so."""
+    if isinstance(action, Shake):
+        return None
     built = built_of(scenario, source)
     if isinstance(action, Removal | Push):
         named = set(action.bricks if isinstance(action, Removal) else (action.brick,))

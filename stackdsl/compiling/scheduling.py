@@ -10,6 +10,7 @@ from stackdsl.compiling.written_bricks import WrittenBrick
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.language.anchors import Anchor
 from stackdsl.language.schema import Scenario
+from stackdsl.language.shaking import Shake
 from stackdsl.reading.source import Path, Source
 
 
@@ -19,6 +20,7 @@ class Schedule:
 
     bricks: list[Moment] = field(default_factory=list)  # in the author's order
     impacts: list[Moment] = field(default_factory=list)
+    shaken: Moment | None = None  # when the ground begins to move
     mistakes: list[Diagnostic] = field(default_factory=list)
 
 
@@ -43,7 +45,25 @@ def scheduled(bricks: Sequence[BuiltBrick], scenario: Scenario, source: Source) 
             found.impacts.append(Moment(start, turn))
         last = max(last, start + max(turns[number], default=0) * every)
         next_start = last + every
+    shake = scenario.world.shake
+    if shake is not None:
+        found.shaken = Moment(_shaken_at(shake, found, bricks, source) + shake.delay, len(scenario.impacts) + 1)
     return found
+
+
+def _shaken_at(shake: Shake, found: Schedule, bricks: Sequence[BuiltBrick], source: Source) -> float:
+    """When the ground is to shake [s]: after the build, unless it is said."""
+    if shake.at is not None:
+        return shake.at
+    anchor = shake.after or Anchor("built")
+    event = _event_time(anchor, found, bricks)
+    if isinstance(event, str):
+        span = source.span_of(("world", "shake", "after"))
+        found.mistakes.append(
+            Diagnostic("SD205", span, event.replace("this step waits", "the ground waits"), SHAKEN_HINT)
+        )
+        return 0.0
+    return event + anchor.offset
 
 
 def _turns(written: Sequence[WrittenBrick]) -> Mapping[int, list[int]]:
@@ -55,6 +75,7 @@ def _turns(written: Sequence[WrittenBrick]) -> Mapping[int, list[int]]:
     return found
 
 
+SHAKEN_HINT = "wait for something that the build or an impact does"
 _ANCHOR_HINT = "only what earlier steps do can be waited for"
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from stability.model import BodyId
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability, Stage, Verdict
-from stackdsl.timeline import Push, Removal, Timeline, leaves_to_engine
+from stackdsl.timeline import Push, Removal, Shake, Timeline, leaves_to_engine
 from stackdsl.trace import Trace
 
 DISPROVED = "statics prove that it stands"
@@ -47,7 +47,7 @@ def proofs_of(timeline: Timeline, names_smallest: bool = True) -> Proofs:
             if assembly.remove(moment.bricks, names_smallest=names_smallest).stability is not Stability.STABLE:
                 break
             continue
-        if isinstance(moment, Push):
+        if isinstance(moment, Push | Shake):
             break
         set_down = [placement for placement in moment if placement.at_rest]
         if set_down:

@@ -105,6 +105,14 @@ Mass = Annotated[float, _quantity(MASS)]  # [kg]
 Acceleration = Annotated[float, _quantity(ACCELERATION)]  # [m/s2]
 Speed = Annotated[float, _quantity(SPEED)]  # [m/s]
 Impulse = Annotated[float, _quantity(IMPULSE)]  # [N s], either sign
+MOST_SHAKEN: Final = 1e3  # [m/s2] a hundred times gravity: beyond, there is a typo
+FASTEST_SHAKEN: Final = 100.0  # [Hz] beyond, the steps of an engine do not tell one way from the other
+ShakeFrequency = Annotated[float, _quantity(replace(FREQUENCY, most=FASTEST_SHAKEN, positive=True))]  # [Hz]
+ShakeAcceleration = Annotated[float, _quantity(replace(ACCELERATION, most=MOST_SHAKEN))]  # [m/s2]
+# [m/s2], either way
+SignedAcceleration = Annotated[
+    float, _quantity(replace(ACCELERATION, least=-MOST_SHAKEN, most=MOST_SHAKEN, positive=False))
+]
 Friction = Annotated[float, Field(strict=True, ge=0, le=10, allow_inf_nan=False)]  # Coulomb coefficient
 ShareOfLimit = Annotated[float, _quantity(replace(SHARE, most=2.0))]  # may go beyond the limit
 

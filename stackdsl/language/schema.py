@@ -24,6 +24,7 @@ from stackdsl.language.kinds import with_kinds
 from stackdsl.language.layouts.registry import LAYOUTS, Layout, LayoutParams
 from stackdsl.language.marks import Skip, Xfail
 from stackdsl.language.mistakes import MistakeError
+from stackdsl.language.shaking import Shake
 
 # --- given: the world -------------------------------------------------------------------------------------------------
 
@@ -52,12 +53,13 @@ class Tilt(Shorthand):
 
 
 class World(AuthorModel):
-    """What does not move."""
+    """What bricks stand on, and what pulls at them."""
 
     gravity: t.Acceleration = default("9.81 m/s2", "acceleration of free fall")
     ground: Ground = Field(default_factory=Ground, description="the level ground")
     walls: Annotated[tuple[Wall, ...], Field(max_length=16)] = Field((), description="vertical walls")
     tilt: Tilt = default("0 deg", "how far the whole scene is tilted")
+    shake: Shake | None = Field(None, description="how the ground moves to and fro")
 
 
 # --- when: the steps of building --------------------------------------------------------------------------------------
@@ -134,7 +136,7 @@ class Scenario(AuthorModel):
     brick_types: BrickTypes = Field({}, description="names for bricks, to be written wherever a brick is asked for")
     brick: BrickKind = default("kapla", "what is built with")
     friction: t.Friction = Field(0.5, description="Coulomb coefficient of brick on brick")
-    world: World = Field(default_factory=World, description="gravity, ground, walls, tilt")
+    world: World = Field(default_factory=World, description="gravity, ground, walls, tilt, shaking")
     # Judged by `variants.expand`, which has filled them in before.
     let: Annotated[object, t.variables_schema(t.VALUE)] = Field(
         None, description="variables for ${...}, each of numbers, quantities, words, and variables above it"

@@ -4,7 +4,7 @@ from collections.abc import Container
 from dataclasses import replace
 
 from stability.model import BodyId
-from stackdsl.timeline import Moment, Push, Removal, time_of_arrival
+from stackdsl.timeline import Moment, Push, Removal, Shake, time_of_arrival
 
 
 def after_collapse(moment: Moment, present: Container[BodyId]) -> Moment | None:
@@ -15,6 +15,8 @@ def after_collapse(moment: Moment, present: Container[BodyId]) -> Moment | None:
             return replace(moment, bricks=there) if there else None
         case Push():
             return moment if moment.brick in present else None
+        case Shake():
+            return moment
         case _:
             return tuple(placement for placement in moment if placement.hits) or None
 

@@ -5,16 +5,18 @@ from collections.abc import Mapping
 from stability.model import BodyId
 from stability.statics.facts import Placed
 from stackdsl.playing.watch import Watched
-from stackdsl.timeline import Moment, Push, Removal
+from stackdsl.timeline import Moment, Push, Removal, Shake
 
 
 def concerned(moment: Moment, present: Mapping[BodyId, Watched]) -> list[Placed]:
-    """The bricks that come at a moment, or are pushed or pulled out, of those that are there by name."""
+    """The bricks that come at a moment, or are pushed, shaken or pulled out, of those that are there by name."""
     match moment:
         case Removal():
             names = moment.bricks
         case Push():
             names = (moment.brick,)
+        case Shake():
+            names = tuple(name for name, watched in present.items() if not watched.removed)
         case _:
             return [Placed(placement.brick, placement.pose) for placement in moment]
     return [Placed(present[name].placement.brick, present[name].last) for name in names]

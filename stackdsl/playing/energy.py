@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from stability.geometry.vectors import dot, subtract
 from stability.mechanics.inertia import inertia_times
 from stability.model import BodyId, BodyState, Brick, Plane
+from stackdsl.playing.ground_work import GroundWork
 from stackdsl.trace import Energy
 
 ROSE = 1e-3  # share of the smallest side, 8 micrometres for a plank: what creeps stays within it
@@ -45,14 +46,16 @@ class EnergyMeter:
     gravity: float  # [m/s2], along -z
     ground: Plane
     now: float = 0.0  # kinetic + potential energy of all bricks [J]
+    outside: GroundWork = field(default_factory=GroundWork)  # what is done from outside
     _of: dict[BodyId, _Seen] = field(default_factory=dict)
     _start: float | None = None  # of all, once something was done [J]
     _at_start: dict[BodyId, _Seen] = field(default_factory=dict)  # of what was seen since
     _moved: dict[BodyId, None] = field(default_factory=dict)  # since
     _risen: float = 0.0  # how much more these had at most [J]
 
-    def see(self, bricks: Mapping[BodyId, Brick], states: Mapping[BodyId, BodyState]) -> None:
+    def see(self, time: float, bricks: Mapping[BodyId, Brick], states: Mapping[BodyId, BodyState]) -> None:
         """Take in the bricks that may have moved, of all by name."""
+        self.outside.see(time, bricks, states)
         for name, state in states.items():
             brick = bricks[name]
             weight, centre_W = brick.mass * self.gravity, subtract(state.pose.position_W, self.ground.point_W)
@@ -67,19 +70,23 @@ class EnergyMeter:
         """These were pulled out, and their energy with them."""
         for name in bricks:
             self.now -= self._of.pop(name).energy
+            self.outside.forget(name)
 
     def start(self) -> None:
         """Something was done, and all was seen since: what comes now comes by itself."""
         self._start, self._at_start, self._moved, self._risen = self.now, {}, {}, 0.0
+        self.outside.start()
 
     def look(self, moved: Iterable[BodyId]) -> None:
         """All that moves has been seen, and of that these got too far to be at rest."""
         self._moved |= dict.fromkeys(moved)
-        more = sum(self._of[name].energy - self._at_start[name].energy for name in self._moved)
+        given = self.outside.given
+        more = sum(self._of[name].energy - self._at_start[name].energy - given.get(name, 0.0) for name in self._moved)
         self._risen = max(self._risen, more)
 
     def energy(self) -> Energy | None:
         """What it was after the last action, and has been at most since; None if nothing was ever done."""
         if self._start is None:
             return None
-        return Energy(self._start, self._risen, sum((self._at_start[name].by_distance for name in self._moved), 0.0))
+        had = sum((self._at_start[name].by_distance for name in self._moved), 0.0)
+        return Energy(self._start, self._risen, had + sum(self.outside.passed.get(name, 0.0) for name in self._moved))

@@ -2,12 +2,14 @@
 
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field
+from math import inf
 
 from stability.engines.protocol import World
+from stability.mechanics.ground_motion import GroundMotion
 from stability.model import BodyId, Vec3
 from stability.motion.known_motion import FallingParts
 from stability.statics.facts import Stability, Verdict
-from stability.watching.extension import Extension, JudgesLandings, Update
+from stability.watching.extension import Extension, FeelsShaking, JudgesLandings, Update
 from stackdsl.playing.event_log import EventLog
 from stackdsl.playing.measuring import Measures
 from stackdsl.playing.update_clock import UpdateClock
@@ -53,6 +55,18 @@ class Answers:
             self.extension.set_down(bricks)
             while self.judge():
                 pass
+
+    def shaken(self, motion: GroundMotion) -> None:
+        """The ground begins to shake."""
+        if isinstance(self.extension, FeelsShaking):
+            self.extension.shaken(motion)
+            self.judge()
+
+    def still_for(self) -> float:
+        """How long nothing can move, while nothing can [s]; inf if that is for good."""
+        if not isinstance(self.extension, FeelsShaking):
+            return inf
+        return max(0.0, self.extension.holds_until() - self.world.time())
 
     def taken_out(self, bricks: Collection[BodyId]) -> None:
         """Bricks were pulled out."""

@@ -6,6 +6,7 @@ from math import sqrt
 from typing import TYPE_CHECKING
 
 from stability.engines.scene_scale import USUAL_GRAVITY
+from stability.mechanics.ground_motion import GroundMotion
 from stability.model import BodyId, BodyState
 from stability.statics.facts import Verdict
 from stackdsl.playing.energy import EnergyMeter
@@ -67,7 +68,7 @@ class Measures:
         self.watch.add(placement)
         self.motion.add(placement.brick)
         state = BodyState(placement.pose, placement.velocity_W)
-        self._see({placement.brick.id: state})
+        self._see(placement.time, {placement.brick.id: state})
         if self.recorder is not None:
             self.recorder.add(placement.time, placement.brick, state)
         if self.overlap is not None:
@@ -84,9 +85,13 @@ class Measures:
         if self.recorder is not None:
             self.recorder.remove(time, bricks)
 
+    def shaken(self, motion: GroundMotion) -> None:
+        """The ground begins to shake."""
+        self.energy.outside.motion = motion
+
     def acted(self, time: float, states: Mapping[BodyId, BodyState], verdict: Verdict | None) -> None:
         """Something was done at a time [s], and judged; all that may move is as told."""
-        self._see(states)
+        self._see(time, states)
         self._record(time, states)
         self.energy.start()
         if verdict is not None and self.timeline.closely:
@@ -96,7 +101,7 @@ class Measures:
         """These bricks move from now on, or did until now; what was frozen is not looked at any more."""
         frozen = tuple(frozen)
         self.watch.see(time, states)
-        self._see(states)
+        self._see(time, states)
         self._record(time, states)
         self.watch.freeze(frozen)
         self.motion.stopped(frozen)
@@ -104,7 +109,7 @@ class Measures:
     def look(self, time: float, states: Mapping[BodyId, BodyState]) -> None:
         """Take in all that moves."""
         self.watch.see(time, states)
-        self._see(states)
+        self._see(time, states)
         self._record(time, states)
         self.energy.look(self.motion.see(time, states))
         if self.sway is not None:
@@ -127,5 +132,5 @@ class Measures:
         if self.recorder is not None:
             self.recorder.see(time, states)
 
-    def _see(self, states: Mapping[BodyId, BodyState]) -> None:
-        self.energy.see(self.watch.made_of, states)
+    def _see(self, time: float, states: Mapping[BodyId, BodyState]) -> None:
+        self.energy.see(time, self.watch.made_of, states)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from stability.engines.protocol import World
 from stability.engines.scene_scale import SAMPLING
 from stability.geometry.vectors import add
+from stability.model import GROUND
 from stability.motion.known_motion import FallingParts
 from stability.watching.extension import Extension
 from stackdsl.playing.after_collapse import after_collapse, time_of
@@ -23,15 +24,16 @@ from stackdsl.playing.edges import EdgeWatch
 from stackdsl.playing.ending import Ending, Known, nothing_is_known
 from stackdsl.playing.event_log import EventLog, OnEvent, edges_of
 from stackdsl.playing.extension_answers import Answers
+from stackdsl.playing.ground import Ground
 from stackdsl.playing.measuring import Measures
 from stackdsl.playing.tracks import tracks_of
 from stackdsl.playing.travel import limit_travel
 from stackdsl.systems.modification import as_played
 from stackdsl.systems.systems import System
 from stackdsl.systems.worlds import extension_for, load, opened_world
-from stackdsl.timeline import Moment, Placement, Push, Removal, Timeline
+from stackdsl.timeline import Moment, Placement, Push, Removal, Shake, Timeline
 from stackdsl.trace import STAND, BrickState, Collapse, Cost, Event, EventKind, Trace
-from stackdsl.wording import level_text
+from stackdsl.wording import level_text, shaking_text
 
 if TYPE_CHECKING:
     from stackdsl.recording.recorder import Recorder
@@ -85,6 +87,7 @@ class _Run:
         self.measures = Measures(self.timeline, recorder=self.recorder)
         self.watch = self.measures.watch
         scene = self.timeline.world
+        self.ground = Ground(self.world, scene.gravity)
         self.edges = EdgeWatch(self.world, scene.gravity)
         self.falling = FallingParts(self.world, scene.planes, scene.friction, scene.gravity)
         self.answers = Answers(self.extension, self.world, self.measures, self.log, self.falling)
@@ -123,6 +126,8 @@ class _Run:
                 self._remove(moment)
             case Push():
                 self._push(moment)
+            case Shake():
+                self._shake(moment)
             case _:
                 self._place(moment)
         self.answers.let_go()
@@ -130,7 +135,7 @@ class _Run:
         states = self.world.states(self.answers.moving())
         self.measures.acted(self.world.time(), states, self.answers.verdict())
         if self.watch.hit:
-            limit_travel(self.world, states, self.timeline.world.gravity)  # until the next look
+            limit_travel(self.world, states, self.ground.pull)  # until the next look
 
     def _end(self) -> float:
         """Until when there is something to see, as far as is known by now."""
@@ -166,6 +171,13 @@ class _Run:
             centre_W = self.world.states([push.brick])[push.brick].pose.position_W
             self.world.push(push.brick, push.impulse_W, add(centre_W, push.offset_W))
 
+    def _shake(self, shake: Shake) -> None:
+        self.watch.struck()
+        self.log.tell(Event(shake.time, EventKind.SHAKEN, (GROUND,), shaking_text(shake.motion)))
+        self.ground.motion = shake.motion
+        self.measures.shaken(shake.motion)
+        self.answers.shaken(shake.motion)
+
     def _close_placement(self) -> None:
         if self.extension is not None:
             self.log.close_placement(self.extension, self.watch)
@@ -175,8 +187,12 @@ class _Run:
         had_collapsed = self.collapse is not None
         while (left := until - self.world.time()) > 0.0:
             if self.answers.nothing_can_move():
-                self.world.skip(left)
-                return
+                still = min(left, self.answers.still_for())
+                self.world.skip(still)
+                if still == left:
+                    return
+                self.answers.judge()
+                continue
             if left <= 0.5 * (step := self.world.settings.time_step):
                 return
             every, closely = (max(1, round(s / step)) for s in (SAMPLING, CLOSE_SAMPLING))
@@ -190,7 +206,7 @@ class _Run:
 
     def _pass(self, most: int) -> None:
         """Let a time step pass, or up to so many while what moves needs no engine."""
-        passed = self.falling.advance(most)
+        passed = self.falling.advance(most, self.ground.shake())
         self.ticks += passed or 1
         if passed:
             self.answers.landed(self.falling.landed)
@@ -207,7 +223,7 @@ class _Run:
         self.one_by_one = max(self.one_by_one, len(moving) - self.answers.riding())
         self.measures.look(now, states)
         self.edges.look(now, states)
-        limit_travel(self.world, states, self.timeline.world.gravity)
+        limit_travel(self.world, states, self.ground.pull)
         if self.extension is None and now >= self._end() - FORCE_WINDOW:
             for brick in moving:
                 self.forces.add(brick, self.world.contacts(brick))

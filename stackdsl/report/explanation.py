@@ -9,7 +9,7 @@ from math import hypot, inf
 from stability.geometry.rotations import body_axes
 from stability.geometry.touching import TOUCHING, reach_between
 from stability.geometry.vectors import scale
-from stability.model import BodyId, Brick, Vec3
+from stability.model import GROUND, BodyId, Brick, Vec3
 from stackdsl.checking.gathering import Case
 from stackdsl.compiling.fitting import Fit, Sited, fits
 from stackdsl.judging.knobs import Knobs
@@ -20,7 +20,8 @@ from stackdsl.systems.known_systems import system_named
 from stackdsl.systems.modification import as_played
 from stackdsl.systems.systems import Method
 from stackdsl.systems.worlds import settings_for
-from stackdsl.timeline import Arrival, Placement, Push, Removal, Timeline
+from stackdsl.timeline import Arrival, Placement, Push, Removal, Shake, Timeline
+from stackdsl.wording import shaking_text
 
 AXES: tuple[Vec3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
@@ -61,7 +62,7 @@ def _world(timeline: Timeline) -> Iterator[str]:
 
 
 def _actions(timeline: Timeline, told: Mapping[BodyId, str]) -> Iterator[str]:
-    """One line a brick set down, with what `told` says of it, and one a removal or a push."""
+    """One line a brick set down, with what `told` says of it, and one a removal, a push or a shaking."""
     placed = timeline.placements
     width = max(len(placement.brick.id) for placement in placed)
     bricks, planes = [placement.brick for placement in placed], [plane.id for plane in timeline.world.planes]
@@ -73,6 +74,8 @@ def _actions(timeline: Timeline, told: Mapping[BodyId, str]) -> Iterator[str]:
             case Push():
                 impulse = " ".join(f"{1000.0 * part:.4g}" for part in action.impulse_W)
                 yield f"  {action.time:8.3f} s  {action.brick:<{width}}  pushed by ({impulse}) mN*s"
+            case Shake():
+                yield f"  {action.time:8.3f} s  {GROUND:<{width}}  shaken {shaking_text(action.motion)}"
             case Placement():
                 placement, fit = next(found)
                 yield (

@@ -67,10 +67,10 @@ def extension_for(timeline: Timeline, system: System, world: World) -> Extension
     scene = timeline.world
     match system.method:
         case Method.PROVEN:
-            from stability.exact.proven_stability import ProvenStability  # noqa: PLC0415 -- other systems need no statics
+            from stability.exact.shaken_stability import ShakenStability  # noqa: PLC0415 -- other systems need no statics
 
             limits = RestLimits().scaled(lengths=1.0, times=scale_of(timeline).times(1.0))
-            return ProvenStability(
+            return ShakenStability(
                 world, scene.planes, scene.friction, scene.gravity, limits, guard=False, joiner=world, presser=world
             )
         case Method.PUBLISHED:

@@ -13,7 +13,7 @@ from stability.geometry.vectors import add
 from stability.model import BodyId, Vec3
 from stability.statics.assembly import Assembly
 from stability.statics.facts import ZERO, Motion, Placed, Stability, Verdict
-from stackdsl.timeline import Placement, Push, Removal, Timeline, leaves_to_engine
+from stackdsl.timeline import Placement, Push, Removal, Shake, Timeline, leaves_to_engine
 from stackdsl.trace import ACTIONS, EventKind, Trace
 
 MOST_STEPS = 40  # actions of a run of which every structure on the way is shown: each repeats all contacts
@@ -97,7 +97,7 @@ class _Structure:
             time = moment[0].time if isinstance(moment, tuple) else moment.time
             if time > last:
                 break
-            if isinstance(moment, Push) or (isinstance(moment, tuple) and any(map(leaves_to_engine, moment))):
+            if isinstance(moment, Push | Shake) or (isinstance(moment, tuple) and any(map(leaves_to_engine, moment))):
                 self.until = time
                 break
             if self.every and self.assembly.bricks and time > self.begin:

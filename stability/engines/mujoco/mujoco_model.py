@@ -18,7 +18,7 @@ from stability.engines.pressing import Presses
 from stability.engines.shortest_turn import shortest_turn
 from stability.geometry.bounding_boxes import BoundingBoxes
 from stability.geometry.rotations import inverse, rotate
-from stability.geometry.vectors import add, add_scaled, scale
+from stability.geometry.vectors import add, add_scaled, scale, subtract
 from stability.model import BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Quaternion, Vec3
 from stability.shapes.box import as_box
 
@@ -59,6 +59,10 @@ class Model:
     owners: tuple[BodyId, ...]  # whose shape each is
     _touching: dict[BodyId, list[int]] | None = field(default=None, init=False)
     _bounds: BoundingBoxes | None = field(default=None, init=False)
+
+    def pull(self, gravity: float, acceleration_W: Vec3) -> None:
+        """Let bodies feel gravity along -z, and that all without a joint accelerates [m/s2]."""
+        self.model.opt.gravity[:] = subtract((0.0, 0.0, -gravity), acceleration_W)
 
     def step(self, duration: float, parts: int, presses: Presses) -> None:
         """Let time pass [s], in so many steps."""

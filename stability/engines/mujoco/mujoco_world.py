@@ -8,6 +8,7 @@ from stability.engines.mujoco.mujoco_model import Model
 from stability.engines.mujoco.mujoco_settings import MuJoCoSettings
 from stability.engines.mujoco.remade_bodies import RemadeBodies
 from stability.engines.own_bodies import OwnBodies
+from stability.engines.prescribed import PrescribedMotion
 from stability.engines.pressing import Presses
 from stability.engines.step_clock import StepClock
 from stability.mechanics.impulse import pushed
@@ -23,6 +24,7 @@ class MuJoCoWorld:
     own: OwnBodies
     bodies: RemadeBodies
     clock: StepClock
+    prescribed: PrescribedMotion = field(default_factory=PrescribedMotion, init=False)
     presses: Presses = field(default_factory=Presses, init=False)
     _stepped: Model | None = field(default=None, init=False)  # the one that took the last step
 
@@ -59,6 +61,7 @@ class MuJoCoWorld:
 
     def step(self) -> None:
         self._stepped = self.bodies.model()
+        self._stepped.pull(self.bodies.gravity, self.prescribed.acceleration_W)
         self._stepped.step(self.settings.time_step, self.clock.pass_step(), self.presses)
 
     def states(self, bodies: Collection[BodyId]) -> dict[BodyId, BodyState]:

@@ -11,7 +11,7 @@ from math import sqrt
 from stability.engines.pybullet.client_bodies import ClientBodies
 from stability.engines.pybullet.pybullet_binding import pybullet
 from stability.geometry.vectors import add
-from stability.model import BodyId, BodyState
+from stability.model import AT_REST, BodyId, BodyState, Vec3
 
 
 @dataclass
@@ -23,7 +23,12 @@ class FreeFall:
     exact: bool
     flying: set[BodyId] = field(default_factory=set, init=False)  # let go, and not seen to touch anything since
     _let_go: set[BodyId] = field(default_factory=set, init=False)  # since the last step
+    acceleration_W: Vec3 = field(default=AT_REST, init=False)  # of the ground [m/s2]
+    _pulls: Vec3 = field(init=False)  # as the engine was told last [m/s2]
     _last_step: float = field(default=0.0, init=False)  # how long the last engine step was [s]
+
+    def __post_init__(self) -> None:
+        self._pulls = (0.0, 0.0, -self.gravity)
 
     def begin(self, body: BodyId) -> None:
         """Note that a body is awake from now on."""
@@ -40,13 +45,22 @@ class FreeFall:
         last, self._last_step = self._last_step or duration, duration
         if self._let_go:
             self._lift(0.5 * self.gravity * last)
-        client = self.bodies.client
         if last == duration or not self.exact:
-            pybullet.stepSimulation(client)
+            self._pull(self.gravity)
+            pybullet.stepSimulation(self.bodies.client)
             return
-        pybullet.setGravity(0.0, 0.0, -0.5 * self.gravity * (last + duration) / duration, client)
-        pybullet.stepSimulation(client)
-        pybullet.setGravity(0.0, 0.0, -self.gravity, client)
+        self._pull(0.5 * self.gravity * (last + duration) / duration)
+        pybullet.stepSimulation(self.bodies.client)
+        self._pull(self.gravity)
+
+    def _pull(self, gravity: float) -> None:
+        """Let the engine pull with so much gravity, and with what bodies feel of the ground [m/s2]."""
+        x, y, z = self.acceleration_W
+        pull = (-x, -y, -gravity - z)
+        # What is let go remembers how it was pulled when it was held.
+        if pull != self._pulls or self.acceleration_W != AT_REST:
+            pybullet.setGravity(*pull, self.bodies.client)
+            self._pulls = pull
 
     def _lift(self, speed: float) -> None:
         """Throw what was let go upwards [m/s]."""

@@ -9,6 +9,7 @@ from math import log10
 from typing import Self, TypeAlias
 
 from stability.engines.own_bodies import OwnBodies
+from stability.engines.prescribed import PrescribedMotion
 from stability.engines.pybullet.body_making import BodyMaker
 from stability.engines.pybullet.brick_bodies import BrickBodies
 from stability.engines.pybullet.client_bodies import ClientBodies
@@ -40,6 +41,7 @@ class PyBulletWorld:
     groups: JoinedGroups
     edges: EdgeWatch
     cones: FrictionCones
+    prescribed: PrescribedMotion = field(default_factory=PrescribedMotion, init=False)
     own: OwnBodies = field(init=False)
     bodies: ClientBodies = field(init=False)
     planes: Planes = field(init=False)
@@ -79,6 +81,7 @@ class PyBulletWorld:
         return self.stepper.time
 
     def step(self) -> None:
+        self.stepper.fall.acceleration_W = self.prescribed.acceleration_W
         self.edges.look()
         if self.stepper.suit(self.groups.mass_ratio):
             self.bricks.anchors.choose(self.stepper.lively)

@@ -1,10 +1,11 @@
 """A SAPIEN world of one's own; every brick moves by itself."""
 
 from collections.abc import Collection, Mapping, Sequence, Set
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Self
 
 from stability.engines.own_bodies import OwnBodies
+from stability.engines.prescribed import PrescribedMotion
 from stability.engines.sapien.sapien_settings import SapienSettings
 from stability.engines.sapien.scene_bodies import SceneBodies
 from stability.engines.step_clock import StepClock
@@ -21,6 +22,7 @@ class SapienWorld:
     own: OwnBodies
     bodies: SceneBodies
     clock: StepClock
+    prescribed: PrescribedMotion = field(default_factory=PrescribedMotion, init=False)
 
     @classmethod
     def opened(cls, settings: SapienSettings, gravity: float, friction: float, heaviest: float | None = None) -> Self:
@@ -52,7 +54,7 @@ class SapienWorld:
         return self.own.shape(body)
 
     def step(self) -> None:
-        self.bodies.step(self.clock.pass_step())
+        self.bodies.step(self.clock.pass_step(), self.prescribed)
 
     def states(self, bodies: Collection[BodyId]) -> dict[BodyId, BodyState]:
         planes = self.own.planes

@@ -13,13 +13,14 @@ from typing import Any, Self, TypeAlias
 
 import numpy as np
 
+from stability.engines.prescribed import PrescribedMotion
 from stability.engines.sapien.sapien_binding import sapien
 from stability.engines.sapien.sapien_settings import SapienSettings
 from stability.engines.shortest_turn import shortest_turn
 from stability.geometry.bounding_boxes import BoundingBoxes
 from stability.geometry.rotations import body_axes
 from stability.geometry.vectors import dot, scale
-from stability.model import BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Quaternion, Vec3
+from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Quaternion, Vec3
 from stability.shapes.box import as_box
 
 Rigid: TypeAlias = sapien.physx.PhysxRigidBaseComponent
@@ -64,11 +65,20 @@ class SceneBodies:
         self._bodies.clear()
         self._names.clear()
 
-    def step(self, parts: int) -> None:
+    def step(self, parts: int, prescribed: PrescribedMotion) -> None:
         """Let one time step of the settings pass, in so many parts."""
         self.system.timestep = self.settings.time_step / parts
         for _ in range(parts):
+            self._pull(prescribed.acceleration_W)
             self.system.step()
+
+    def _pull(self, acceleration_W: Vec3) -> None:
+        """Let bricks feel how the planes accelerate: gravity belongs to the process, and forces last for a step."""
+        if acceleration_W == AT_REST:
+            return
+        for body in self._bodies.values():
+            if isinstance(body, sapien.physx.PhysxRigidDynamicComponent) and not body.kinematic:
+                body.add_force_torque(np.array(scale(-body.mass, acceleration_W)), np.zeros(3))
 
     def add_plane(self, plane: Plane) -> None:
         """Put up a plane."""

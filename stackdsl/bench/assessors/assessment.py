@@ -16,7 +16,7 @@ from stability.statics.structure import Structure
 from stackdsl.judging.proofs import DISPROVED, stands_until
 from stackdsl.observations import KINDS, Seen
 from stackdsl.playing.after_collapse import time_of
-from stackdsl.timeline import Placement, Push, Removal, Timeline, leaves_to_engine
+from stackdsl.timeline import Placement, Push, Removal, Shake, Timeline, leaves_to_engine
 from stackdsl.trace import NUMERICAL_COLLAPSE, Cost, Verdict
 
 MOVES = "something is dropped, thrown or pushed"
@@ -99,7 +99,7 @@ def assessed(timeline: Timeline, assessor: Assessor) -> Assessment:
         match moment:
             case Removal():
                 there = {name: placed for name, placed in there.items() if name not in moment.bricks}
-            case Push():
+            case Push() | Shake():
                 raise ValueError(MOVES)
             case _:
                 there |= {placement.brick.id: _placed(placement) for placement in moment}

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import ClassVar, Self
 
 from stability.engines.own_bodies import OwnBodies
+from stability.engines.prescribed import PrescribedMotion
 from stability.engines.settings import EngineSettings, Package
 from stability.engines.step_clock import StepClock
 from stability.geometry.touching import reach_between
@@ -37,6 +38,7 @@ class ExampleWorld:
     settings: ExampleSettings
     gravity: float  # [m/s2]
     clock: StepClock
+    prescribed: PrescribedMotion = field(default_factory=PrescribedMotion)
     own: OwnBodies = field(default_factory=OwnBodies)
     _states: dict[BodyId, BodyState] = field(default_factory=dict)
     _held: set[BodyId] = field(default_factory=set)
@@ -59,6 +61,8 @@ class ExampleWorld:
     def ease_in(self) -> None: ...
 
     def step(self) -> None:
+        if self.prescribed != PrescribedMotion():
+            raise NotImplementedError("nothing moves here but by its weight")
         parts = self.clock.pass_step()
         for _ in range(parts):
             for name in sorted(self._states.keys() - self._held, key=lambda name: self._bounds(name)[2]):

@@ -38,10 +38,10 @@ def test_a_gain_is_a_share_of_the_distance_from_the_ground_however_it_is_tilted(
     meter = EnergyMeter(GRAVITY, Plane(GROUND, (0.0, 0.0, 0.0), normal_W, 0.5))
     along_W = (cos(radians(tilt)), 0.0, sin(radians(tilt)))
     at_W = add(scale(0.004, normal_W), scale(2.0, along_W))
-    meter.see({"plank": BRICK}, {"plank": BodyState(Pose(at_W))})
+    meter.see(0.0, {"plank": BRICK}, {"plank": BodyState(Pose(at_W))})
     meter.start()
     assert meter.now == pytest.approx(MASS * GRAVITY * at_W[2])
-    meter.see({"plank": BRICK}, {"plank": BodyState(Pose(add(at_W, (0.0, 0.0, 0.004))))})
+    meter.see(0.0, {"plank": BRICK}, {"plank": BodyState(Pose(add(at_W, (0.0, 0.0, 0.004))))})
     meter.look(["plank"])
     energy = meter.energy()
     assert energy is not None
@@ -54,10 +54,12 @@ def test_what_does_not_move_hides_no_digit_of_a_gain(others: int) -> None:
     block = Brick("block", Box((1.0, 1.0, 1.0)), 2000.0)
     bricks = {"plank": BRICK} | {f"block{i}": block for i in range(others)}
     meter = EnergyMeter(GRAVITY, LEVEL)
-    meter.see(bricks, {name: BodyState(Pose((0.0, 0.0, 0.1 * (i + 1)))) for i, name in enumerate(bricks)})
+    meter.see(0.0, bricks, {name: BodyState(Pose((0.0, 0.0, 0.1 * (i + 1)))) for i, name in enumerate(bricks)})
     meter.start()
-    meter.see(bricks, {"plank": BodyState(Pose((0.0, 0.0, 0.15)))})
-    meter.see(bricks, {name: BodyState(Pose((0.0, 0.0, 0.1 * (i + 1)))) for i, name in enumerate(bricks) if i == 1})
+    meter.see(0.0, bricks, {"plank": BodyState(Pose((0.0, 0.0, 0.15)))})
+    meter.see(
+        0.0, bricks, {name: BodyState(Pose((0.0, 0.0, 0.1 * (i + 1)))) for i, name in enumerate(bricks) if i == 1}
+    )
     meter.look(["plank"])
     energy = meter.energy()
     assert energy is not None
@@ -68,11 +70,11 @@ def test_what_an_action_brings_in_is_no_gain_and_what_comes_by_itself_is() -> No
     meter = EnergyMeter(GRAVITY, LEVEL)
     bricks, rest = {"a": BRICK, "b": BRICK}, BodyState(Pose((0.0, 0.0, 0.1)))
     weighs = MASS * GRAVITY
-    meter.see(bricks, {"a": rest, "b": rest})
+    meter.see(0.0, bricks, {"a": rest, "b": rest})
     meter.start()
-    meter.see(bricks, {"a": BodyState(Pose((0.0, 0.0, 0.2)))})  # lifted by nobody
+    meter.see(0.0, bricks, {"a": BodyState(Pose((0.0, 0.0, 0.2)))})  # lifted by nobody
     meter.look(["a"])
-    meter.see(bricks, {"a": rest})
+    meter.see(0.0, bricks, {"a": rest})
     meter.look(["a"])
     energy = meter.energy()
     assert energy is not None
