@@ -150,10 +150,10 @@ class Agreement:
     holds_for: float  # so far the boxes may slide along each other before the true one may be another [m]
 
 
-def agreement(point: ContactPoint, a: tuple[Box, Pose], b: tuple[Box, Pose]) -> Agreement:
-    """How well the normal of a contact of two boxes fits."""
+def agreement(point: ContactPoint, a: tuple[Box, Pose], b: tuple[Box, Pose], rounding: float) -> Agreement:
+    """How well the normal of a contact of two boxes fits, with edges that are rounded by so much [m]."""
     (box_a, pose_a), (box_b, pose_b) = a, b
-    radius = max(min(edge_radius(box_a.size), edge_radius(box_b.size)), -point.gap)
+    radius = max(rounding, -point.gap)
     middle_W = add_scaled(point.position_W, 0.5 * point.gap, point.normal_BA_W)
     block_a, block_b = block(box_a.size, pose_a), block(box_b.size, pose_b)
     within = max(_within_face(point.normal_BA_W, middle_W, each) for each in (block_a, block_b))

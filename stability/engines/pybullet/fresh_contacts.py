@@ -62,12 +62,13 @@ class FreshContacts:
         now, anew, mistaken = self.bricks.stepper.time, [], {}
         for name, state in states.items():
             left, soon = STALE - turn_between(self._found[name], state.pose), until
-            if leans(state.pose):
+            on_edge = self.bricks.maker.settings.fresh_edges and leans(state.pose)
+            if on_edge:
                 soon = now + min(CHECKED, UNSEEN / max(norm(state.velocity_W), STILL))
             if left <= 0.0:
                 anew.append(name)
                 self._found[name], left = state.pose, STALE
-            elif leans(state.pose):
+            elif on_edge:
                 wrong, lasts = ([], inf) if _still(state) else self._seen_edges(name, state)
                 soon = min(soon, now + lasts)
                 if wrong:
@@ -98,7 +99,8 @@ class FreshContacts:
             if not (isinstance(box, Box) and isinstance(its_box, Box)):
                 continue
             pair = (box, state.pose), (its_box, its.pose)
-            found = agreement(point, *(pair if point.a == name else pair[::-1]))
+            rounding = min(self.bricks.maker.edge_radius(own[each]) for each in (name, other))
+            found = agreement(point, *(pair if point.a == name else pair[::-1]), rounding)
             if found.cosine < WRONG:
                 wrong += [name for name, each in ((name, state), (other, its)) if leans(each.pose)]
             slip = norm(subtract(velocity_at(state, point.position_W), velocity_at(its, point.position_W)))
@@ -123,7 +125,7 @@ def find_contacts_anew(bricks: BrickBodies, names: Collection[BodyId]) -> None:
 def find_all_points(bricks: BrickBodies, hulls: Collection[BodyId]) -> None:
     """Find more than one point at which each of some hulls touches others."""
     client, numbers = bricks.bodies.client, {name: bricks.bodies.numbers[name] for name in hulls}
-    if not numbers:
+    if not (numbers and bricks.maker.settings.fresh_edges):
         return
     places = {name: pybullet.getBasePositionAndOrientation(number, client) for name, number in numbers.items()}
     motions = {name: bricks.bodies.raw_motion(name) for name in numbers}
