@@ -1,4 +1,4 @@
-"""What touches a brick is found anew as soon as the brick has turned, so that contacts have the normals that they should.
+"""What touches a brick is found anew when the brick has turned, so that contacts have the normals that they should.
 
 PyBullet keeps a contact point with the normal that it had at first for as long as the point does not drift, and two
 bricks that turn together do not drift. A body that is put into its collision group again is forgotten by all that
@@ -8,7 +8,7 @@ and fro by less than anything is told apart by.
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from math import cos, inf
+from math import cos, inf, radians
 
 from stability.engines.edge_normals import agreement, leans, velocity_at
 from stability.engines.pybullet.body_making import ALL, ROUNDED, SHARP
@@ -17,14 +17,14 @@ from stability.engines.pybullet.joined_groups import JoinedGroups
 from stability.engines.pybullet.pybullet_binding import pybullet
 from stability.geometry.rotations import multiply, turn_between
 from stability.geometry.vectors import norm, subtract
-from stability.model import BodyId, BodyState, Pose, Quaternion
-from stability.shapes.box import Box
+from stability.model import BodyId, BodyState, Brick, Pose, Quaternion
+from stability.shapes.box import Box, as_box
 
-WRONG = cos(0.09)  # of the angle from a normal to the true one: below it, contacts are found anew
-CHECKED = 0.004  # [s] between looks at the edges of what leans and moves
-UNSEEN = 1e-4  # [m] so far at most it moves meanwhile
-STILL = 1e-3  # [m/s] normals of slower bricks hardly change
-STALE = 0.07  # [rad] 4 deg: a brick that has turned so far since its contacts were found has them found anew
+STALE = radians(4.0)  # a brick that has turned so far since its contacts were found has them found anew
+WRONG = cos(radians(5.0))  # of the angle from a normal to the true one: below it, contacts are found anew as well
+# What leans is looked at after so long [s], or when it may have moved by the rounding of its edges.
+AGAIN = 0.004
+STILL = 10.0  # [1/s] in such roundings: of what is slower normals hardly change
 # Half of how far a hull is turned to and fro, about each corner of a tetrahedron: its end goes by two micrometres of a
 # plank, as contacts are told apart by one.
 TURN = 1e-5
@@ -59,23 +59,19 @@ class FreshContacts:
             self._renew(self.bricks.states(awake), until)
 
     def _renew(self, states: Mapping[BodyId, BodyState], until: float) -> None:
-        now, anew, mistaken = self.bricks.stepper.time, [], {}
+        """Find contacts anew of all of these that have wrong ones; boxes that touch others on edges become hulls."""
+        anew: list[BodyId] = []
+        mistaken: dict[BodyId, None] = {}
         for name, state in states.items():
-            left, soon = STALE - turn_between(self._found[name], state.pose), until
-            on_edge = self.bricks.maker.settings.fresh_edges and leans(state.pose)
-            if on_edge:
-                soon = now + min(CHECKED, UNSEEN / max(norm(state.velocity_W), STILL))
-            if left <= 0.0:
+            lasts = inf
+            if self.bricks.maker.settings.fresh_edges and leans(state.pose):
+                wrong, lasts = self._seen_edges(name, state)
+                mistaken |= dict.fromkeys(wrong)
+            if name in mistaken or turn_between(self._found[name], state.pose) > STALE:
                 anew.append(name)
-                self._found[name], left = state.pose, STALE
-            elif on_edge:
-                wrong, lasts = ([], inf) if _still(state) else self._seen_edges(name, state)
-                soon = min(soon, now + lasts)
-                if wrong:
-                    anew.append(name)
-                    mistaken |= dict.fromkeys(wrong)
-            turning = norm(state.angular_velocity_W)
-            when = min(soon, now + left / turning) if turning > 0.0 else soon
+                self._found[name] = state.pose
+            turning, left = norm(state.angular_velocity_W), STALE - turn_between(self._found[name], state.pose)
+            when = self.bricks.stepper.time + (min(lasts, left / turning) if turning > 0.0 else lasts)
             if when < until:
                 self._due[name] = when
         rounding = [name for name in mistaken if name not in self.bricks.rounded and self._moves_by_itself(name)]
@@ -88,29 +84,31 @@ class FreshContacts:
         return name in self.bricks.bodies.numbers and not self.bricks.holds(name)
 
     def _seen_edges(self, name: BodyId, state: BodyState) -> tuple[list[BodyId], float]:
-        """The bricks of contacts with wrong normals, and how long the others stay right as a brick slides [s]."""
-        wrong, lasts, own = [], inf, self.bricks.own.bricks
+        """The leaning bricks of contacts with wrong normals, and how long the others may stay right [s]."""
+        own, radius = self.bricks.own.bricks, self.bricks.maker.edge_radius
+        speed = norm(state.velocity_W)
+        if speed < STILL * radius(own[name]):
+            return [], AGAIN
+        wrong, lasts = [], min(AGAIN, radius(own[name]) / speed)
         for point in self.groups.contacts(name, self.bricks.stepper.time):
             if point.normal_force <= 0.0 or point.a not in own or point.b not in own:
                 continue
             other = point.b if point.a == name else point.a
             its = self.groups.states([other])[other]
-            box, its_box = own[name].shape, own[other].shape
-            if not (isinstance(box, Box) and isinstance(its_box, Box)):
-                continue
+            rounding = min(radius(own[name]), radius(own[other]))
+            box, its_box = (_as_box(own[each]) for each in (name, other))
             pair = (box, state.pose), (its_box, its.pose)
-            rounding = min(self.bricks.maker.edge_radius(own[each]) for each in (name, other))
             found = agreement(point, *(pair if point.a == name else pair[::-1]), rounding)
             if found.cosine < WRONG:
-                wrong += [name for name, each in ((name, state), (other, its)) if leans(each.pose)]
+                wrong += [each for each, how in ((name, state), (other, its)) if leans(how.pose)]
             slip = norm(subtract(velocity_at(state, point.position_W), velocity_at(its, point.position_W)))
             if slip > 0.0:
                 lasts = min(lasts, found.holds_for / slip)
         return wrong, lasts
 
 
-def _still(state: BodyState) -> bool:
-    return norm(state.velocity_W) < STILL
+def _as_box(brick: Brick) -> Box:
+    return as_box(brick.shape, "PyBullet")
 
 
 def find_contacts_anew(bricks: BrickBodies, names: Collection[BodyId]) -> None:

@@ -65,7 +65,7 @@ class EdgeReshaper:
         }
         edge_on = self._edge_on(leaning)
         lying = {name for name, state in states.items() if name in rounded and self._lies(state)}
-        swapped = [name for name in states if name in edge_on and name in leaning or name in lying]
+        swapped = [name for name in states if (name in edge_on and name in leaning) or name in lying]
         for name in swapped:
             self.bricks.swap(name)
         find_all_points(self.bricks, [name for name in swapped if name in rounded])
@@ -96,11 +96,8 @@ class EdgeWatch:
 
     bricks: BrickBodies
     reshaper: Reshaper
-    fresh: FreshContacts = field(init=False)
+    fresh: FreshContacts
     _next_look: float = field(default=0.0, init=False)  # [s] on the clock
-
-    def __post_init__(self) -> None:
-        self.fresh = FreshContacts(self.bricks, self.reshaper.groups)
 
     def look(self) -> None:
         """Look before a step, if it is time to."""
