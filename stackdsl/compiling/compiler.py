@@ -15,6 +15,7 @@ from stackdsl.compiling.built_bricks import BuiltBrick, built_bricks
 from stackdsl.compiling.contradictions import beyond_what_is_built, contradictions
 from stackdsl.compiling.impacts.doing import Done, done
 from stackdsl.compiling.impacts.removals import missing_bricks
+from stackdsl.compiling.misfits import crowded
 from stackdsl.compiling.moment import Moment
 from stackdsl.compiling.name_checks import (
     bricks_that_hit,
@@ -24,6 +25,7 @@ from stackdsl.compiling.name_checks import (
     shared_with_missiles,
     unknown_bricks,
 )
+from stackdsl.compiling.naming import CrowdedBrickError
 from stackdsl.compiling.neighbour_checks import nowhere, out_of_place
 from stackdsl.compiling.shakes import shakes
 from stackdsl.compiling.site import planes_of, tilt_of, turned_plane, turned_pose
@@ -57,7 +59,10 @@ def compile_timeline(scenario: Scenario, source: Source) -> tuple[Timeline | Non
     too_many = tuple(_too_many(scenario, source))
     if too_many:
         return None, too_many
-    built = built_of(scenario, source)
+    try:
+        built = built_of(scenario, source)
+    except CrowdedBrickError as error:
+        return None, (crowded(error.brick, source),)
     if lost := first_of(nowhere(built, scenario, source)):
         return None, tuple(lost)
     checks = CHECKS if built.mistimed else (*CHECKS, *CHECKS_IN_TIME)

@@ -30,6 +30,7 @@ from stackdsl.reading.nodes import (
     too_deep,
 )
 from stackdsl.reading.plain_scalars import MAX_EXACT, Scalar
+from stackdsl.reading.uncollected import uncollected
 from stackdsl.reading.yaml_syntax import UNKNOWN_ESCAPE, syntax_error
 
 __all__ = [
@@ -103,6 +104,7 @@ def load(path: FilePath) -> Loaded:
     return parsed(data, file)
 
 
+@uncollected()
 def parsed(data: bytes, file: str) -> Loaded:
     """What the bytes of a file hold, which is called so."""
     if len(data) > MAX_BYTES:
