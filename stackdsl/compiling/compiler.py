@@ -36,6 +36,7 @@ from stackdsl.reading.source import Source
 from stackdsl.timeline import Action, Arrival, Placement, Timeline, World
 
 MAX_BRICKS = 50_000  # in all steps together; some seconds of compiling
+MAX_MEETINGS = 600_000  # bricks that each thrown or dropped one may meet, of all of these; some seconds
 
 Check: TypeAlias = Callable[[Built, Scenario, Source], Iterable[Diagnostic]]
 
@@ -98,6 +99,11 @@ def _too_many(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     if bricks > MAX_BRICKS:
         message = f"the scenario has {bricks} bricks, and {MAX_BRICKS} is the most"
         yield Diagnostic("SD206", source.key_span_of(("build",)), message, "make it smaller")
+    flying = sum(impact.done.missile is not None for impact in scenario.impacts)
+    if flying * bricks > MAX_MEETINGS:
+        message = f"{flying} bricks are thrown or dropped where {bricks} may be in the way of each"
+        hint = f"let one times the other be at most {MAX_MEETINGS}"
+        yield Diagnostic("SD206", source.key_span_of(("impacts",)), message, hint)
 
 
 def _timeline(built: Built, impacts: Iterable[tuple[Moment, Action]], scenario: Scenario) -> Timeline:
