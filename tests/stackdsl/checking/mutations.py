@@ -1,4 +1,4 @@
-"""Scenarios as somebody's slip of the hand, bad merge or ill will leaves them: changed at random, the same by each seed."""
+"""Scenarios as a slip of the hand, a bad merge or ill will leaves them: changed at random, the same by each seed."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -118,7 +118,7 @@ def _dumped(documents: list[Any]) -> str | None:
 
 def _holders(value: Any, depth: int = 0) -> list[Any]:  # noqa: ANN401 -- YAML
     """All mappings and lists in a value that hold anything."""
-    if depth > 20 or not isinstance(value, dict | list) or not value:  # noqa: PLR2004 -- perhaps put into itself
+    if depth > 20 or not isinstance(value, dict | list) or not value:
         return []
     members = value.values() if isinstance(value, dict) else value
     return [value, *(holder for member in members for holder in _holders(member, depth + 1))]
