@@ -22,6 +22,14 @@ class Schedule:
     impacts: list[Moment] = field(default_factory=list)
     shaken: Moment | None = None  # when the ground begins to move
     mistakes: list[Diagnostic] = field(default_factory=list)
+    latest: dict[tuple[str, str], float] = field(default_factory=dict)  # of all that an anchor may name [s]
+
+    def place(self, brick: BuiltBrick, moment: Moment) -> None:
+        """Let a brick be placed at a moment."""
+        self.bricks.append(moment)
+        events = [("level", str(brick.level)), ("brick", brick.name), *[("built", "")] * (not brick.written.inserted)]
+        for event in events:
+            self.latest[event] = max(self.latest.get(event, moment.time), moment.time)
 
 
 def scheduled(bricks: Sequence[BuiltBrick], scenario: Scenario, source: Source) -> Schedule:
@@ -34,29 +42,31 @@ def scheduled(bricks: Sequence[BuiltBrick], scenario: Scenario, source: Source) 
         path: Path = ("impacts", turn - 1) if turn else ("build", number)
         start = next_start if step.at is None else step.at
         if step.after is not None:
-            event = _event_time(step.after, found, bricks)
+            event = _event_time(step.after, found)
             if isinstance(event, str):
                 found.mistakes.append(Diagnostic("SD205", source.span_of((*path, "after")), event, _ANCHOR_HINT))
             else:
                 start = event + step.after.offset
         every = (scenario.build[number].every or 0.0) if turn == BUILD else 0.0
-        found.bricks += [Moment(start + index * every, turn) for index in turns[number]]
+        first = len(found.bricks)
+        for brick, index in zip(bricks[first : first + len(turns[number])], turns[number], strict=True):
+            found.place(brick, Moment(start + index * every, turn))
         if turn:
             found.impacts.append(Moment(start, turn))
         last = max(last, start + max(turns[number], default=0) * every)
         next_start = last + every
     shake = scenario.world.shake
     if shake is not None:
-        found.shaken = Moment(_shaken_at(shake, found, bricks, source) + shake.delay, len(scenario.impacts) + 1)
+        found.shaken = Moment(_shaken_at(shake, found, source) + shake.delay, len(scenario.impacts) + 1)
     return found
 
 
-def _shaken_at(shake: Shake, found: Schedule, bricks: Sequence[BuiltBrick], source: Source) -> float:
+def _shaken_at(shake: Shake, found: Schedule, source: Source) -> float:
     """When the ground is to shake [s]: after the build, unless it is said."""
     if shake.at is not None:
         return shake.at
     anchor = shake.after or Anchor("built")
-    event = _event_time(anchor, found, bricks)
+    event = _event_time(anchor, found)
     if isinstance(event, str):
         span = source.span_of(("world", "shake", "after"))
         found.mistakes.append(
@@ -79,7 +89,7 @@ SHAKEN_HINT = "wait for something that the build or an impact does"
 _ANCHOR_HINT = "only what earlier steps do can be waited for"
 
 
-def _event_time(anchor: Anchor, found: Schedule, known: Sequence[BuiltBrick]) -> float | str:
+def _event_time(anchor: Anchor, found: Schedule) -> float | str:
     """When an event of the steps so far is over [s], or why it never happens."""
     if anchor.event == "start":
         return 0.0
@@ -88,16 +98,7 @@ def _event_time(anchor: Anchor, found: Schedule, known: Sequence[BuiltBrick]) ->
         if number <= len(found.impacts):
             return found.impacts[number - 1].time
         return f"this step waits for impact {number}, and there are {len(found.impacts)} before it"
-    meant = [
-        moment.time
-        for moment, brick in zip(found.bricks, known, strict=False)  # of later steps, none are known yet
-        if (anchor.event == "built" and not brick.written.inserted) or anchor.name == _place(anchor, brick)
-    ]
-    if meant:
-        return max(meant)
+    if (time := found.latest.get((anchor.event, anchor.name))) is not None:
+        return time
     what = {"built": "anything", "level": f"level {anchor.name}", "brick": f"brick '{anchor.name}'"}[anchor.event]
     return f"this step waits for {what}, and no earlier step builds it"
-
-
-def _place(anchor: Anchor, brick: BuiltBrick) -> str:
-    return brick.name if anchor.event == "brick" else str(brick.level)

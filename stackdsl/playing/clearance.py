@@ -39,8 +39,13 @@ def keep_clear(placement: Placement, watch: Watch) -> None:
     anywhere = placement.arrival is Arrival.SLID_IN or watch.hit or placement.hits
     others = [watch.bricks[name] for name in watch.present] if anywhere else watch.dropped
     inside = {other.placement.brick.id: _depth(placement, other) for other in others}
+    inside = {name: depth for name, depth in inside.items() if depth > MOST_OVERLAP}
+    # What tips or creeps without falling comes up from below: an engine pushes out of it what is not halfway inside.
+    halfway = 0.5 * placement.brick.shape.least_thickness
+    tipped = {name: _depth(placement, other) for name, other in watch.shifted.items()}
+    inside |= {name: depth for name, depth in tipped.items() if depth > halfway}
     deepest = max(inside, key=inside.__getitem__, default=None)
-    if deepest is not None and inside[deepest] > MOST_OVERLAP:
+    if deepest is not None:
         name = placement.brick.id
         raise BlockedPlacementError(Blocked(name, placement.time, deepest, inside[deepest], placement.hits))
 
