@@ -158,7 +158,8 @@ def accept(context: click.Context, keyword: str, though_it_fails: bool) -> None:
             continue
         with _told() as told:
             place.waiting.accept(pending)
-            write(f"accepted: {visible(pending.golden)}" + (f", was {visible(pending.renamed_from)}" if pending.renamed_from else ""))
+            was = f", was {visible(pending.renamed_from)}" if pending.renamed_from else ""
+            write(f"accepted: {visible(pending.golden)}{was}")
         refused += len(told)
     context.exit(ExitCode.GOLDEN if refused else ExitCode.OK)
 

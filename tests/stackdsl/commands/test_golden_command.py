@@ -128,7 +128,11 @@ def test_a_rename_is_seen_as_one(stackdsl: Stackdsl, tmp_path: Path, locked: Pat
 
 @pytest.mark.parametrize(
     ("golden", "renamed_from"),
-    [("golden/../../outside.json", ""), ("golden/a/exact.json", "precious"), ("golden/a/exact.json", "golden/../precious")],
+    [
+        ("golden/../../outside.json", ""),
+        ("golden/a/exact.json", "precious"),
+        ("golden/a/exact.json", "golden/../precious"),
+    ],
 )
 def test_what_waits_reaches_golden_files_alone(
     stackdsl: Stackdsl, tmp_path: Path, locked: Path, golden: str, renamed_from: str
