@@ -226,7 +226,8 @@ def obsolete(directory: Path, expected: Iterable[str], whole_set: bool) -> tuple
     with suppress(OSError):
         entries = list(directory.iterdir())
         names |= {entry.name for entry in entries if OLD_NAME.fullmatch(entry.name) and entry.is_file()}
-        for folder in (entry for entry in entries if entry.is_dir()):
+        # What is behind a link belongs to somebody else.
+        for folder in (entry for entry in entries if entry.is_dir() and not entry.is_symlink()):
             names |= {f"{folder.name}/{entry.name}" for entry in folder.iterdir() if _is_golden(entry)}
     return tuple((directory / name).as_posix() for name in sorted(names.difference(expected)))
 

@@ -221,6 +221,15 @@ def test_what_the_disk_refuses_to_remove_is_left_and_the_rest_removed(tmp_path: 
     assert [entry.name for entry in tmp_path.iterdir()] == ["stays[x].json"]
 
 
+def test_what_is_behind_a_link_is_no_obsolete_file(tmp_path: Path) -> None:
+    elsewhere, golden = tmp_path / "elsewhere", tmp_path / "golden"
+    elsewhere.mkdir()
+    golden.mkdir()
+    (elsewhere / "exact.json").write_text('{"format": 1}', encoding="utf-8")
+    (golden / "linked").symlink_to(elsewhere)
+    assert obsolete(golden, [], whole_set=True) == ()
+
+
 def test_a_directory_that_cannot_be_read_has_nothing_known_as_obsolete(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
