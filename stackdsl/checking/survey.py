@@ -12,7 +12,7 @@ from stackdsl.checking.gathering import STDIN, Case, cases_of, files_under, gath
 from stackdsl.checking.memory import Memory
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.importing.expansion import whole
-from stackdsl.importing.formats import MAX_IMPORTED
+from stackdsl.importing.load_formats import MAX_IMPORTED
 from stackdsl.reading.characters import visible
 from stackdsl.reading.composing import Library
 from stackdsl.reading.source import Loaded

@@ -2,7 +2,7 @@
 
 A box is above another one if their outlines in plan overlap by more than the precision of the file, and its lower face
 is no more than that precision below the upper face of the other. Sideways nothing moves; of two that overlap by no more
-than the precision, the later one is taken as so much shorter.
+than the precision, the later one is taken as so much shorter. What is deeper inside another box stays as it is.
 
 `down` lowers each box, from the lowest on, until it touches. `within` a gap lets a box touch all that is that close
 below it: these upper faces and its lower face come to one height, so boxes that were a little too low are taken as a
@@ -13,6 +13,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from math import inf
 from typing import Final
 
 from stackdsl.importing.load import ImportedBox, ImportedLoad
@@ -21,6 +22,7 @@ from stackdsl.importing.trimming import trim
 from stackdsl.language.imports import Settle
 
 GROUND: Final = -1  # the number of what is below all boxes
+ROUNDED: Final = 1e-9  # [m] how far doubles may be off, of what is within 10 km
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,11 +50,8 @@ def settled(load: ImportedLoad, how: Settle) -> Settled:
         still = tuple(Fraction(0) for _ in load.boxes)
         return Settled(load, still, still, still)
     trimmed = trim(load.boxes, load.precision)
-    gaps = _gaps(trimmed, load.precision)
-    if how.within is None:
-        bottoms, tops = _lowered(trimmed, gaps)
-    else:
-        bottoms, tops = _levelled(trimmed, [gap for gap in gaps if gap.size <= how.within])
+    gaps = _gaps(trimmed, load.precision, inf if how.within is None else how.within)
+    bottoms, tops = _lowered(trimmed, gaps) if how.within is None else _levelled(trimmed, gaps)
     boxes = tuple(_stood(box, low, high) for box, low, high in zip(trimmed, bottoms, tops, strict=True))
     return Settled(
         replace(load, boxes=boxes),
@@ -79,16 +78,24 @@ def _upwards(boxes: Sequence[ImportedBox]) -> list[int]:
     return sorted(range(len(boxes)), key=lambda number: (boxes[number].bottom, number))
 
 
-def _gaps(boxes: Sequence[ImportedBox], precision: Fraction) -> list[_Gap]:
-    """What each box is above, and by how much."""
+def _gaps(boxes: Sequence[ImportedBox], precision: Fraction, widest: float | Fraction) -> list[_Gap]:
+    """What each box is above, and by how much, if that is not more than `widest`; nothing of what is inside another."""
     outlines = [outline(box) for box in boxes]
-    found = [_Gap(upper, GROUND, box.bottom) for upper, box in enumerate(boxes) if box.bottom >= -precision]
+    bottoms, tops = [box.bottom for box in boxes], [box.top for box in boxes]
+    low, high = list(map(float, bottoms)), list(map(float, tops))
+    found = [_Gap(upper, GROUND, bottom) for upper, bottom in enumerate(bottoms) if -precision <= bottom <= widest]
+    inside, limit = set[int](), float(widest) + ROUNDED
     for one, other in close_in_plan(outlines):
-        lower, upper = sorted((one, other), key=lambda number: (boxes[number].bottom, number))
-        gap = boxes[upper].bottom - boxes[lower].top
-        if gap >= -precision and overlap_in_plan(outlines[upper], outlines[lower]) > precision:
-            found.append(_Gap(upper, lower, gap))
-    return found
+        lower, upper = (one, other) if (low[one], one) < (low[other], other) else (other, one)
+        if low[upper] - high[lower] > limit:  # the exact comparison is dear
+            continue
+        gap = bottoms[upper] - tops[lower]
+        if gap <= widest and overlap_in_plan(outlines[upper], outlines[lower]) > precision:
+            if gap < -precision:
+                inside.add(upper)
+            else:
+                found.append(_Gap(upper, lower, gap))
+    return [gap for gap in found if gap.upper not in inside]
 
 
 def _lowered(boxes: Sequence[ImportedBox], gaps: Iterable[_Gap]) -> tuple[list[Fraction], list[Fraction]]:

@@ -12,8 +12,9 @@ def trim(boxes: Sequence[ImportedBox], precision: Fraction) -> list[ImportedBox]
     """The boxes without such overlaps; those that are turned by other than right angles stay as they are."""
     made = list(boxes)
     square = [box.turn[2] % RIGHT_ANGLE == 0 for box in boxes]
+    low, high = [float(box.bottom) for box in boxes], [float(box.top) for box in boxes]
     for one, other in close_in_plan([outline(box) for box in boxes]):
-        beside = min(made[one].top, made[other].top) - max(made[one].bottom, made[other].bottom) > precision
+        beside = min(high[one], high[other]) - max(low[one], low[other]) > precision
         if beside and square[one] and square[other]:
             made[other] = _cut(made[other], made[one], precision)
     return made

@@ -13,7 +13,7 @@ from stackdsl.language.author_types import Reads, text_schema
 from stackdsl.language.mistakes import MistakeError, shown
 from stackdsl.language.quantities import EXTENT, exact_quantity, quantity_pattern
 
-Format: TypeAlias = Literal["table", "pallet-sim", "bed-bpp", "mjcf", "urdf"]
+Format: TypeAlias = Literal["table", "pallet-sim", "bed-bpp"]
 FORMATS: Final[tuple[Format, ...]] = get_args(Format)
 
 _ADVICE: Final = "write as written, down, or such as within 5 mm"
@@ -56,7 +56,7 @@ class Import(AuthorModel):
     file: Annotated[str, WithJsonSchema({**t.FILE, "examples": ["load.csv"]})] = Field(
         description="the file, as seen from this one; inside the project"
     )
-    format: Format = Field(description="what it is; nothing is guessed from its name")
+    format: Format | None = Field(None, description="what it is; default: what it cannot but be")
     load: str | None = Field(None, description="which of several loads: number of the pallet, or of the order")
     settle: Annotated[
         Settle, Reads(parse_settle, text_schema(_SETTLE, "how boxes come to touch what is below", "within 5 mm"))
@@ -72,7 +72,7 @@ class Import(AuthorModel):
     @model_validator(mode="after")
     def _say_what_is_open(self) -> Self:
         for key in ("point", "units"):
-            if self.format != "table" and getattr(self, key) is not None:
+            if self.format not in {None, "table"} and getattr(self, key) is not None:
                 message = f"`{key}` is of tables, and {self.format} says it by itself"
                 raise MistakeError("SD108", message, f"leave `{key}` out")
         return self

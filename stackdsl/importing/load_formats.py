@@ -7,8 +7,8 @@ from stackdsl.diagnostics import Diagnostic, Span, page_of
 from stackdsl.importing.bed_bpp import read_bed_bpp
 from stackdsl.importing.load import ImportedLoad, LoadReading, UnreadableLoadError
 from stackdsl.importing.pallet_sim import read_pallet_sim
-from stackdsl.importing.table import read_table
-from stackdsl.language.imports import Format, Import
+from stackdsl.importing.box_table import read_table
+from stackdsl.language.imports import FORMATS, Format, Import
 from stackdsl.reading.characters import unreadable_characters
 
 MAX_IMPORTED: Final = 16 << 20  # [bytes] of one file
@@ -35,4 +35,24 @@ def read_load(data: bytes, file: str, asked: Import) -> ImportedLoad:
     page = page_of(text, file)
     if (odd := next(unreadable_characters(page_of(text.replace("\t", " "), file)), None)) is not None:
         raise UnreadableLoadError([odd])
-    return READERS[asked.format](LoadReading(page, frozenset(asked.ignore)), asked)
+    reading = LoadReading(page, frozenset(asked.ignore))
+    return READERS[asked.format or _format_of(reading)](reading, asked)
+
+
+def _format_of(reading: LoadReading) -> Format:
+    """The only format that a file may be of. Raises UnreadableLoadError if there is none."""
+    text = "\n".join(reading.page.lines).lstrip()
+    if text.startswith("["):
+        return "table"
+    if text.startswith("{"):
+        signs: tuple[tuple[Format, tuple[str, ...]], ...] = (
+            ("pallet-sim", ('"pallets"', '"articles"')),
+            ("bed-bpp", ('"flb_coordinates"',)),
+        )
+        found = [format_ for format_, words in signs if all(word in text for word in words)]
+        if len(found) == 1:
+            return found[0]
+    elif text and not text.startswith("<"):
+        return "table"
+    reading.open(reading.page.span(0, 0), "what this is cannot be told", f"say `format`: {', '.join(FORMATS)}")
+    raise UnreadableLoadError(reading.mistakes)
