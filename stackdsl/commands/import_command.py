@@ -21,9 +21,7 @@ from stackdsl.language.mistakes import MistakeError
 from stackdsl.reading.characters import visible
 from stackdsl.report.diagnostic_text import diagnostic_text
 
-_LENGTHS, _MASSES = (
-    [unit for unit in get_args(get_args(Units.model_fields[key].annotation)[0])] for key in ("length", "mass")
-)
+_LENGTHS, _MASSES = (list(get_args(get_args(Units.model_fields[key].annotation)[0])) for key in ("length", "mass"))
 
 
 @click.command("import")

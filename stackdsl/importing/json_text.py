@@ -5,8 +5,8 @@ from bisect import bisect_right
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import accumulate
-from json.decoder import JSONArray, JSONObject
-from json.scanner import py_make_scanner
+from json.decoder import JSONArray, JSONObject  # type: ignore[attr-defined]  # what its decoder is made of
+from json.scanner import py_make_scanner  # type: ignore[attr-defined]  # likewise
 from typing import Any, Final, TypeAlias
 
 from stackdsl.diagnostics import Page, Span
@@ -48,12 +48,11 @@ class _Decoder(json.JSONDecoder):
         super().__init__(
             object_pairs_hook=_each_once, parse_float=Numeral, parse_int=Numeral, parse_constant=_no_number
         )
-        within: _Scan = lambda text, start: self._located(text, start)  # noqa: E731 -- made before the scanner is
         self.parse_object = lambda at, strict, _scan, hook, pairs, memo=None: JSONObject(
-            at, strict, within, hook, pairs, memo
+            at, strict, self._located, hook, pairs, memo
         )
-        self.parse_array = lambda at, _scan: JSONArray(at, within)
-        self._plain: _Scan = py_make_scanner(self)  # type: ignore[operator]  # the scanner of the library in Python
+        self.parse_array = lambda at, _scan: JSONArray(at, self._located)
+        self._plain: _Scan = py_make_scanner(self)
         self.scan_once = self._located
 
     def _located(self, text: str, start: int) -> tuple[Node, int]:

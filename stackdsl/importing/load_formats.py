@@ -5,9 +5,9 @@ from typing import Final
 
 from stackdsl.diagnostics import Diagnostic, Span, page_of
 from stackdsl.importing.bed_bpp import read_bed_bpp
+from stackdsl.importing.box_table import read_table
 from stackdsl.importing.load import ImportedLoad, LoadReading, UnreadableLoadError
 from stackdsl.importing.pallet_sim import read_pallet_sim
-from stackdsl.importing.box_table import read_table
 from stackdsl.language.imports import FORMATS, Format, Import
 from stackdsl.reading.characters import unreadable_characters
 

@@ -37,7 +37,7 @@ class Settled:
 
 @dataclass(frozen=True, slots=True)
 class _Gap:
-    """How far a box is above another one, or above the ground [m]; negative if the file's precision lets it be lower."""
+    """How far a box is above another one, or above the ground [m]; less than nothing within the file's precision."""
 
     upper: int
     lower: int
@@ -57,7 +57,7 @@ def settled(load: ImportedLoad, how: Settle) -> Settled:
         replace(load, boxes=boxes),
         tuple(new.bottom - old.bottom for new, old in zip(boxes, load.boxes, strict=True)),
         tuple(new.size[2] - old.size[2] for new, old in zip(boxes, load.boxes, strict=True)),
-        tuple(sum(old.size[:2]) - sum(new.size[:2]) for new, old in zip(boxes, load.boxes, strict=True)),
+        tuple(sum(old.size[:2], -sum(new.size[:2], Fraction(0))) for new, old in zip(boxes, load.boxes, strict=True)),
     )
 
 

@@ -35,7 +35,7 @@ class Library:
         return self.files[true]
 
     def bytes_of(self, path: str, most: int) -> bytes:
-        """What a file of another program holds; one byte more than `most` of a file that is too large. Raises OSError."""
+        """What a file of another program holds, up to one byte more than `most`. Raises OSError."""
         with FilePath(path).open("rb") as stream:
             return stream.read(most + 1)
 

@@ -12,7 +12,8 @@ __all__ = ["stackdsl_in_folder"]  # the fixture `stackdsl`
 
 
 @pytest.mark.parametrize(
-    ("text", "options", "bricks"), [(TABLE, ("--point", "corner"), 3), (PALLET, (), 3), (PLAN, ("--name", "My Plan"), 3)]
+    ("text", "options", "bricks"),
+    [(TABLE, ("--point", "corner"), 3), (PALLET, (), 3), (PLAN, ("--name", "My Plan"), 3)],
 )
 def test_what_is_printed_plays(
     stackdsl: Stackdsl, tmp_path: Path, text: str, options: tuple[str, ...], bricks: int

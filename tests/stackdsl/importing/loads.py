@@ -90,8 +90,8 @@ def _each_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 def _row(row: dict[str | None, Any]) -> Box:
     assert None not in row
     assert None not in row.values()
-    per = {"mm": 1000, "cm": 100, "m": 1, "g": 1000, "kg": 1, "t": Fraction(1, 1000)}
-    by = {}
+    per: dict[str, Fraction | int] = {"mm": 1000, "cm": 100, "m": 1, "g": 1000, "kg": 1, "t": Fraction(1, 1000)}
+    by: dict[str, Any] = {}
     for header, cell in row.items():
         name, _, unit = str(header).rstrip("] ").partition("[")
         by[name.strip()] = cell if name.strip() == "name" else Fraction(cell) / per[unit.strip()]

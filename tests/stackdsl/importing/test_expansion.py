@@ -72,8 +72,8 @@ def test_an_anchor_is_the_lower_corner_and_weights_are_those_of_the_article() ->
 def test_a_step_that_imports_has_the_other_keys_of_any_step() -> None:
     write("load.csv", TABLE)
     scenario = SCENARIO.replace("every: 1 s", "name: left, at: 2 s")
-    placements = case(scenario).timeline.placements
-    assert [(placed.brick.id, placed.time) for placed in placements][0] == ("left.bottom", 2.0)
+    first = case(scenario).timeline.placements[0]
+    assert (first.brick.id, first.time) == ("left.bottom", 2.0)
 
 
 def test_a_box_in_the_air_is_told_of_its_line_in_the_file_and_of_the_import() -> None:
@@ -103,7 +103,7 @@ def test_a_file_outside_of_the_project_is_not_read(file: str) -> None:
     assert (found.code, found.span.file) == ("SD113", "a.yaml")
 
 
-OPEN = {
+OPEN: dict[str, tuple[str, dict[str, object], str]] = {
     "a header without a unit": (TABLE.replace(" [g]", ""), {}, "the column `mass` says no unit"),
     "an unknown unit": (TABLE.replace("[g]", "[lb]"), {}, "'lb' is no unit of mass that is known"),
     "an unknown column": (TABLE.replace("name", "colour"), {}, "'colour' is nothing that is taken"),
@@ -143,7 +143,9 @@ def test_of_several_pallets_or_orders_one_must_be_named() -> None:
 def test_a_corner_of_a_box_that_is_turned_is_asked_for() -> None:
     write("load.csv", "length [mm],width [mm],height [mm],mass [kg],x [mm],y [mm],z [mm],yaw [deg]\n9,9,9,1,0,0,0,45\n")
     assert mistake().message == "the lower corner of a box that is turned may be any of four"
-    write("load.csv", "length [mm],width [mm],height [mm],mass [kg],x [mm],y [mm],z [mm],yaw [deg]\n9,9,9,1,0,0,4.5,45\n")
+    write(
+        "load.csv", "length [mm],width [mm],height [mm],mass [kg],x [mm],y [mm],z [mm],yaw [deg]\n9,9,9,1,0,0,4.5,45\n"
+    )
     assert len(case(SCENARIO.replace("corner", "centre")).timeline.placements) == 1
 
 

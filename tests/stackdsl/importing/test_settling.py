@@ -11,7 +11,9 @@ from stackdsl.language.imports import Settle, parse_settle
 MM = Fraction(1, 1000)
 
 
-def box(name: str, x: int, bottom: float, height: int, length: int = 100, yaw: int = 0) -> ImportedBox:
+def box(  # noqa: PLR0913, PLR0917 -- in the order of their importance
+    name: str, x: int, bottom: float, height: int, length: int = 100, yaw: int = 0
+) -> ImportedBox:
     """A box 100 mm wide whose lower left edge is at x, all in mm."""
     size: Exact3 = (length * MM, 100 * MM, height * MM)
     centre: Exact3 = ((x + Fraction(length, 2)) * MM, Fraction(0), (Fraction(bottom) + Fraction(height, 2)) * MM)
