@@ -15,7 +15,7 @@ from stability.model import BodyId
 from stability.statics.facts import Motion, Problem, Tolerances
 from stability.statics.proof import check_motion
 from stability.statics.solvers.conic_program import Array, ConicProgram, Solver, clarabel_solve, solve
-from stability.statics.solvers.equilibrium import balance, proven_motion
+from stability.statics.solvers.equilibrium import falling_motion, proven_motion
 from stability.statics.solvers.fall_words import described
 from stability.statics.solvers.wrench_matrix import WrenchMatrix, wrench_matrix
 
@@ -141,7 +141,7 @@ class _Search:
         rest = set(motion.velocity) - set(fixed)
         if not rest:
             return None
-        found = balance(self.of(rest), self.tolerances, self.solver).motion
+        found = falling_motion(self.of(rest), self.tolerances, self.solver)
         return self.alone(found) if found is not None and self._proven(found) else None
 
     def _upwards(self, motion: Motion) -> list[BodyId]:
