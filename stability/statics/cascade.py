@@ -71,8 +71,8 @@ def judge(
         if passed is None or not passed.hinders:
             break
         group, levels = partners.of(_grown(structure, group, passed.hinders, levels)), levels * SPREAD
-    if names_smallest and len(partners.of({brick} | structure.below([brick]))) > LITTLE:
-        little = little_fall(structure, doubted)
+    if names_smallest and (whole := len(partners.of({brick} | structure.below([brick])))) > LITTLE:
+        little = little_fall(structure, doubted, brick, int(MUCH_LESS * whole))
         if little is not None:
             return _falls(structure, _Falling(*little), names_smallest)
     answer = _programs(structure, brick, group, partners)

@@ -11,15 +11,20 @@ CUT = 60  # bricks: in a falling group up to this size the smallest upper part t
 LITTLE = 8  # bricks: a program of so few costs about as much as writing it down
 
 
-def little_fall(structure: Structure, doubted: Collection[BodyId]) -> tuple[Problem, Motion] | None:
+def little_fall(
+    structure: Structure, doubted: Collection[BodyId], first: BodyId, most: int
+) -> tuple[Problem, Motion] | None:
     """A fall of few bricks: of one of the doubted and all that it carries; its problem, and a motion that proves it.
 
-    In a load that falls, most often little falls at first. To find that costs less than to judge the whole.
+    In a load that falls, most often little falls at first. To find that costs less than to judge the whole. Of the
+    `first`, what it carries may be up to so many bricks.
     """
     from stability.statics.solvers.equilibrium import falling_motion  # noqa: PLC0415 -- it brings numpy
 
     parts = {frozenset(structure.with_all_above([name])) for name in doubted}
-    for part in sorted((part for part in parts if len(part) <= LITTLE), key=lambda part: (len(part), sorted(part))):
+    own = frozenset(structure.with_all_above([first]))
+    asked = [part for part in parts if len(part) <= (most if part == own else LITTLE)]
+    for part in sorted(asked, key=lambda part: (len(part), sorted(part))):
         problem = structure.problem(sorted(part), structure.contacts_of(sorted(part)))
         motion = falling_motion(problem, structure.tolerances)
         if motion is not None:

@@ -26,7 +26,7 @@ MOST_CORRECTIONS = 3  # of forces; what they do not mend is no rounding
 HOPELESS = 1e-6  # share of what a brick carries: a residual above is no rounding
 FAINT = 1e-8  # share of a usual force by which even a contact that does not press may be corrected
 MIXED = (1e-11, 1e-9, 1e-7, 1e-5)  # shares of the speed of the fastest that a separating motion is mixed in with
-DENSE = 200  # columns up to which dense matrices are faster than the import of sparse ones
+DENSE = 90  # columns up to which dense matrices are faster than the import of sparse ones
 QUICK = 1e-9  # accuracy to which is asked only whether something falls
 QUIET = (1e-4, 1e-9, 0.0)  # shares of the largest speed below which a brick is first taken to stay
 
