@@ -5,7 +5,7 @@ from collections.abc import Collection, Set
 from stability.model import BodyId
 from stability.statics.facts import Motion, Problem
 from stability.statics.structure import Structure
-from stability.statics.tipping import Fall, tipping
+from stability.statics.tipping import Fall, lies_over, tipping
 
 CUT = 60  # bricks: in a falling group up to this size the smallest upper part that falls as one body is looked for
 LITTLE = 8  # bricks: a program of so few costs about as much as writing it down
@@ -26,6 +26,8 @@ def little_fall(
     asked = [part for part in parts if len(part) <= (most if part == own else LITTLE)]
     for part in sorted(asked, key=lambda part: (len(part), sorted(part))):
         problem = structure.problem(sorted(part), structure.contacts_of(sorted(part)))
+        if len(part) == 1 and lies_over(problem.bricks, problem.contacts):
+            continue
         motion = falling_motion(problem, structure.tolerances)
         if motion is not None:
             return problem, motion
