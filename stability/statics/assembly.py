@@ -194,6 +194,18 @@ class Assembly:
             raise ArithmeticError(f"the proof of the assembly does not hold: {check}")
         return forces
 
+    def guaranteed(self) -> bool:
+        """Whether rest is the only thing that can happen, at any friction (see `margins.guarantee`), and so proven.
+
+        False unless the verdict is STABLE: then rest is possible, but statics that are not unique could let go.
+        """
+        from stability.statics.margins.guarantee import guarantee  # noqa: PLC0415 -- it brings numpy
+
+        forces, problem = self.forces(), self.problem()
+        if forces is None:
+            return False
+        return guarantee(problem, forces, _rounded(problem, self._structure.tolerances)) is not None
+
     def forces_above(self, bricks: Collection[BodyId], among: Set[BodyId] | None = None) -> Tally:
         """The forces of the proof on these bricks and all that they carry, as they are now, by contact.
 

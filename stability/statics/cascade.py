@@ -9,7 +9,7 @@ What checks a proof or solves a program is imported where it is first asked: it 
 than most scenes take to judge, and what stands on load cores needs neither.
 """
 
-from collections.abc import Callable, Collection, Iterator, Sequence, Set
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 

@@ -35,6 +35,8 @@ def margins_of_assembly(assembly: Assembly, wanted: Collection[str] = ALL) -> Ma
         planes = [plane.id for plane in assembly.planes]
         placed = placement(problem, planes=planes)
         found = replace(found, placement=placed.value, joint=placed.limit)
+    if "guaranteed" in wanted:
+        found = replace(found, guaranteed=assembly.guaranteed())
     return found
 
 
