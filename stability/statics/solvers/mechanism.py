@@ -1,10 +1,10 @@
 """Which part falls? From a motion that proves a fall, this finds one that moves as few bricks as possible.
 
 Parts that do not touch move without each other, so the smallest that gains is a proof by itself. Within it, as many of
-the slowest bricks as possible are held fixed; then the motion of least sum of speeds is asked for, which leaves at rest
-what need not move; then each brick is held by itself, from the lowest on: one without which nothing falls is needed in
-every smaller set too. Last, of all motions of the bricks that are left, the one that they would start with is taken
-(Gauss: of least energy for what the loads gain).
+the slowest bricks as possible are held fixed, and of few bricks as many of the lowest before; then the motion of least
+sum of speeds is asked for, which leaves at rest what need not move; then each brick is held by itself, from the lowest
+on: one without which nothing falls is needed in every smaller set too. Last, of all motions of the bricks that are
+left, the one that they would start with is taken (Gauss: of least energy for what the loads gain).
 """
 
 from collections.abc import Collection, Iterator, Sequence
@@ -24,6 +24,7 @@ from stability.statics.solvers.wrench_matrix import WrenchMatrix, wrench_matrix
 __all__ = ["described", "smallest_mechanism"]
 
 FEW = 3  # bricks that are asked about one by one at once
+LITTLE = 24  # bricks up to which as many of the lower ones as possible are held fixed first
 LARGE = 120  # bricks up to which the least sum of speeds is asked for
 SLOW = 0.05  # of the fastest: what is much slower than this counts no more than what is a bit slower
 QUIET = (1e-3, 1e-6, 1e-9)  # shares of the largest speed below which a brick is first taken to stay
@@ -44,7 +45,9 @@ def smallest_mechanism(
     search = _Search(problem, tolerances, solver)
     least = search.alone(min(parts, key=lambda part: (len(part.velocity), min(part.velocity))))
     if len(least.velocity) > FEW:
-        least = search.sparse(search.slow_held(least))
+        if len(least.velocity) <= LITTLE:
+            least = search.first_held(least, search.upwards(least))
+        least = search.sparse(search.first_held(least, _slowest(least)))
     return search.started(search.held(least))
 
 
@@ -129,9 +132,8 @@ class _Search:
                 motion = self._without(motion, [name]) or motion
         return motion
 
-    def slow_held(self, motion: Motion) -> Motion:
-        """A motion after as many of the slowest bricks as possible were held fixed: the more, the harder to fall."""
-        order = _slowest(motion)
+    def first_held(self, motion: Motion, order: Sequence[BodyId]) -> Motion:
+        """A motion after as many of the first bricks in an order as possible were held: the more, the harder to fall."""
         held, too_many = 0, len(order)
         while held + 1 < too_many:
             middle = (held + too_many) // 2
