@@ -22,10 +22,10 @@ from stability.statics.brick_graph import brick_graph, rests_on
 from stability.statics.certificate import Tally, tallied, total_forces
 from stability.statics.facts import Contact, Forces, Placed, Problem, Stability, Stage, Tolerances, Verdict
 from stability.statics.prover import Prover
+from stability.statics.rounding import rounded
 from stability.statics.structure import Structure
 
 LEVEL_GROUND = Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), friction=0.5)
-LOST_DIGITS = 1e-15  # share of a coordinate, a few times the error of one rounding
 
 
 class Assembly:
@@ -189,22 +189,10 @@ class Assembly:
 
         problem = self.problem()
         forces = total_forces(self._structure, self._prover.ledger, list(problem.contacts))
-        check = check_forces(problem, forces, _rounded(problem, self._structure.tolerances))
+        check = check_forces(problem, forces, rounded(problem, self._structure.tolerances))
         if not check.holds:
             raise ArithmeticError(f"the proof of the assembly does not hold: {check}")
         return forces
-
-    def guaranteed(self) -> bool:
-        """Whether rest is the only thing that can happen, at any friction (see `margins.guarantee`), and so proven.
-
-        False unless the verdict is STABLE: then rest is possible, but statics that are not unique could let go.
-        """
-        from stability.statics.margins.guarantee import guarantee  # noqa: PLC0415 -- it brings numpy
-
-        forces, problem = self.forces(), self.problem()
-        if forces is None:
-            return False
-        return guarantee(problem, forces, _rounded(problem, self._structure.tolerances)) is not None
 
     def forces_above(self, bricks: Collection[BodyId], among: Set[BodyId] | None = None) -> Tally:
         """The forces of the proof on these bricks and all that they carry, as they are now, by contact.
@@ -227,10 +215,3 @@ class Assembly:
 
 def _by_height(placed: Placed) -> tuple[float, BodyId]:
     return placed.pose.position_W[2], placed.brick.id
-
-
-def _rounded(problem: Problem, tolerances: Tolerances) -> Tolerances:
-    """Tolerances, with what is lost of a residual because coordinates far from the origin are rounded."""
-    furthest = max((abs(part) for p in problem.bricks.values() for part in p.pose.position_W), default=0.0)
-    smallest = min((p.brick.shape.length for p in problem.bricks.values()), default=1.0)
-    return replace(tolerances, residual=tolerances.residual + LOST_DIGITS * furthest / smallest)

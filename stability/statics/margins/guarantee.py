@@ -17,6 +17,7 @@ from dataclasses import replace
 
 from stability.statics.facts import Contact, Forces, Problem, Tolerances
 from stability.statics.proof import check_forces
+from stability.statics.rounding import rounded
 from stability.statics.solvers.equilibrium import balance
 
 
@@ -29,6 +30,7 @@ def guarantee(
 
     `known` are forces that balance it with friction: most often these are along the normals already.
     """
+    tolerances = rounded(problem, tolerances)
     kept = [number for number, contact in enumerate(problem.contacts) if len(contact.normals_W) == 1]
     smooth = replace(problem, contacts=[_smooth(problem.contacts[number]) for number in kept])
     if known is not None and len(known.of_contacts) == len(problem.contacts):

@@ -133,7 +133,7 @@ class _Search:
         return motion
 
     def first_held(self, motion: Motion, order: Sequence[BodyId]) -> Motion:
-        """A motion after as many of the first bricks in an order as possible were held: the more, the harder to fall."""
+        """A motion after as many of the first bricks in an order as possible were held: the more, the harder."""
         held, too_many = 0, len(order)
         while held + 1 < too_many:
             middle = (held + too_many) // 2
