@@ -38,6 +38,8 @@ CODES = {
     "SD111": "more mistakes than are told",
     "SD112": "a variable that is used nowhere",
     "SD113": "a file that cannot be included",
+    "SD114": "an imported file that is not as its format says",
+    "SD115": "an imported file that leaves something open",
     "SD201": "a brick is placed inside another body",
     "SD202": "a brick is placed in the air",
     "SD203": "two bricks or two scenarios share a name",

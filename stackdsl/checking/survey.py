@@ -12,10 +12,12 @@ from typing import TypeAlias
 from stackdsl.checking.gathering import STDIN, Case, cases_of, files_under, gather, identity_of, loaded_from
 from stackdsl.checking.memory import Memory
 from stackdsl.diagnostics import Diagnostic
+from stackdsl.importing.expansion import whole
+from stackdsl.importing.load_formats import MAX_IMPORTED
 from stackdsl.reading.characters import visible
-from stackdsl.reading.composing import Library, composed
+from stackdsl.reading.composing import Library
 from stackdsl.reading.project import root_of
-from stackdsl.reading.source import MAX_BYTES, Loaded
+from stackdsl.reading.source import Loaded
 from stackdsl.snapshots.record import Identity
 
 FIELDS = ("scenario_name", "parameters", "system", "tags", "lines")
@@ -37,6 +39,12 @@ class _Parts(Library):
         loaded = super().read(path)
         self.digests[path] = _digest_there(path, self.root, loaded.digest)
         return loaded
+
+    def bytes_of(self, path: str, most: int) -> bytes:
+        """What a file of another program holds; that it was asked for is noted."""
+        data = super().bytes_of(path, most)
+        self.digests[path] = _digest_there(path, self.root, sha256(data).hexdigest())
+        return data
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +71,7 @@ def _compiled(path: Path) -> tuple[Loaded, _Made, list[Case], list[Diagnostic]]:
     """What a file holds, which texts that is made of, and its cases and mistakes."""
     parts = _Parts(root=root_of(str(path)))
     read = loaded_from(path)
-    loaded = composed(read, parts)
+    loaded = whole(read, parts)
     return loaded, _Made(read.digest, parts.root, parts.digests), *cases_of(loaded)
 
 
@@ -164,7 +172,7 @@ def _digest_of(path: Path) -> str:
         return ""
     try:
         with path.open("rb") as stream:
-            data = stream.read(MAX_BYTES + 1)
+            data = stream.read(MAX_IMPORTED + 1)
     except OSError:
         return ""
     return sha256(data).hexdigest()

@@ -20,6 +20,7 @@ from stackdsl.language.claims.claim import Claim, Expectation, Truth
 from stackdsl.language.claims.claim_kind import CLAIMS, KindOfClaim
 from stackdsl.language.impacts.impact import Impact
 from stackdsl.language.impacts.impact_kind import IMPACTS, KindOfImpact
+from stackdsl.language.imports import Import
 from stackdsl.language.kinds import with_kinds
 from stackdsl.language.layouts.registry import LAYOUTS, Layout, LayoutParams
 from stackdsl.language.marks import Skip, Xfail
@@ -73,6 +74,7 @@ class BuildStep(Timed):
     bricks: Annotated[tuple[PlacedBrick, ...], Field(min_length=1, max_length=MAX_BRICKS)] | None = Field(
         None, description="bricks in any pose, one by one"
     )
+    imported: Import | None = Field(None, alias="import", description="the boxes of a file that another program wrote")
     name: t.BrickName | None = Field(None, description="goes before the names of the bricks of this step")
     brick: BrickKind | None = Field(None, description="what this step is built of; default: the scenario's brick")
     every: t.PositiveDuration | None = Field(None, description="time for each brick; default: all at one time")
@@ -81,7 +83,7 @@ class BuildStep(Timed):
     @property
     def layout(self) -> tuple[str, LayoutParams] | None:
         """Name and parameters of the layout, unless the step lists its bricks."""
-        return None if self.bricks is not None else (self.kind, getattr(self, self.kind))
+        return None if self.kind in {"bricks", "imported"} else (self.kind, getattr(self, self.kind))
 
     @model_validator(mode="before")
     @classmethod
@@ -197,7 +199,7 @@ def _models_of(
     claims: tuple[tuple[str, KindOfClaim], ...],
     impacts: tuple[tuple[str, KindOfImpact], ...],
 ) -> Models:
-    step = with_kinds(BuildStep, {key: (kind.params, kind.summary) for key, kind in layouts}, "bricks")
+    step = with_kinds(BuildStep, {key: (kind.params, kind.summary) for key, kind in layouts}, "bricks", "imported")
     impact = with_kinds(Impact, {key: (kind.model, kind.summary) for key, kind in impacts})
     claim = with_kinds(Claim, {key: (kind.model, kind.summary) for key, kind in claims})
     # Of two bases, the fields of the second come first.

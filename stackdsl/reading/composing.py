@@ -35,6 +35,11 @@ class Library:
             self.files[true] = load(FilePath(path))
         return self.files[true]
 
+    def bytes_of(self, path: str, most: int) -> bytes:
+        """What a file of another program holds, up to one byte more than `most`. Raises OSError."""
+        with FilePath(path).open("rb") as stream:
+            return stream.read(most + 1)
+
 
 class _MistakeError(Exception):
     """What is wrong with a part, as diagnostics."""

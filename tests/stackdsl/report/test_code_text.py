@@ -7,8 +7,10 @@ import pytest
 from stackdsl.checking.gathering import cases_of, gather
 from stackdsl.checking.one_case import play_case
 from stackdsl.diagnostics import CODES
+from stackdsl.importing.expansion import whole
 from stackdsl.playing.clearance import BlockedPlacementError
-from stackdsl.reading.source import MAX_BYTES, MAX_DEPTH, load, parse
+from stackdsl.reading.composing import Library
+from stackdsl.reading.source import MAX_BYTES, MAX_DEPTH, Loaded, load, parse
 from stackdsl.report.code_text import code_text, entries
 from tests.paths import ROOT
 
@@ -44,17 +46,27 @@ def test_the_example_of_a_run_is_held_up_by_what_has_moved() -> None:
         play_case(case.timeline, case.system)
 
 
+def imported(file: str, folder: Path) -> Loaded:
+    """A scenario that imports a file of a folder."""
+    text = f"scenario: load\nbuild:\n  - import: {{file: {file}}}\n"
+    return whole(parse(text, str(folder / "load.yaml")), Library())
+
+
 def test_what_has_no_short_example_is_given_by_what_its_entry_describes(tmp_path: Path) -> None:
     latin, large = tmp_path / "latin.yaml", tmp_path / "large.yaml"
     latin.write_bytes("scenario: t\u00fcrme".encode("latin-1"))
     large.write_text("#" * (MAX_BYTES + 1))
     deep = "[" * (MAX_DEPTH + 1) + "]" * (MAX_DEPTH + 1)
     in_the_air = "".join(f"      - {{at: [0 mm, 0 mm, {n} m]}}\n" for n in range(1, 102))
+    (tmp_path / "load.csv").write_text("length [mm]\n1\n")
+    (tmp_path / "load.json").write_text("[{}")
     given = {
         "SD001": load(tmp_path / "nothing.yaml"),
         "SD002": load(latin),
         "SD006": load(large),
         "SD007": parse(f"scenario: tower\nbuild: {deep}\n", "deep.yaml"),
+        "SD114": imported("load.json", tmp_path),
+        "SD115": imported("load.csv", tmp_path),
         "SD111": parse(f"scenario: many\nbuild:\n  - bricks:\n{in_the_air}", "many.yaml"),
     }
     assert set(given) == ENTRIES.keys() - EXAMPLES.keys() - {OF_A_RUN}
