@@ -37,6 +37,8 @@ class ResizedWorld:
 
     def step(self) -> None:
         self.engine.prescribed.acceleration_W = scale(self.factor, self.prescribed.acceleration_W)
+        guided = self.prescribed.velocities_W
+        self.engine.prescribed.velocities_W = {name: scale(self.factor, velocity) for name, velocity in guided.items()}
         self.engine.step()
 
     def limit_travel(self, fastest: float) -> None:

@@ -14,6 +14,7 @@ import numpy as np
 
 from stability.engines.mujoco.mujoco_binding import mujoco
 from stability.engines.mujoco.mujoco_settings import MuJoCoSettings
+from stability.engines.prescribed import FIRM
 from stability.engines.pressing import Presses
 from stability.engines.shortest_turn import shortest_turn
 from stability.geometry.bounding_boxes import BoundingBoxes
@@ -36,6 +37,7 @@ class Body:
     bricks: tuple[tuple[Brick, Pose], ...]  # each with its place in the body
     state: BodyState
     held: bool = False
+    guided: bool = False  # moves as somebody outside says, whatever it meets
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,14 +66,16 @@ class Model:
         """Let bodies feel gravity along -z, and that all without a joint accelerates [m/s2]."""
         self.model.opt.gravity[:] = subtract((0.0, 0.0, -gravity), acceleration_W)
 
-    def step(self, duration: float, parts: int, presses: Presses) -> None:
-        """Let time pass [s], in so many steps."""
+    def step(self, duration: float, parts: int, presses: Presses, guided_W: Mapping[BodyId, Vec3]) -> None:
+        """Let time pass [s], in so many steps, with the velocities of what is guided [m/s]."""
         self.model.opt.timestep = duration / parts
         for _ in range(parts):
             self.data.xfrc_applied[:] = 0.0
             for acting in presses.acting(self, duration / parts):
                 body = self.model.jnt_bodyid[self.free[acting.brick.id]]
                 self.data.xfrc_applied[body] = np.concatenate(acting.wrench(duration / parts))
+            for name, velocity_W in guided_W.items():
+                self.data.qvel[6 * self.free[name] : 6 * self.free[name] + 6] = (*velocity_W, 0.0, 0.0, 0.0)
             mujoco.mj_step(self.model, self.data)
         self._touching = self._bounds = None
         if self.data.warning.number.any():
@@ -172,13 +176,15 @@ def _add_body(world: mujoco.MjsBody, body: Body, scene: Scene) -> None:
     added = world.add_body(pos=body.state.pose.position_W, quat=_as_wxyz(body.state.pose.orientation))
     if not body.held:
         added.add_freejoint()
+    if body.guided:
+        added.gravcomp = 1.0  # share of gravity that it does not feel
     for brick, place in body.bricks:
         added.add_geom(
             type=mujoco.mjtGeom.mjGEOM_BOX,
             size=scale(0.5, as_box(brick.shape, "MuJoCo").size),
             pos=place.position_W,
             quat=_as_wxyz(place.orientation),
-            mass=brick.mass,
+            mass=FIRM * brick.mass if body.guided else brick.mass,
             **_contact(scene.settings, scene.friction),
         )
 

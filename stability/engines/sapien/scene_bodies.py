@@ -7,8 +7,8 @@ planes alone, which have twice the friction that is asked of them.
 SAPIEN tells the normal forces of contacts, not those of friction.
 """
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any, Self, TypeAlias
 
 import numpy as np
@@ -19,7 +19,7 @@ from stability.engines.sapien.sapien_settings import SapienSettings
 from stability.engines.shortest_turn import shortest_turn
 from stability.geometry.bounding_boxes import BoundingBoxes
 from stability.geometry.rotations import body_axes
-from stability.geometry.vectors import dot, scale
+from stability.geometry.vectors import add_scaled, dot, scale
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Quaternion, Vec3
 from stability.shapes.box import as_box
 
@@ -40,6 +40,7 @@ class SceneBodies:
     scene: Any
     _bodies: dict[BodyId, Any] = field(default_factory=dict, init=False)
     _names: dict[Any, BodyId] = field(default_factory=dict, init=False)  # by entity
+    _guided: dict[BodyId, Vec3] = field(default_factory=dict, init=False)  # how fast they move [m/s]
 
     @classmethod
     def opened(cls, settings: SapienSettings, gravity: float, friction: float) -> Self:
@@ -68,9 +69,24 @@ class SceneBodies:
     def step(self, parts: int, prescribed: PrescribedMotion) -> None:
         """Let one time step of the settings pass, in so many parts."""
         self.system.timestep = self.settings.time_step / parts
+        self._guide(prescribed.velocities_W)
         for _ in range(parts):
             self._pull(prescribed.acceleration_W)
+            for brick, velocity_W in self._guided.items():
+                pose = self.state(brick).pose
+                way = add_scaled(pose.position_W, self.system.timestep, velocity_W)
+                self._bodies[brick].set_kinematic_target(_to_sapien(replace(pose, position_W=way)))
             self.system.step()
+
+    def _guide(self, velocities_W: Mapping[BodyId, Vec3]) -> None:
+        """Let these bricks move so from now on, and no others [m/s]."""
+        before, self._guided = self._guided, dict(velocities_W)
+        for brick in before:
+            if brick not in velocities_W:
+                self.wake(brick)
+                self._bodies[brick].linear_velocity = np.array(before[brick])
+        for brick in velocities_W:
+            self._bodies[brick].kinematic = True
 
     def _pull(self, acceleration_W: Vec3) -> None:
         """Let bricks feel how the planes accelerate: gravity belongs to the process, and forces last for a step."""
@@ -124,6 +140,7 @@ class SceneBodies:
 
     def remove(self, brick: BodyId) -> None:
         """Take a brick out."""
+        self._guided.pop(brick, None)
         entity = self._bodies.pop(brick).entity
         del self._names[entity]
         self.scene.remove_entity(entity)
@@ -166,13 +183,14 @@ class SceneBodies:
 
     def freeze(self, brick: BodyId) -> None:
         """Hold a brick where it is."""
+        self._guided.pop(brick, None)
         body = self._bodies[brick]
         body.linear_velocity = body.angular_velocity = np.zeros(3)
         body.kinematic = True
 
     def holds(self, brick: BodyId) -> bool:
         """Whether a brick is held."""
-        return bool(self._bodies[brick].kinematic)
+        return bool(self._bodies[brick].kinematic) and brick not in self._guided
 
     def wake(self, brick: BodyId) -> None:
         """Let a brick go that was held, at rest."""
