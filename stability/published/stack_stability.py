@@ -47,6 +47,7 @@ class StackStability:
     stack: dict[BodyId, StackedBrick] = field(default_factory=dict, init=False)
     leaning: dict[BodyId, LeaningBrick] = field(default_factory=dict, init=False)  # those of the stack that lean
     loads: dict[BodyId, Load] = field(default_factory=dict, init=False)
+    _in_hands: set[BodyId] = field(default_factory=set, init=False)
     _stillness: Stillness = field(init=False)
     _held: HeldBodies = field(init=False)
     _friction: Friction = field(init=False)
@@ -65,7 +66,8 @@ class StackStability:
 
     def awake(self) -> list[BodyId]:
         """The bricks that the engine moves, by name."""
-        return sorted(brick for brick in self.engine.masses() if brick not in self.stack)
+        apart = self._in_hands
+        return sorted(brick for brick in self.engine.masses() if brick not in self.stack and brick not in apart)
 
     def riding(self) -> Collection[BodyId]:
         """None: the method lets every brick that it wakes move by itself."""
@@ -134,6 +136,30 @@ class StackStability:
             return Update()
         impact = Impact(energy_of_push(self.stack[brick].mass, impulse_W), self._energy_of_load(brick))
         return Update((), self.wake([brick]) if impact.disturbs else (), reason=f"{brick} pushed: {impact}")
+
+    def taken(self, brick: BodyId) -> Update:
+        """Say that a hand takes a brick: what rests on it is woken with it (section 3.3.7)."""
+        woken = self.wake([brick])
+        self._in_hands.add(brick)
+        return Update((), woken, reason=f"{brick} taken by a hand" if woken else "")
+
+    def held(self, _bricks: Collection[BodyId]) -> Update:
+        """Nothing: what is in a hand is no part of the stack, so what rests or leans on it is not either."""
+        return Update()
+
+    def let_go(self, bricks: Collection[BodyId], set_down: bool) -> Update:
+        """Say that hands let bricks go; what they brought may be tested at once."""
+        self._in_hands.difference_update(bricks)
+        if set_down:
+            self.set_down(bricks)
+        return Update()
+
+    def handled(self, bricks: Collection[BodyId], reason: str) -> Update:
+        """Say which bricks hands may move: they are woken, and not tested while they are named."""
+        self._stillness.handled = bricks
+        frozen = [brick for brick in bricks if brick in self.stack]
+        woken = self.wake(frozen) if frozen else ()
+        return Update((), woken, reason=reason if woken else "")
 
     def _wake_hit(self) -> tuple[tuple[BodyId, ...], str]:
         """Wake bricks that are about to be hit hard enough, and what rests on them; returns these and the reason."""

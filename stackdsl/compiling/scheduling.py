@@ -20,6 +20,8 @@ class Schedule:
 
     bricks: list[Moment] = field(default_factory=list)  # in the author's order
     impacts: list[Moment] = field(default_factory=list)
+    let_go: list[float] = field(default_factory=list)  # when each brick is left to itself [s]
+    over: list[float] = field(default_factory=list)  # when each impact is [s]
     shaken: Moment | None = None  # when the ground begins to move
     mistakes: list[Diagnostic] = field(default_factory=list)
 
@@ -40,10 +42,16 @@ def scheduled(bricks: Sequence[BuiltBrick], scenario: Scenario, source: Source) 
             else:
                 start = event + step.after.offset
         every = (scenario.build[number].every or 0.0) if turn == BUILD else 0.0
-        found.bricks += [Moment(start + index * every, turn) for index in turns[number]]
+        hand = scenario.build[number].place if turn == BUILD else None
+        comes, lasts = (hand.course.duration, hand.lasts) if hand is not None else (0.0, 0.0)
+        starts = [start + index * (every + lasts) for index in turns[number]]
+        found.bricks += [Moment(begins + comes, turn) for begins in starts]
+        found.let_go += [begins + lasts for begins in starts]
         if turn:
+            lasts = scenario.impacts[turn - 1].done.lasts
             found.impacts.append(Moment(start, turn))
-        last = max(last, start + max(turns[number], default=0) * every)
+            found.over.append(start + lasts)
+        last = max(last, max(starts, default=start) + lasts)
         next_start = last + every
     shake = scenario.world.shake
     if shake is not None:
@@ -86,11 +94,11 @@ def _event_time(anchor: Anchor, found: Schedule, known: Sequence[BuiltBrick]) ->
     if anchor.event == "impact":
         number = int(anchor.name)
         if number <= len(found.impacts):
-            return found.impacts[number - 1].time
+            return found.over[number - 1]
         return f"this step waits for impact {number}, and there are {len(found.impacts)} before it"
     meant = [
-        moment.time
-        for moment, brick in zip(found.bricks, known, strict=False)  # of later steps, none are known yet
+        let_go
+        for let_go, brick in zip(found.let_go, known, strict=False)  # of later steps, none are known yet
         if (anchor.event == "built" and not brick.written.inserted) or anchor.name == _place(anchor, brick)
     ]
     if meant:

@@ -18,6 +18,7 @@ from stackdsl.language.author_types import MAX_BRICKS
 from stackdsl.language.bricks import BrickKind, BrickTypes, PlacedBrick
 from stackdsl.language.claims.claim import Claim, Expectation, Truth
 from stackdsl.language.claims.claim_kind import CLAIMS, KindOfClaim
+from stackdsl.language.hands import ByHand
 from stackdsl.language.impacts.impact import Impact
 from stackdsl.language.impacts.impact_kind import IMPACTS, KindOfImpact
 from stackdsl.language.kinds import with_kinds
@@ -77,6 +78,9 @@ class BuildStep(Timed):
     brick: BrickKind | None = Field(None, description="what this step is built of; default: the scenario's brick")
     every: t.PositiveDuration | None = Field(None, description="time for each brick; default: all at one time")
     until: Literal["collapse"] | None = Field(None, description="goes on until the structure falls")
+    place: ByHand | None = Field(
+        None, description="by hand, one brick after another; default: set down as if from nowhere"
+    )
 
     @property
     def layout(self) -> tuple[str, LayoutParams] | None:

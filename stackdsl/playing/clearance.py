@@ -48,6 +48,7 @@ def keep_clear(placement: Placement, watch: Watch) -> None:
 def _depth(placement: Placement, other: Watched) -> float:
     """How far the brick would be inside another one [m]."""
     brick, own = other.placement.brick, placement.brick.shape
-    if dist(placement.pose.position_W, other.last.position_W) > own.bounding_radius + brick.shape.bounding_radius:
+    pose = placement.came or placement.pose
+    if dist(pose.position_W, other.last.position_W) > own.bounding_radius + brick.shape.bounding_radius:
         return -inf
-    return -apart(placement.brick.shape, placement.pose, brick.shape, other.last).gap
+    return -apart(placement.brick.shape, pose, brick.shape, other.last).gap
