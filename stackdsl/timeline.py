@@ -3,8 +3,8 @@
 Frame W: z up against gravity. A tilted scene is turned as a whole, so gravity always points down.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from itertools import groupby
 from typing import TypeAlias
@@ -134,6 +134,13 @@ def leaves_to_engine(action: Action) -> bool:
     return isinstance(action, Push | Shake | Handled) or (isinstance(action, Placement) and not action.at_rest)
 
 
+def _ends_bringing(action: Action, let_go: Mapping[BodyId, float]) -> bool:
+    """Whether it is a part of how hands bring bricks, which they let go at these times [s]."""
+    if isinstance(action, Move):
+        return action.lowers and action.brick in let_go
+    return isinstance(action, LetGo) and all(let_go.get(brick) == action.time for brick in action.bricks)
+
+
 @dataclass(frozen=True, slots=True)
 class Timeline:
     """All that happens to the structure, in order of time."""
@@ -162,6 +169,26 @@ class Timeline:
                 yield tuple(action for action in group if isinstance(action, Placement))
             else:
                 yield from (action for action in group if not isinstance(action, Placement))
+
+    def as_set_down(self) -> "Timeline":
+        """The same for statics: what a hand brings, and does not hold, is set down when it is let go."""
+        held = {brick for action in self.actions if isinstance(action, Hold) for brick in action.bricks}
+        brought = {each.brick.id for each in self.placements if each.arrival is Arrival.BY_HAND} - held
+        let_go = {
+            brick: action.time
+            for action in reversed(self.actions)
+            if isinstance(action, LetGo)
+            for brick in action.bricks
+            if brick in brought
+        }
+        actions: list[Action] = []
+        for action in self.actions:
+            if isinstance(action, Placement) and action.brick.id in let_go:
+                time = let_go[action.brick.id]
+                actions.append(replace(action, time=time, arrival=Arrival.SET_DOWN, came=None))
+            elif not _ends_bringing(action, let_go):
+                actions.append(action)
+        return replace(self, actions=tuple(sorted(actions, key=lambda action: action.time))) if let_go else self
 
     @property
     def built(self) -> float:

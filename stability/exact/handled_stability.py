@@ -37,6 +37,8 @@ class HandledStability(ProvenStability):
 
     def held(self, bricks: Collection[BodyId]) -> Update:
         """Say that bricks are held at rest from now on: they carry as the ground does."""
+        self.assembly.remove([brick for brick in bricks if self.is_frozen(brick)])
+        self._observers.gone([brick for brick in bricks if brick not in self._in_hands])
         self._in_hands |= dict(solids(self.engine, self.engine.states(sorted(bricks))))
         return self._judged_anew(())
 

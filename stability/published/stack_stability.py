@@ -143,9 +143,12 @@ class StackStability:
         self._in_hands.add(brick)
         return Update((), woken, reason=f"{brick} taken by a hand" if woken else "")
 
-    def held(self, _bricks: Collection[BodyId]) -> Update:
-        """Nothing: what is in a hand is no part of the stack, so what rests or leans on it is not either."""
-        return Update()
+    def held(self, bricks: Collection[BodyId]) -> Update:
+        """Say that hands hold bricks: what is in a hand is no part of the stack, so what rests on it is not either."""
+        found = Update()
+        for brick in bricks:
+            found = found.then(self.taken(brick))
+        return found
 
     def let_go(self, bricks: Collection[BodyId], set_down: bool) -> Update:
         """Say that hands let bricks go; what they brought may be tested at once."""

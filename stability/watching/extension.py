@@ -88,7 +88,7 @@ class FeelsHands(Protocol):
         """Say that a hand takes a brick: it is none of the bricks that are judged, and what stands by it is woken."""
 
     def held(self, bricks: Collection[BodyId]) -> Update:
-        """Say that bricks which hands have taken are held at rest from now on, as firmly as the ground."""
+        """Say that bricks are held at rest from now on, as firmly as the ground; hands may have taken them before."""
 
     def let_go(self, bricks: Collection[BodyId], set_down: bool) -> Update:
         """Say that hands let bricks go; `set_down` if they brought them, so that they are judged at once."""

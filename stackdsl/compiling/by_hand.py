@@ -82,7 +82,7 @@ def _at(arrives: Moment, action: Action) -> tuple[Moment, Action]:
     return arrives._replace(time=action.time), action
 
 
-# --- whether it can be --------------------------------------------------------------------------------------------------
+# --- whether it can be ------------------------------------------------------------------------------------------------
 
 
 def hands_that_bring(built: Built, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:

@@ -21,16 +21,24 @@ class Blocked:
     time: float  # [s]
     by: BodyId
     depth: float  # [m]
-    thrown: bool  # whether the brick comes flying, or falls, rather than being set down
+    thrown: bool = False  # whether the brick comes flying, or falls, rather than being set down
     refined: bool = False  # whether that is so only at half the step and twice the iterations
+    pressed: BodyId | None = None  # the brick that the hand with the first has pressed into what does not give way
+
+    def in_words(self) -> str:
+        """What cannot go on, and why."""
+        if self.pressed is not None:
+            into = f"'{self.pressed}' is pressed {mm(self.depth, 3)} into '{self.by}', which does not give way"
+            return f"the hand cannot move brick '{self.brick}' on at {self.time:.3f} s: {into}"
+        where = f"'{self.by}' has moved there ({mm(self.depth, 3)} of overlap)"
+        return f"brick '{self.brick}' cannot be placed at {self.time:g} s: {where}"
 
 
 class BlockedPlacementError(RuntimeError):
     """A brick is to be placed where another one is by now."""
 
     def __init__(self, blocked: Blocked) -> None:
-        where = f"'{blocked.by}' has moved there ({mm(blocked.depth, 3)} of overlap)"
-        super().__init__(f"brick '{blocked.brick}' cannot be placed at {blocked.time:g} s: {where}")
+        super().__init__(blocked.in_words())
         self.blocked = blocked
 
 

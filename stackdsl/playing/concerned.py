@@ -9,7 +9,7 @@ from stackdsl.timeline import Hold, LetGo, Moment, Move, Push, Removal, Shake
 
 
 def concerned(moment: Moment, present: Mapping[BodyId, Watched]) -> list[Placed]:
-    """The bricks that come at a moment, or are pushed, shaken, pulled out or in a hand, of those that are there by name."""
+    """The bricks that come at a moment, or are pushed, shaken, pulled out or in a hand, of those that are there."""
     match moment:
         case Removal() | Hold() | LetGo():
             names = moment.bricks

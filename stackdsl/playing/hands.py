@@ -1,20 +1,21 @@
 """The hands of one run: which bricks are in them, how these move, and what they move by that.
 
-A hand has no body, and is as strong as it has to be: what is in it goes its way, whatever it meets, without turning, and
-once it is there, nothing moves it. Where an engine steps, it is told before each step how fast that is. Where all else
-is proven to stand, a brick that is lowered through free air needs no engine: it is put where it is by then.
+A hand has no body, and is as strong as it has to be: what is in it goes its way, whatever it meets, without turning,
+and once it is there, nothing moves it. Where an engine steps, it is told before each step how fast that is. Where all
+else is proven to stand, a brick that is lowered through free air needs no engine: it is put where it is by then.
 """
 
-from collections.abc import Collection, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from math import inf
 
 from stability.engines.protocol import World
 from stability.engines.scene_scale import SAMPLING
 from stability.geometry.touching import reach_between
 from stability.geometry.vectors import add, scale, subtract
-from stability.model import BodyId, Pose, Vec3, convex
-from stability.shapes.apart import apart
+from stability.model import BodyId, Plane, Pose, Vec3, convex
+from stability.shapes.apart import apart, apart_from_plane
+from stackdsl.playing.clearance import Blocked, BlockedPlacementError, keep_clear
 from stackdsl.playing.event_log import EventLog
 from stackdsl.playing.extension_answers import Answers
 from stackdsl.playing.watch import Watch
@@ -23,6 +24,9 @@ from stackdsl.trace import Event, EventKind
 from stackdsl.wording import moving_text
 
 AHEAD = 2.0 * SAMPLING  # [s] so long before it is reached, what is in the way is woken
+# Share of its smallest side by which a brick that is pressed may be inside what does not give way. A plank that `stock`
+# pushes is so by 3 %.
+MOST_OVERLAP = 0.15
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +49,7 @@ class Hands:
     watch: Watch
     answers: Answers
     log: EventLog
+    planes: Sequence[Plane]
     in_hand: dict[BodyId, None] = field(default_factory=dict, init=False)
     _moving: dict[BodyId, _OnItsWay] = field(default_factory=dict, init=False)
     _brought: set[BodyId] = field(default_factory=set, init=False)  # those that are no part of the structure yet
@@ -99,7 +104,7 @@ class Hands:
             self.log.tell(Event(hold.time, EventKind.TAKEN, new, "held"))
         for brick in bricks:
             if brick in new:
-                self._take(brick)
+                self._keep(brick)
             else:
                 self._stop(brick)
         self._reach()
@@ -111,6 +116,8 @@ class Hands:
         self.log.tell(Event(let_go.time, EventKind.PLACED if brought else EventKind.LET_GO, bricks))
         for brick in bricks:
             self._stop(brick)
+            if brought:
+                keep_clear(replace(self.watch.bricks[brick].placement, came=None), self.watch)
             self.world.wake(brick)
             del self.in_hand[brick]
         self._reach()
@@ -125,10 +132,14 @@ class Hands:
             self._moving.pop(brick, None)
 
     def _take(self, brick: BodyId) -> None:
+        """Take a brick that is to be moved."""
+        self.answers.taken(brick)
+        self._keep(brick)
+
+    def _keep(self, brick: BodyId) -> None:
         """Hold a brick where it is."""
         self.in_hand[brick] = None
         self.watch.taken(brick)
-        self.answers.taken(brick)
         self.world.freeze(brick)
 
     def _stop(self, brick: BodyId) -> None:
@@ -171,17 +182,16 @@ class Hands:
             return
         within = max((AHEAD * one.move.course.speed for one in pushing.values()), default=0.0)
         found = dict.fromkeys(pushing)
-        front = list(pushing)
+        front, by = list(pushing), next(iter(pushing), "")
         while front:
-            front = [other for brick in front for other in self._beside(brick, within) if other not in found]
-            front = list(dict.fromkeys(front))
+            beside = dict.fromkeys(other for brick in front for other in self._beside(brick, within, by))
+            front = [brick for brick in beside if brick not in found]
             found |= dict.fromkeys(front)
         self._reached = frozenset(found.keys() - self.in_hand.keys())
-        by = ", ".join(pushing)
-        self.answers.handled(self._reached, f"{by} moved by hand")
+        self.answers.handled(self._reached, f"{', '.join(pushing)} moved by hand")
 
-    def _beside(self, brick: BodyId, within: float) -> Iterator[BodyId]:
-        """The bricks that are so near to one, or touch it."""
+    def _beside(self, brick: BodyId, within: float, by: BodyId) -> Iterator[BodyId]:
+        """The bricks that are so near to one, or touch it. Raises the error if `by` has pressed it into something."""
         own = convex(self.world.shape(brick))
         near = [
             other
@@ -191,9 +201,19 @@ class Hands:
             if other in self.watch.present
         ]
         states = self.world.states([brick, *near])
+        if own is None:
+            return
+        for plane in self.planes:
+            self._keep_apart(by, brick, plane.id, apart_from_plane(own, states[brick].pose, plane).gap)
         for other in near:
             shape = convex(self.world.shape(other))
-            if own is not None and shape is not None:
+            if shape is not None:
                 reach = reach_between(own.least_thickness, shape.least_thickness)
-                if apart(own, states[brick].pose, shape, states[other].pose).gap <= within + reach:
+                gap = apart(own, states[brick].pose, shape, states[other].pose).gap
+                self._keep_apart(by, brick, other, gap)
+                if gap <= within + reach:
                     yield other
+
+    def _keep_apart(self, by: BodyId, brick: BodyId, other: BodyId, gap: float) -> None:
+        if -gap > MOST_OVERLAP * self.watch.made_of[brick].shape.least_thickness:
+            raise BlockedPlacementError(Blocked(by, self.world.time(), other, -gap, pressed=brick))

@@ -92,7 +92,7 @@ class _Run:
         self.edges = EdgeWatch(self.world, scene.gravity)
         self.falling = FallingParts(self.world, scene.planes, scene.friction, scene.gravity)
         self.answers = Answers(self.extension, self.world, self.measures, self.log, self.falling)
-        self.hands = Hands(self.world, self.watch, self.answers, self.log)
+        self.hands = Hands(self.world, self.watch, self.answers, self.log, scene.planes)
 
     def play(self) -> None:
         for moment in self.moments:

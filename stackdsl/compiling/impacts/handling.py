@@ -54,6 +54,7 @@ def limit_speed(speed: float, scene: Scene) -> None:
     thinnest, name = min(sizes)
     most = sqrt(2.0 * scene.gravity * thinnest)
     if speed > most:
-        message = f"a hand that moves at {speed:g} m/s hits rather than pushes what is as thin as brick '{name}', {mm(thinnest)}"
+        what = f"what is as thin as brick '{name}', {mm(thinnest)}"
+        message = f"a hand that moves at {speed:g} m/s hits rather than pushes {what}"
         hint = f"write at most {rounded_down(MILLIMETRES * most)} mm/s; for more there are `push` and `throw`"
         raise MissError("speed", "SD104", message, hint)
