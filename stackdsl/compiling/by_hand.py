@@ -40,12 +40,12 @@ class Brought:
     @property
     def begins(self) -> float:
         """When the hand comes with it [s]."""
-        return self.brick.placed.time - self.hand.course.duration
+        return self.brick.in_hand.begins
 
     @property
     def let_go(self) -> float:
         """When the hand lets it go [s]."""
-        return self.brick.placed.time + self.hand.held
+        return self.brick.in_hand.let_go
 
 
 def brought(built: Built, scenario: Scenario) -> list[Brought]:

@@ -4,11 +4,12 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from stackdsl.compiling.built_bricks import BuiltBrick
+from stackdsl.compiling.built_bricks import BuiltBrick, InHand
 from stackdsl.compiling.moment import BUILD, Moment
 from stackdsl.compiling.written_bricks import WrittenBrick
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.language.anchors import Anchor
+from stackdsl.language.hands import ByHand
 from stackdsl.language.schema import Scenario
 from stackdsl.language.shaking import Shake
 from stackdsl.reading.source import Path, Source
@@ -20,7 +21,7 @@ class Schedule:
 
     bricks: list[Moment] = field(default_factory=list)  # in the author's order
     impacts: list[Moment] = field(default_factory=list)
-    let_go: list[float] = field(default_factory=list)  # when each brick is left to itself [s]
+    in_hands: list[InHand] = field(default_factory=list)  # when each brick comes, and is left to itself
     over: list[float] = field(default_factory=list)  # when each impact is [s]
     shaken: Moment | None = None  # when the ground begins to move
     mistakes: list[Diagnostic] = field(default_factory=list)
@@ -43,20 +44,30 @@ def scheduled(bricks: Sequence[BuiltBrick], scenario: Scenario, source: Source) 
                 start = event + step.after.offset
         every = (scenario.build[number].every or 0.0) if turn == BUILD else 0.0
         hand = scenario.build[number].place if turn == BUILD else None
-        comes, lasts = (hand.course.duration, hand.lasts) if hand is not None else (0.0, 0.0)
-        starts = [start + index * (every + lasts) for index in turns[number]]
-        found.bricks += [Moment(begins + comes, turn) for begins in starts]
-        found.let_go += [begins + lasts for begins in starts]
+        in_hands = _in_hands(hand, start, turns[number], every)
+        found.bricks += [Moment(each.arrives, turn) for each in in_hands]
+        found.in_hands += in_hands
         if turn:
-            lasts = scenario.impacts[turn - 1].done.lasts
             found.impacts.append(Moment(start, turn))
-            found.over.append(start + lasts)
-        last = max(last, max(starts, default=start) + lasts)
+            found.over.append(start + scenario.impacts[turn - 1].done.lasts)
+        ends = [each.let_go for each in in_hands] if turn == BUILD else found.over[-1:]
+        last = max(last, start, *ends)
         next_start = last + every
     shake = scenario.world.shake
     if shake is not None:
         found.shaken = Moment(_shaken_at(shake, found, bricks, source) + shake.delay, len(scenario.impacts) + 1)
     return found
+
+
+def _in_hands(hand: ByHand | None, start: float, turns: Sequence[int], every: float) -> list[InHand]:
+    """When the bricks of a step come, which begins at a time [s]; `turns`: which comes when, counted from 0."""
+    if hand is None:
+        return [InHand(time, time, time) for time in (start + index * every for index in turns)]
+    comes, lasts = hand.course.duration, hand.lasts
+    begins = [start]
+    for _ in range(max(turns, default=0)):  # from when a brick is let go, to the very same digit
+        begins.append((begins[-1] + lasts) + every)
+    return [InHand(begins[index], begins[index] + comes, begins[index] + lasts) for index in turns]
 
 
 def _shaken_at(shake: Shake, found: Schedule, bricks: Sequence[BuiltBrick], source: Source) -> float:
@@ -97,8 +108,8 @@ def _event_time(anchor: Anchor, found: Schedule, known: Sequence[BuiltBrick]) ->
             return found.over[number - 1]
         return f"this step waits for impact {number}, and there are {len(found.impacts)} before it"
     meant = [
-        let_go
-        for let_go, brick in zip(found.let_go, known, strict=False)  # of later steps, none are known yet
+        in_hand.let_go
+        for in_hand, brick in zip(found.in_hands, known, strict=False)  # of later steps, none are known yet
         if (anchor.event == "built" and not brick.written.inserted) or anchor.name == _place(anchor, brick)
     ]
     if meant:

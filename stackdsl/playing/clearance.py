@@ -46,10 +46,12 @@ def keep_clear(placement: Placement, watch: Watch) -> None:
     """Raise the error if a brick has no room; one that is slid in may also be in the way of what gave a little."""
     anywhere = placement.arrival is Arrival.SLID_IN or watch.hit or placement.hits
     others = [watch.bricks[name] for name in watch.present] if anywhere else watch.dropped
-    inside = {other.placement.brick.id: _depth(placement, other) for other in others}
+    name = placement.brick.id
+    inside = {
+        other.placement.brick.id: _depth(placement, other) for other in others if other.placement.brick.id != name
+    }
     deepest = max(inside, key=inside.__getitem__, default=None)
     if deepest is not None and inside[deepest] > MOST_OVERLAP:
-        name = placement.brick.id
         raise BlockedPlacementError(Blocked(name, placement.time, deepest, inside[deepest], placement.hits))
 
 

@@ -22,7 +22,7 @@ def moved(move: WrittenMove, scene: Scene) -> tuple[Move | Hold | LetGo, ...]:
     begins, arrives = scene.moment.time, scene.moment.time + course.duration
     held = (Hold(arrives, (move.brick,)),) if move.held else ()
     course_W = type(course)(turned, course.speed)
-    return (Move(begins, move.brick, course_W), *held, LetGo(arrives + move.held, (move.brick,)))
+    return (Move(begins, move.brick, course_W), *held, LetGo(begins + move.lasts, (move.brick,)))
 
 
 @actions_of.register
