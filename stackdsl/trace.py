@@ -32,16 +32,7 @@ class EventKind(StrEnum):
 
 
 # What the scenario does; all else comes of it.
-ACTIONS = frozenset(
-    {
-        EventKind.PLACED,
-        EventKind.REMOVED,
-        EventKind.PUSHED,
-        EventKind.SHAKEN,
-        EventKind.TAKEN,
-        EventKind.LET_GO,
-    }
-)
+ACTIONS = frozenset(EventKind) - {EventKind.FROZEN, EventKind.WOKEN, EventKind.COLLAPSED}
 
 
 @dataclass(frozen=True, slots=True)

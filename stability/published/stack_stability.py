@@ -47,7 +47,7 @@ class StackStability:
     stack: dict[BodyId, StackedBrick] = field(default_factory=dict, init=False)
     leaning: dict[BodyId, LeaningBrick] = field(default_factory=dict, init=False)  # those of the stack that lean
     loads: dict[BodyId, Load] = field(default_factory=dict, init=False)
-    _in_hands: set[BodyId] = field(default_factory=set, init=False)
+    in_hands: set[BodyId] = field(default_factory=set, init=False)  # of somebody who moves them: no part of the stack
     _stillness: Stillness = field(init=False)
     _held: HeldBodies = field(init=False)
     _friction: Friction = field(init=False)
@@ -66,8 +66,8 @@ class StackStability:
 
     def awake(self) -> list[BodyId]:
         """The bricks that the engine moves, by name."""
-        apart = self._in_hands
-        return sorted(brick for brick in self.engine.masses() if brick not in self.stack and brick not in apart)
+        known = (self.stack, self.in_hands)
+        return sorted(brick for brick in self.engine.masses() if not any(brick in each for each in known))
 
     def riding(self) -> Collection[BodyId]:
         """None: the method lets every brick that it wakes move by itself."""
@@ -136,33 +136,6 @@ class StackStability:
             return Update()
         impact = Impact(energy_of_push(self.stack[brick].mass, impulse_W), self._energy_of_load(brick))
         return Update((), self.wake([brick]) if impact.disturbs else (), reason=f"{brick} pushed: {impact}")
-
-    def taken(self, brick: BodyId) -> Update:
-        """Say that a hand takes a brick: what rests on it is woken with it (section 3.3.7)."""
-        woken = self.wake([brick])
-        self._in_hands.add(brick)
-        return Update((), woken, reason=f"{brick} taken by a hand" if woken else "")
-
-    def held(self, bricks: Collection[BodyId]) -> Update:
-        """Say that hands hold bricks: what is in a hand is no part of the stack, so what rests on it is not either."""
-        found = Update()
-        for brick in bricks:
-            found = found.then(self.taken(brick))
-        return found
-
-    def let_go(self, bricks: Collection[BodyId], set_down: bool) -> Update:
-        """Say that hands let bricks go; what they brought may be tested at once."""
-        self._in_hands.difference_update(bricks)
-        if set_down:
-            self.set_down(bricks)
-        return Update()
-
-    def handled(self, bricks: Collection[BodyId], reason: str) -> Update:
-        """Say which bricks hands may move: they are woken, and not tested while they are named."""
-        self._stillness.handled = bricks
-        frozen = [brick for brick in bricks if brick in self.stack]
-        woken = self.wake(frozen) if frozen else ()
-        return Update((), woken, reason=reason if woken else "")
 
     def _wake_hit(self) -> tuple[tuple[BodyId, ...], str]:
         """Wake bricks that are about to be hit hard enough, and what rests on them; returns these and the reason."""

@@ -17,7 +17,7 @@ from stackdsl.compiling.impacts.scene import MissError, scene_of
 from stackdsl.compiling.moment import Moment
 from stackdsl.compiling.site import tilt_of, turned_pose
 from stackdsl.diagnostics import Diagnostic
-from stackdsl.language.hands import ByHand
+from stackdsl.language.hand_words import ByHand
 from stackdsl.language.schema import Scenario
 from stackdsl.reading.source import Path, Source
 from stackdsl.timeline import Action, Arrival, Hold, LetGo, Move, Placement

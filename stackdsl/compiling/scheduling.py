@@ -9,7 +9,7 @@ from stackdsl.compiling.moment import BUILD, Moment
 from stackdsl.compiling.written_bricks import WrittenBrick
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.language.anchors import Anchor
-from stackdsl.language.hands import ByHand
+from stackdsl.language.hand_words import ByHand
 from stackdsl.language.schema import Scenario
 from stackdsl.language.shaking import Shake
 from stackdsl.reading.source import Path, Source

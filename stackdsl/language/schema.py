@@ -18,7 +18,7 @@ from stackdsl.language.author_types import MAX_BRICKS
 from stackdsl.language.bricks import BrickKind, BrickTypes, PlacedBrick
 from stackdsl.language.claims.claim import Claim, Expectation, Truth
 from stackdsl.language.claims.claim_kind import CLAIMS, KindOfClaim
-from stackdsl.language.hands import ByHand
+from stackdsl.language.hand_words import ByHand
 from stackdsl.language.impacts.impact import Impact
 from stackdsl.language.impacts.impact_kind import IMPACTS, KindOfImpact
 from stackdsl.language.kinds import with_kinds

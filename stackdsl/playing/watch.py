@@ -201,7 +201,7 @@ class Watch:
         return left.placement.brick.id if left is not None else None
 
     def youngest(self) -> Placement:
-        """Whose level is under construction; what hits, is in a hand or slid in below does not count if another does."""
+        """Whose level is under construction; what hits, is in a hand or is slid in does not count if others do."""
         watched = list(reversed(self.bricks.values()))
         built = (each.placement for each in watched if each.placement.builds and not each.in_hand)
         return next(built, watched[0].placement)

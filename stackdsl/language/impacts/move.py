@@ -9,7 +9,7 @@ from stability.mechanics.hand_course import HandCourse
 from stability.model import BodyId
 from stackdsl.language import author_types as t
 from stackdsl.language.author_models import Choice, default
-from stackdsl.language.hands import Places, SomeWay
+from stackdsl.language.hand_words import Places, SomeWay
 from stackdsl.language.impacts.impact_kind import ImpactKind, impact
 
 
