@@ -29,8 +29,8 @@ class HandledStability(ProvenStability):
             self._rigid_groups.part(brick)
         if self.is_frozen(brick):
             judgement = release_until_stable(self.assembly, self.assembly.remove([brick]))
-            self.engine.wake(brick)
             woken = self._give_back(judgement.released)
+            self._awake.rest_poses.remember_driven(judgement.released)
         self._observers.gone([brick])
         self._in_hands[brick] = None
         return Update((), woken, reason=f"{brick} taken by a hand" if woken else "")
@@ -56,6 +56,7 @@ class HandledStability(ProvenStability):
         """Say which bricks hands may move: they are woken, and not judged while they are named."""
         self._awake.handled(bricks)
         woken = self.wake([brick for brick in bricks if self.is_frozen(brick)])
+        self._awake.rest_poses.remember_driven({brick: s.pose for brick, s in self.engine.states(woken).items()})
         return Update((), woken, reason=reason if woken else "")
 
     def _judged_anew(self, coming: Sequence[Placed]) -> Update:

@@ -20,6 +20,7 @@ class HandledStack(StackStability):
     def taken(self, brick: BodyId) -> Update:
         """Say that a hand takes a brick: what rests on it is woken with it (section 3.3.7)."""
         woken = self.wake([brick])
+        self.engine.freeze(brick)
         self.in_hands.add(brick)
         return Update((), woken, reason=f"{brick} taken by a hand" if woken else "")
 
