@@ -92,11 +92,12 @@ class Shake:
 
 @dataclass(frozen=True, slots=True)
 class Move:
-    """A hand takes a brick, and moves it without turning it; from the end of the way on it holds it at rest."""
+    """A hand moves a brick: it carries it, and holds it at rest from the end of the way on, or slides it."""
 
     time: float  # [s]
     brick: BodyId
     course: HandCourse
+    free_W: Vec3 | None = None  # unit; along it what is slid moves by itself, and may tilt; None if it is carried
     lowers: bool = False  # whether it came in this hand, through air in which it meets nothing
 
 

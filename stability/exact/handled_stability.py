@@ -55,6 +55,9 @@ class HandledStability(ProvenStability):
     def handled(self, bricks: Collection[BodyId], reason: str) -> Update:
         """Say which bricks hands may move: they are woken, and not judged while they are named."""
         self._awake.handled(bricks)
+        for brick in bricks:
+            if brick in self._rigid_groups:
+                self._rigid_groups.part(brick)
         woken = self.wake([brick for brick in bricks if self.is_frozen(brick)])
         self._awake.rest_poses.remember_driven({brick: s.pose for brick, s in self.engine.states(woken).items()})
         return Update((), woken, reason=reason if woken else "")

@@ -28,6 +28,9 @@ class Blocked:
     def in_words(self) -> str:
         """What cannot go on, and why."""
         if self.pressed is not None:
+            if self.pressed == self.by:
+                behind = f"it is {mm(self.depth, 3)} behind, and what is in its way does not give way"
+                return f"the hand cannot move brick '{self.brick}' on at {self.time:.3f} s: {behind}"
             into = f"'{self.pressed}' is pressed {mm(self.depth, 3)} into '{self.by}', which does not give way"
             return f"the hand cannot move brick '{self.brick}' on at {self.time:.3f} s: {into}"
         where = f"'{self.by}' has moved there ({mm(self.depth, 3)} of overlap)"

@@ -1,7 +1,9 @@
 """The hands of one run: which bricks are in them, how these move, and what they move by that.
 
-A hand has no body, and is as strong as it has to be: what is in it goes its way, whatever it meets, without turning,
-and once it is there, nothing moves it. Where an engine steps, it is told before each step how fast that is. Where all
+A hand has no body, and is as strong as it has to be. What it carries goes its way, whatever it meets, without turning,
+and once it is there, nothing moves it. What it slides keeps its weight and all that rests on it, and may tip over an
+edge: the hand only sees to it that it goes along. Where an engine steps, it is told before each step how fast that is;
+friction takes some of the speed of what is slid, so that it is given what it lost in the step before as well. Where all
 else is proven to stand, a brick that is lowered through free air needs no engine: it is put where it is by then.
 """
 
@@ -9,10 +11,11 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from math import inf
 
+from stability.engines.prescribed import Guided
 from stability.engines.protocol import World
 from stability.engines.scene_scale import SAMPLING
 from stability.geometry.touching import reach_between
-from stability.geometry.vectors import add, scale, subtract
+from stability.geometry.vectors import add, add_scaled, dot, norm, scale, subtract
 from stability.model import BodyId, Plane, Pose, Vec3, convex
 from stability.shapes.apart import apart, apart_from_plane
 from stackdsl.playing.clearance import Blocked, BlockedPlacementError, keep_clear
@@ -41,6 +44,18 @@ class _OnItsWay:
         return add(self.start_W, self.move.course.at(time - self.move.time))
 
 
+@dataclass(frozen=True, slots=True)
+class _Told:
+    """What an engine was told of a brick before a step."""
+
+    centre_W: Vec3  # where it was [m]
+    velocity_W: Vec3  # [m/s]
+
+    def lost(self, centre_W: Vec3, step: float) -> Vec3:
+        """How much slower it was, by where it is after a step [s] of that [m/s]."""
+        return subtract(self.velocity_W, scale(1.0 / step, subtract(centre_W, self.centre_W)))
+
+
 @dataclass
 class Hands:
     """All hands of a run."""
@@ -52,8 +67,14 @@ class Hands:
     planes: Sequence[Plane]
     in_hand: dict[BodyId, None] = field(default_factory=dict, init=False)
     _moving: dict[BodyId, _OnItsWay] = field(default_factory=dict, init=False)
+    _told: dict[BodyId, _Told] = field(default_factory=dict, init=False)  # of what is slid
     _brought: set[BodyId] = field(default_factory=set, init=False)  # those that are no part of the structure yet
     _reached: frozenset[BodyId] = field(default=frozenset(), init=False)  # what is woken for them
+
+    @property
+    def busy(self) -> bool:
+        """Whether any brick is in a hand."""
+        return bool(self.in_hand or self._moving)
 
     @property
     def push(self) -> bool:
@@ -90,23 +111,24 @@ class Hands:
         if not move.lowers:
             self.watch.struck()
             self.log.tell(Event(move.time, EventKind.TAKEN, (move.brick,), moving_text(move.course)))
-        if move.brick not in self.in_hand:
+        if move.free_W is None and move.brick not in self.in_hand:
             self._take(move.brick)
         start_W = self.world.states([move.brick])[move.brick].pose.position_W
         self._moving[move.brick] = _OnItsWay(move, start_W)
-        if not move.lowers or self.answers.extension is None:
+        if move.free_W is not None:
+            self._reach()
+        elif not move.lowers or self.answers.extension is None:
             self.world.wake(move.brick)
 
     def _hold(self, hold: Hold) -> None:
         bricks = hold.bricks
-        new = tuple(brick for brick in bricks if brick not in self.in_hand)
+        new = tuple(brick for brick in bricks if brick not in self.in_hand and brick not in self._moving)
         if new:
             self.log.tell(Event(hold.time, EventKind.TAKEN, new, "held"))
         for brick in bricks:
-            if brick in new:
+            self._stop(brick)
+            if brick not in self.in_hand:
                 self._keep(brick)
-            else:
-                self._stop(brick)
         self._reach()
         self.answers.held(bricks)
 
@@ -118,11 +140,14 @@ class Hands:
             self._stop(brick)
             if brought:
                 keep_clear(replace(self.watch.bricks[brick].placement, came=None), self.watch)
+        self._reach()
+        carried = [brick for brick in bricks if brick in self.in_hand]
+        for brick in carried:
             self.world.wake(brick)
             del self.in_hand[brick]
-        self._reach()
-        self.watch.let_go(bricks, self.world.states(bricks))
-        self.answers.let_go_by_hands(bricks, brought)
+        if carried:
+            self.watch.let_go(carried, self.world.states(carried))
+            self.answers.let_go_by_hands(carried, brought)
         self._brought.difference_update(bricks)
 
     def gone(self, bricks: Collection[BodyId]) -> None:
@@ -145,8 +170,9 @@ class Hands:
     def _stop(self, brick: BodyId) -> None:
         """End its way, where it ends."""
         one = self._moving.pop(brick, None)
-        self.world.prescribed.velocities_W.pop(brick, None)
-        if one is None:
+        self._told.pop(brick, None)
+        self.world.prescribed.guided.pop(brick, None)
+        if one is None or one.move.free_W is not None:
             return
         self.world.freeze(brick)
         if one.move.lowers and self.answers.extension is not None:
@@ -159,10 +185,14 @@ class Hands:
         now, step = self.world.time(), self.world.settings.time_step
         guided = [name for name in self._moving if not self.world.holds(name)]
         states = self.world.states(guided)
-        velocities_W = self.world.prescribed.velocities_W
         for name in guided:
-            way = subtract(self._moving[name].at(now + step), states[name].pose.position_W)
-            velocities_W[name] = scale(1.0 / step, way)
+            one, centre_W = self._moving[name], states[name].pose.position_W
+            velocity_W = scale(1.0 / step, subtract(one.at(now + step), centre_W))
+            if one.move.free_W is not None:
+                if name in self._told:
+                    velocity_W = add(velocity_W, self._told[name].lost(centre_W, step))
+                self._told[name] = _Told(centre_W, velocity_W)
+            self.world.prescribed.guided[name] = Guided(velocity_W, one.move.free_W)
 
     def look(self) -> None:
         """Put what is lowered where it is by now, and wake what others may reach soon."""
@@ -170,7 +200,16 @@ class Hands:
         for name, one in self._moving.items():
             if self.world.holds(name):
                 self._put(name, one.at(now))
+            elif one.move.free_W is not None:
+                self._follow(name, one, one.move.free_W)
         self._reach()
+
+    def _follow(self, brick: BodyId, one: _OnItsWay, free_W: Vec3) -> None:
+        """Raise the error if what is slid is left behind, so that the hand pushes against what does not give way."""
+        behind_W = subtract(one.at(self.world.time()), self.world.states([brick])[brick].pose.position_W)
+        behind = norm(add_scaled(behind_W, -dot(free_W, behind_W), free_W))
+        if behind > MOST_OVERLAP * self.watch.made_of[brick].shape.least_thickness:
+            raise BlockedPlacementError(Blocked(brick, self.world.time(), brick, behind, pressed=brick))
 
     def _put(self, brick: BodyId, centre_W: Vec3) -> None:
         self.world.put_at(brick, Pose(centre_W, self.world.states([brick])[brick].pose.orientation))

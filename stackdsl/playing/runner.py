@@ -200,7 +200,7 @@ class _Run:
                 self.world.skip(still)
                 if still == left:
                     return
-                if self.hands.in_hand:
+                if self.hands.busy:
                     self._look()
                 self.answers.judge()
                 continue
@@ -218,7 +218,7 @@ class _Run:
     def _pass(self, most: int) -> None:
         """Let a time step pass, or up to so many while what moves needs no engine."""
         shaken = self.ground.shake()
-        passed = self.falling.advance(most, driven=shaken or bool(self.hands.in_hand))
+        passed = self.falling.advance(most, driven=shaken or self.hands.busy)
         self.ticks += passed or 1
         if passed:
             self.answers.landed(self.falling.landed)
@@ -235,7 +235,7 @@ class _Run:
         moving = self.answers.moving()
         states = self.world.states(list(dict.fromkeys([*moving, *self.hands.in_hand])))
         self.one_by_one = max(self.one_by_one, len(moving) - self.answers.riding())
-        self.measures.look(now, states, in_hands=bool(self.hands.in_hand))
+        self.measures.look(now, states, in_hands=self.hands.busy)
         self.edges.look(now, states)
         limit_travel(self.world, states, self.ground.pull)
         if self.extension is None and now >= self._end() - FORCE_WINDOW:

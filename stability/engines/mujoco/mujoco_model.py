@@ -14,7 +14,7 @@ import numpy as np
 
 from stability.engines.mujoco.mujoco_binding import mujoco
 from stability.engines.mujoco.mujoco_settings import MuJoCoSettings
-from stability.engines.prescribed import FIRM
+from stability.engines.prescribed import FIRM, Guided
 from stability.engines.pressing import Presses
 from stability.engines.shortest_turn import shortest_turn
 from stability.geometry.bounding_boxes import BoundingBoxes
@@ -37,7 +37,7 @@ class Body:
     bricks: tuple[tuple[Brick, Pose], ...]  # each with its place in the body
     state: BodyState
     held: bool = False
-    guided: bool = False  # moves as somebody outside says, whatever it meets
+    carried: bool = False  # moves as somebody outside says, whatever it meets
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,16 +66,17 @@ class Model:
         """Let bodies feel gravity along -z, and that all without a joint accelerates [m/s2]."""
         self.model.opt.gravity[:] = subtract((0.0, 0.0, -gravity), acceleration_W)
 
-    def step(self, duration: float, parts: int, presses: Presses, guided_W: Mapping[BodyId, Vec3]) -> None:
-        """Let time pass [s], in so many steps, with the velocities of what is guided [m/s]."""
+    def step(self, duration: float, parts: int, presses: Presses, guided: Mapping[BodyId, Guided]) -> None:
+        """Let time pass [s], in so many steps, with these bodies guided."""
         self.model.opt.timestep = duration / parts
         for _ in range(parts):
             self.data.xfrc_applied[:] = 0.0
             for acting in presses.acting(self, duration / parts):
                 body = self.model.jnt_bodyid[self.free[acting.brick.id]]
                 self.data.xfrc_applied[body] = np.concatenate(acting.wrench(duration / parts))
-            for name, velocity_W in guided_W.items():
-                self.data.qvel[6 * self.free[name] : 6 * self.free[name] + 6] = (*velocity_W, 0.0, 0.0, 0.0)
+            for name, each in guided.items():
+                state = self.state(name)
+                _set_state(self.data, self.free[name], BodyState(state.pose, *each.motion(state)))
             mujoco.mj_step(self.model, self.data)
         self._touching = self._bounds = None
         if self.data.warning.number.any():
@@ -176,7 +177,7 @@ def _add_body(world: mujoco.MjsBody, body: Body, scene: Scene) -> None:
     added = world.add_body(pos=body.state.pose.position_W, quat=_as_wxyz(body.state.pose.orientation))
     if not body.held:
         added.add_freejoint()
-    if body.guided:
+    if body.carried:
         added.gravcomp = 1.0  # share of gravity that it does not feel
     for brick, place in body.bricks:
         added.add_geom(
@@ -184,7 +185,7 @@ def _add_body(world: mujoco.MjsBody, body: Body, scene: Scene) -> None:
             size=scale(0.5, as_box(brick.shape, "MuJoCo").size),
             pos=place.position_W,
             quat=_as_wxyz(place.orientation),
-            mass=FIRM * brick.mass if body.guided else brick.mass,
+            mass=FIRM * brick.mass if body.carried else brick.mass,
             **_contact(scene.settings, scene.friction),
         )
 

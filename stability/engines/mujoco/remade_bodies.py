@@ -58,13 +58,13 @@ class RemadeBodies:
         self.take_over()
         self._bodies[brick] = replace(self._bodies[brick], state=state, held=held)
 
-    def guide(self, bricks: Container[BodyId]) -> None:
-        """Let these move as somebody outside says from now on, and no others."""
-        changed = [name for name, body in self._bodies.items() if body.guided != (name in bricks)]
+    def carry(self, bricks: Container[BodyId]) -> None:
+        """Let somebody outside carry these from now on, and no others."""
+        changed = [name for name, body in self._bodies.items() if body.carried != (name in bricks)]
         if changed:
             self.take_over()
         for name in changed:
-            self._bodies[name] = replace(self._bodies[name], guided=name in bricks)
+            self._bodies[name] = replace(self._bodies[name], carried=name in bricks)
 
     def holds(self, brick: BodyId) -> bool:
         """Whether a brick is held by itself."""

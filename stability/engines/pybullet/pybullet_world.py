@@ -87,7 +87,7 @@ class PyBulletWorld:
     def step(self) -> None:
         self.stepper.fall.acceleration_W = self.prescribed.acceleration_W
         self.edges.look()
-        self.guided.follow(self.prescribed.velocities_W)
+        self.guided.follow(self.prescribed.guided)
         if self.stepper.suit(self.groups.mass_ratio):
             self.bricks.anchors.choose(self.stepper.lively)
             self.planes.choose(self.stepper.lively)

@@ -13,7 +13,7 @@ from typing import Any, Self, TypeAlias
 
 import numpy as np
 
-from stability.engines.prescribed import PrescribedMotion
+from stability.engines.prescribed import Guided, PrescribedMotion
 from stability.engines.sapien.sapien_binding import sapien
 from stability.engines.sapien.sapien_settings import SapienSettings
 from stability.engines.shortest_turn import shortest_turn
@@ -40,7 +40,7 @@ class SceneBodies:
     scene: Any
     _bodies: dict[BodyId, Any] = field(default_factory=dict, init=False)
     _names: dict[Any, BodyId] = field(default_factory=dict, init=False)  # by entity
-    _guided: dict[BodyId, Vec3] = field(default_factory=dict, init=False)  # how fast they move [m/s]
+    _guided: dict[BodyId, Guided] = field(default_factory=dict, init=False)
 
     @classmethod
     def opened(cls, settings: SapienSettings, gravity: float, friction: float) -> Self:
@@ -69,24 +69,32 @@ class SceneBodies:
     def step(self, parts: int, prescribed: PrescribedMotion) -> None:
         """Let one time step of the settings pass, in so many parts."""
         self.system.timestep = self.settings.time_step / parts
-        self._guide(prescribed.velocities_W)
+        self._guide(prescribed.guided)
         for _ in range(parts):
             self._pull(prescribed.acceleration_W)
-            for brick, velocity_W in self._guided.items():
-                pose = self.state(brick).pose
-                way = add_scaled(pose.position_W, self.system.timestep, velocity_W)
-                self._bodies[brick].set_kinematic_target(_to_sapien(replace(pose, position_W=way)))
+            for brick, each in self._guided.items():
+                self._lead(brick, each)
             self.system.step()
 
-    def _guide(self, velocities_W: Mapping[BodyId, Vec3]) -> None:
-        """Let these bricks move so from now on, and no others [m/s]."""
-        before, self._guided = self._guided, dict(velocities_W)
-        for brick in before:
-            if brick not in velocities_W:
+    def _guide(self, guided: Mapping[BodyId, Guided]) -> None:
+        """Let these bricks be guided from now on, and no others."""
+        before, self._guided = self._guided, dict(guided)
+        for brick, was in before.items():
+            if brick not in guided and was.carried:
                 self.wake(brick)
-                self._bodies[brick].linear_velocity = np.array(before[brick])
-        for brick in velocities_W:
-            self._bodies[brick].kinematic = True
+                self._bodies[brick].linear_velocity = np.array(was.velocity_W)
+        for brick, each in guided.items():
+            self._bodies[brick].kinematic = each.carried
+
+    def _lead(self, brick: BodyId, each: Guided) -> None:
+        """Say how a brick moves in the coming engine step."""
+        state, body = self.state(brick), self._bodies[brick]
+        velocity_W, angular_velocity_W = each.motion(state)
+        if each.carried:
+            there_W = add_scaled(state.pose.position_W, self.system.timestep, velocity_W)
+            body.set_kinematic_target(_to_sapien(replace(state.pose, position_W=there_W)))
+        else:
+            body.linear_velocity, body.angular_velocity = np.array(velocity_W), np.array(angular_velocity_W)
 
     def _pull(self, acceleration_W: Vec3) -> None:
         """Let bricks feel how the planes accelerate: gravity belongs to the process, and forces last for a step."""
