@@ -74,6 +74,7 @@ class Model:
             for acting in presses.acting(self, duration / parts):
                 body = self.model.jnt_bodyid[self.free[acting.brick.id]]
                 self.data.xfrc_applied[body] = np.concatenate(acting.wrench(duration / parts))
+            self._make_firm(guided)
             for name, each in guided.items():
                 state = self.state(name)
                 _set_state(self.data, self.free[name], BodyState(state.pose, *each.motion(state)))
@@ -81,6 +82,13 @@ class Model:
         self._touching = self._bounds = None
         if self.data.warning.number.any():
             raise RuntimeError(f"MuJoCo failed: {_warnings(self.data)}")
+
+    def _make_firm(self, guided: Mapping[BodyId, Guided]) -> None:
+        """Let what is slid along the ground resist all that meets it, but upwards, by inertia that has no weight [kg]."""
+        for name, turn in self.free.items():
+            mass = float(self.model.body_mass[self.model.jnt_bodyid[turn]])
+            slid = name in guided and guided[name].free_W == UP
+            self.model.dof_M0[6 * turn : 6 * turn + 2] = FIRM * mass if slid else mass
 
     def state(self, name: BodyId) -> BodyState:
         """Pose and motion of a body that moves."""

@@ -22,7 +22,7 @@ def moved(move: WrittenMove, scene: Scene) -> tuple[Move | Hold | LetGo, ...]:
     begins, arrives = scene.moment.time, scene.moment.time + course.duration
     held = (Hold(arrives, (move.brick,)),) if move.held else ()
     course_W = type(course)(turned, course.speed)
-    free_W = None if any(z for _, _, z in course.places_W) else rotate(scene.tilt, (0.0, 0.0, 1.0))
+    free_W = rotate(scene.tilt, (0.0, 0.0, 1.0)) if move.slid else None
     return (Move(begins, move.brick, course_W, free_W), *held, LetGo(begins + move.lasts, (move.brick,)))
 
 
