@@ -17,6 +17,7 @@ from stability.watching.life_cycle import BrickObserver
 # moved nothing; if something did move, only what the engine's creep has moved goes back.
 HIT_NOTHING = 0.04
 CREPT = 0.0026
+DRIVEN = 5e-4  # 4 micrometres: what a hand may have moved and did not move further has crept; hands push slowly
 NOTHING = 1e-4  # a micrometre: what was struck and did not move even so far was not moved
 
 
@@ -60,7 +61,7 @@ class RestPoses(BrickObserver):
         moves = {placed.brick.id: self._moved(placed) for placed in coming if placed.brick.id in self._poses}
         limit = HIT_NOTHING if all(move <= HIT_NOTHING for move in moves.values()) else CREPT
         limits = {brick: NOTHING if brick in self._struck else limit for brick in moves}
-        limits |= {brick: min(CREPT, limits[brick]) for brick in moves if brick in self._driven}
+        limits |= {brick: min(DRIVEN, limits[brick]) for brick in moves if brick in self._driven}
         return [
             replace(placed, pose=self._poses[placed.brick.id])
             if placed.brick.id in moves and moves[placed.brick.id] <= limits[placed.brick.id]

@@ -84,7 +84,7 @@ class Model:
             raise RuntimeError(f"MuJoCo failed: {_warnings(self.data)}")
 
     def _make_firm(self, guided: Mapping[BodyId, Guided]) -> None:
-        """Let what is slid along the ground resist all that meets it, but upwards, by inertia that has no weight [kg]."""
+        """Let what is slid along the ground resist all that meets it, but upwards, by inertia without weight."""
         for name, turn in self.free.items():
             mass = float(self.model.body_mass[self.model.jnt_bodyid[turn]])
             slid = name in guided and guided[name].free_W == UP

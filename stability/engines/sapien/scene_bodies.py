@@ -156,6 +156,8 @@ class SceneBodies:
     def set_state(self, brick: BodyId, state: BodyState) -> None:
         """Put a brick that is not held somewhere else, in motion."""
         body = self._bodies[brick]
+        if self._guided.pop(brick, None) is not None:
+            body.kinematic = False  # what is guided no longer waits for a step to be free again
         body.entity_pose = _to_sapien(state.pose)
         body.linear_velocity = np.array(state.velocity_W)
         body.angular_velocity = np.array(state.angular_velocity_W)
