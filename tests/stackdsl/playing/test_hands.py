@@ -12,7 +12,7 @@ from stackdsl.trace import BrickState, EventKind, Trace, Verdict
 from tests.scenes import timeline_of
 
 ENGINES = ["exact", "tuned", "mujoco", "sapien"]
-ALL = [*ENGINES, "stock", "thesis"]
+ALL = [*ENGINES, *(pytest.param(name, marks=pytest.mark.slow) for name in ("stock", "thesis"))]
 CUBE = "brick: {size: [40 mm, 40 mm, 40 mm], mass: 30 g}"
 
 
