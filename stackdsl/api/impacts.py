@@ -156,6 +156,7 @@ def move(
     path: Sequence[Sequence[int | str]] | None = None,
     speed: str | None = None,
     held: int | str | None = None,
+    slid: bool | None = None,
     when: int | str | None = None,
     after: str | None = None,
     every: str | None = None,
@@ -167,11 +168,12 @@ def move(
     path: the places it goes to, one after another, each from where it is at first; it stops in each
     speed: the most on the way; it sets out and stops smoothly
     held: how long it is held at the end before it is let go
+    slid: pushed along level rather than carried: it keeps its weight, and may tip
     when: when the step begins; default: after the previous step
     after: the event that the step begins after
     every: from one repetition to the next; default: all at one time
     """
-    what_is_written = {"brick": brick, "by": by, "path": path, "speed": speed, "held": held}
+    what_is_written = {"brick": brick, "by": by, "path": path, "speed": speed, "held": held, "slid": slid}
     return written({"move": what_is_written, "at": when, "after": after, "every": every})
 
 

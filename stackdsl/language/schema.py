@@ -102,9 +102,16 @@ class BuildStep(Timed):
             return self
         if self.layout is None:
             raise MistakeError("SD108", "`until: collapse` goes on with a layout, and this step has none", "write one")
-        if self.every is None:
+        if self.every is None and self.place is None:
             message = "`until: collapse` needs `every`: all at once, nothing is left to add when it falls"
             raise MistakeError("SD102", message, "add such as every: 1 s")
+        return self
+
+    @model_validator(mode="after")
+    def _let_go_in_one_way(self) -> Self:
+        if self.place is not None and any(brick.drop for brick in self.bricks or ()):
+            message = "a hand lets a brick go in its place, and `drop` in the air"
+            raise MistakeError("SD108", message, "leave out one of them, or take two steps")
         return self
 
     @classmethod

@@ -214,6 +214,16 @@ def test_nor_out_of_the_ground() -> None:
     assert "inside ground" in mistake.message
 
 
+def test_a_brick_is_dropped_or_placed_by_hand_and_not_both() -> None:
+    (mistake,) = mistakes_of("- bricks: [{at: [0 mm, 0 mm, 50 mm], drop: true}]\n  place: by hand")
+    assert mistake.code == "SD108"
+
+
+def test_hands_go_on_until_it_collapses_without_being_told_how_often() -> None:
+    timeline = timeline_of("- column: {step: 12 mm}\n  place: by hand\n  until: collapse")
+    assert len(timeline.placements) == 100
+
+
 @pytest.mark.parametrize("word", ["by foot", "3", "{}", "{speed: 1 km/h}", "{from: [0 mm, 0 mm, 0 mm]}"])
 def test_other_words_for_placing_are_refused(word: str) -> None:
     assert mistakes_of(f"{COLUMN}\n  place: {word}")
