@@ -48,6 +48,8 @@ CODES = {
     "SD206": "the scenario is too large",
     "SD207": "what is thrown, dropped or pushed does not meet what it is aimed at",
     "SD208": "when its time comes, another brick has moved to where a brick is placed",
+    "SD209": "what a hand is to do cannot be done: its way is not free, or it finds the brick in another hand",
+    "SD210": "a hand presses bricks together that have nowhere to go",
 }
 
 

@@ -76,6 +76,10 @@ class AwakeBricks(BrickObserver):
         announced, self.announced = self.announced, set()
         return announced
 
+    def handled(self, bricks: Collection[BodyId]) -> None:
+        """Bricks that hands may move are not judged, as long as they are named here."""
+        self._stillness.handled = bricks
+
     def refuse(self, poses: Mapping[BodyId, Pose]) -> None:
         """Bricks were not proven, each where it is: they are not asked about again until something is new."""
         self._refusals.refuse(poses.items(), self.engine.time())

@@ -178,9 +178,14 @@ class ProvenStability:
 
     def _notice_new(self) -> None:
         bricks = self.engine.masses()
+        apart = self._apart()
         # Without a guard nobody else adds bricks, so that counting them is enough.
-        if self.guard or len(bricks) != len(self._awake.names) + len(self.assembly.bricks):
-            self._awake.notice(bricks.keys(), self.assembly.bricks.keys())
+        if self.guard or len(bricks) != len(self._awake.names) + len(self.assembly.bricks) + len(apart):
+            self._awake.notice(bricks.keys() - set(apart), self.assembly.bricks.keys())
+
+    def _apart(self) -> Collection[BodyId]:
+        """The bricks that are neither moved by the engine alone nor judged."""
+        return ()
 
     def _clear(self, resting: Mapping[BodyId, Placed]) -> list[Placed]:
         """The resting bricks that touch nothing that statics does not know."""

@@ -44,9 +44,11 @@ def bricks(
     name: str | None = None,
     brick: str | Mapping[str, object] | None = None,
     every: str | None = None,
+    place: str | Mapping[str, object] | None = None,
 ) -> Written:
     """A step of the build that sets down bricks one by one; the keys are those of any step."""
-    return written({"bricks": each, "at": when, "after": after, "name": name, "brick": brick, "every": every})
+    what = {"bricks": each, "name": name, "brick": brick}
+    return written({**what, "at": when, "after": after, "every": every, "place": place})
 
 
 def imported(

@@ -12,7 +12,9 @@ from stability.model import BodyId, Brick, Quaternion
 from stackdsl.compiling.asked import asked_of
 from stackdsl.compiling.built import Built, built_of, missiles_of
 from stackdsl.compiling.built_bricks import BuiltBrick, built_bricks
+from stackdsl.compiling.by_hand import bringing, brought, hands_that_bring, placed_by_hand
 from stackdsl.compiling.contradictions import beyond_what_is_built, contradictions
+from stackdsl.compiling.hands_apart import hands_apart, ways_through_planes
 from stackdsl.compiling.impacts.doing import Done, done
 from stackdsl.compiling.impacts.removals import missing_bricks
 from stackdsl.compiling.misfits import crowded
@@ -52,7 +54,13 @@ CHECKS: Final[Sequence[Check]] = (
     beyond_what_is_built,
     contradictions,
 )
-CHECKS_IN_TIME: Final[Sequence[Check]] = (missing_bricks, out_of_place)  # without the right times, nothing fits
+CHECKS_IN_TIME: Final[Sequence[Check]] = (
+    missing_bricks,
+    out_of_place,
+    hands_that_bring,
+    hands_apart,
+    ways_through_planes,
+)  # without the right times, nothing fits
 
 
 def compile_timeline(scenario: Scenario, source: Source) -> tuple[Timeline | None, tuple[Diagnostic, ...]]:
@@ -110,14 +118,19 @@ def _timeline(built: Built, impacts: Iterable[tuple[Moment, Action]], scenario: 
     tilt, asked = tilt_of(scenario), asked_of(scenario)
     planes = tuple(turned_plane(plane, tilt) for plane in built.planes)
     steps = _steps_by_level(built)
-    placements = [
-        (brick.placed, _placement(brick, tilt, step_text(brick, scenario, steps))) for brick in built.in_order
-    ]
+    placed = {brick.name: _placement(brick, tilt, step_text(brick, scenario, steps)) for brick in built.in_order}
+    in_hands = brought(built, scenario)
+    placed |= {one.brick.name: placed_by_hand(placed[one.brick.name], one, tilt) for one in in_hands}
+    alone = placed.keys() - {one.brick.name for one in in_hands}
+    placements = [(brick.placed, placed[brick.name]) for brick in built.in_order if brick.name in alone]
     return Timeline(
         World(scenario.world.gravity, scenario.friction, planes),
         tuple(
             action
-            for _, action in sorted((*placements, *impacts, *shakes(built, scenario)), key=lambda timed: timed[0])
+            for _, action in sorted(
+                (*placements, *bringing(in_hands, placed, tilt), *impacts, *shakes(built, scenario)),
+                key=lambda timed: timed[0],
+            )
         ),
         hold=asked.hold,
         watched=asked.watched,

@@ -4,11 +4,12 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from stackdsl.compiling.built_bricks import BuiltBrick
+from stackdsl.compiling.built_bricks import BuiltBrick, InHand
 from stackdsl.compiling.moment import BUILD, Moment
 from stackdsl.compiling.written_bricks import WrittenBrick
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.language.anchors import Anchor
+from stackdsl.language.hand_words import ByHand
 from stackdsl.language.schema import Scenario
 from stackdsl.language.shaking import Shake
 from stackdsl.reading.source import Path, Source
@@ -20,16 +21,18 @@ class Schedule:
 
     bricks: list[Moment] = field(default_factory=list)  # in the author's order
     impacts: list[Moment] = field(default_factory=list)
+    in_hands: list[InHand] = field(default_factory=list)  # when each brick comes, and is left to itself
+    over: list[float] = field(default_factory=list)  # when each impact is [s]
     shaken: Moment | None = None  # when the ground begins to move
     mistakes: list[Diagnostic] = field(default_factory=list)
     latest: dict[tuple[str, str], float] = field(default_factory=dict)  # of all that an anchor may name [s]
 
-    def place(self, brick: BuiltBrick, moment: Moment) -> None:
-        """Let a brick be placed at a moment."""
+    def place(self, brick: BuiltBrick, moment: Moment, let_go: float) -> None:
+        """Let a brick be placed at a moment, and be left to itself at a time [s]."""
         self.bricks.append(moment)
         events = [("level", str(brick.level)), ("brick", brick.name), *[("built", "")] * (not brick.written.inserted)]
         for event in events:
-            self.latest[event] = max(self.latest.get(event, moment.time), moment.time)
+            self.latest[event] = max(self.latest.get(event, let_go), let_go)
 
 
 def scheduled(bricks: Sequence[BuiltBrick], scenario: Scenario, source: Source) -> Schedule:
@@ -48,17 +51,33 @@ def scheduled(bricks: Sequence[BuiltBrick], scenario: Scenario, source: Source) 
             else:
                 start = event + step.after.offset
         every = (scenario.build[number].every or 0.0) if turn == BUILD else 0.0
+        hand = scenario.build[number].place if turn == BUILD else None
+        in_hands = _in_hands(hand, start, turns[number], every)
         first = len(found.bricks)
-        for brick, index in zip(bricks[first : first + len(turns[number])], turns[number], strict=True):
-            found.place(brick, Moment(start + index * every, turn))
+        for brick, each in zip(bricks[first : first + len(in_hands)], in_hands, strict=True):
+            found.place(brick, Moment(each.arrives, turn), each.let_go)
+        found.in_hands += in_hands
         if turn:
             found.impacts.append(Moment(start, turn))
-        last = max(last, start + max(turns[number], default=0) * every)
+            found.over.append(start + scenario.impacts[turn - 1].done.lasts)
+        ends = [each.let_go for each in in_hands] if turn == BUILD else found.over[-1:]
+        last = max(last, start, *ends)
         next_start = last + every
     shake = scenario.world.shake
     if shake is not None:
         found.shaken = Moment(_shaken_at(shake, found, source) + shake.delay, len(scenario.impacts) + 1)
     return found
+
+
+def _in_hands(hand: ByHand | None, start: float, turns: Sequence[int], every: float) -> list[InHand]:
+    """When the bricks of a step come, which begins at a time [s]; `turns`: which comes when, counted from 0."""
+    if hand is None:
+        return [InHand(time, time, time) for time in (start + index * every for index in turns)]
+    comes, lasts = hand.course.duration, hand.lasts
+    begins = [start]
+    for _ in range(max(turns, default=0)):  # from when a brick is let go, to the very same digit
+        begins.append((begins[-1] + lasts) + every)
+    return [InHand(begins[index], begins[index] + comes, begins[index] + lasts) for index in turns]
 
 
 def _shaken_at(shake: Shake, found: Schedule, source: Source) -> float:
@@ -96,7 +115,7 @@ def _event_time(anchor: Anchor, found: Schedule) -> float | str:
     if anchor.event == "impact":
         number = int(anchor.name)
         if number <= len(found.impacts):
-            return found.impacts[number - 1].time
+            return found.over[number - 1]
         return f"this step waits for impact {number}, and there are {len(found.impacts)} before it"
     if (time := found.latest.get((anchor.event, anchor.name))) is not None:
         return time

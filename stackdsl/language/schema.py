@@ -18,6 +18,7 @@ from stackdsl.language.author_types import MAX_BRICKS
 from stackdsl.language.bricks import BrickKind, BrickTypes, PlacedBrick
 from stackdsl.language.claims.claim import Claim, Expectation, Truth
 from stackdsl.language.claims.claim_kind import CLAIMS, KindOfClaim
+from stackdsl.language.hand_words import ByHand
 from stackdsl.language.impacts.impact import Impact
 from stackdsl.language.impacts.impact_kind import IMPACTS, KindOfImpact
 from stackdsl.language.imports import Import
@@ -79,6 +80,9 @@ class BuildStep(Timed):
     brick: BrickKind | None = Field(None, description="what this step is built of; default: the scenario's brick")
     every: t.PositiveDuration | None = Field(None, description="time for each brick; default: all at one time")
     until: Literal["collapse"] | None = Field(None, description="goes on until the structure falls")
+    place: ByHand | None = Field(
+        None, description="by hand, one brick after another; default: set down as if from nowhere"
+    )
 
     @property
     def layout(self) -> tuple[str, LayoutParams] | None:
@@ -100,9 +104,16 @@ class BuildStep(Timed):
             return self
         if self.layout is None:
             raise MistakeError("SD108", "`until: collapse` goes on with a layout, and this step has none", "write one")
-        if self.every is None:
+        if self.every is None and self.place is None:
             message = "`until: collapse` needs `every`: all at once, nothing is left to add when it falls"
             raise MistakeError("SD102", message, "add such as every: 1 s")
+        return self
+
+    @model_validator(mode="after")
+    def _let_go_in_one_way(self) -> Self:
+        if self.place is not None and any(brick.drop for brick in self.bricks or ()):
+            message = "a hand lets a brick go in its place, and `drop` in the air"
+            raise MistakeError("SD108", message, "leave out one of them, or take two steps")
         return self
 
     @classmethod

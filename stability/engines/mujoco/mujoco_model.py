@@ -14,6 +14,7 @@ import numpy as np
 
 from stability.engines.mujoco.mujoco_binding import mujoco
 from stability.engines.mujoco.mujoco_settings import MuJoCoSettings
+from stability.engines.prescribed import FIRM, Guided
 from stability.engines.pressing import Presses
 from stability.engines.shortest_turn import shortest_turn
 from stability.geometry.bounding_boxes import BoundingBoxes
@@ -36,6 +37,7 @@ class Body:
     bricks: tuple[tuple[Brick, Pose], ...]  # each with its place in the body
     state: BodyState
     held: bool = False
+    carried: bool = False  # moves as somebody outside says, whatever it meets
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,18 +66,29 @@ class Model:
         """Let bodies feel gravity along -z, and that all without a joint accelerates [m/s2]."""
         self.model.opt.gravity[:] = subtract((0.0, 0.0, -gravity), acceleration_W)
 
-    def step(self, duration: float, parts: int, presses: Presses) -> None:
-        """Let time pass [s], in so many steps."""
+    def step(self, duration: float, parts: int, presses: Presses, guided: Mapping[BodyId, Guided]) -> None:
+        """Let time pass [s], in so many steps, with these bodies guided."""
         self.model.opt.timestep = duration / parts
         for _ in range(parts):
             self.data.xfrc_applied[:] = 0.0
             for acting in presses.acting(self, duration / parts):
                 body = self.model.jnt_bodyid[self.free[acting.brick.id]]
                 self.data.xfrc_applied[body] = np.concatenate(acting.wrench(duration / parts))
+            self._make_firm(guided)
+            for name, each in guided.items():
+                state = self.state(name)
+                _set_state(self.data, self.free[name], BodyState(state.pose, *each.motion(state)))
             mujoco.mj_step(self.model, self.data)
         self._touching = self._bounds = None
         if self.data.warning.number.any():
             raise RuntimeError(f"MuJoCo failed: {_warnings(self.data)}")
+
+    def _make_firm(self, guided: Mapping[BodyId, Guided]) -> None:
+        """Let what is slid along the ground resist all that meets it, but upwards, by inertia without weight."""
+        for name, turn in self.free.items():
+            mass = float(self.model.body_mass[self.model.jnt_bodyid[turn]])
+            slid = name in guided and guided[name].free_W == UP
+            self.model.dof_M0[6 * turn : 6 * turn + 2] = FIRM * mass if slid else mass
 
     def state(self, name: BodyId) -> BodyState:
         """Pose and motion of a body that moves."""
@@ -172,13 +185,15 @@ def _add_body(world: mujoco.MjsBody, body: Body, scene: Scene) -> None:
     added = world.add_body(pos=body.state.pose.position_W, quat=_as_wxyz(body.state.pose.orientation))
     if not body.held:
         added.add_freejoint()
+    if body.carried:
+        added.gravcomp = 1.0  # share of gravity that it does not feel
     for brick, place in body.bricks:
         added.add_geom(
             type=mujoco.mjtGeom.mjGEOM_BOX,
             size=scale(0.5, as_box(brick.shape, "MuJoCo").size),
             pos=place.position_W,
             quat=_as_wxyz(place.orientation),
-            mass=brick.mass,
+            mass=FIRM * brick.mass if body.carried else brick.mass,
             **_contact(scene.settings, scene.friction),
         )
 

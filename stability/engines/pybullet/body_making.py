@@ -71,9 +71,10 @@ class BodyMaker:
         """How much the edges of a brick are rounded [m]."""
         return self.settings.edge_rounding * brick.shape.least_thickness
 
-    def weigh_brick(self, brick: Brick) -> None:
-        """Give the body of a brick its mass and its moments of inertia."""
-        self._weigh(self.bodies.numbers[brick.id], brick.mass, brick.shape.moments(brick.mass))
+    def weigh_brick(self, brick: Brick, times: float = 1.0) -> None:
+        """Give the body of a brick its mass and its moments of inertia, or so many times these."""
+        mass = times * brick.mass
+        self._weigh(self.bodies.numbers[brick.id], mass, brick.shape.moments(mass))
 
     def meet(self, bodies: Iterable[int], group: int, mask: int) -> None:
         """Put bodies into a collision group, and say which groups they meet."""

@@ -6,6 +6,7 @@ import pytest
 
 from stackdsl.checking.gathering import cases_of, gather
 from stackdsl.checking.one_case import play_case
+from stackdsl.checking.results import held_up
 from stackdsl.diagnostics import CODES
 from stackdsl.importing.expansion import whole
 from stackdsl.playing.clearance import BlockedPlacementError
@@ -16,8 +17,8 @@ from tests.paths import ROOT
 
 ENTRIES = entries()
 PAGE = (ROOT / "stackdsl" / "diagnostics.md").read_text(encoding="utf-8")
-OF_A_RUN = "SD208"
-EXAMPLES = {code: entry.example for code, entry in ENTRIES.items() if entry.example and code != OF_A_RUN}
+OF_A_RUN = ("SD208", "SD210")
+EXAMPLES = {code: entry.example for code, entry in ENTRIES.items() if entry.example and code not in OF_A_RUN}
 
 
 def test_every_code_has_an_entry_and_every_entry_a_code() -> None:
@@ -39,11 +40,16 @@ def test_an_example_gives_its_code_alone(code: str, tmp_path: Path) -> None:
     assert {mistake.code for mistake in gather([file]).diagnostics} == {code}
 
 
-def test_the_example_of_a_run_is_held_up_by_what_has_moved() -> None:
-    (case,), mistakes = cases_of(parse(ENTRIES[OF_A_RUN].example or "", "example.yaml"))
+@pytest.mark.parametrize("code", OF_A_RUN)
+def test_the_example_of_a_run_is_held_up_by_what_is_in_the_way(code: str) -> None:
+    (case,), mistakes = cases_of(parse(ENTRIES[code].example or "", "example.yaml"))
     assert mistakes == []
-    with pytest.raises(BlockedPlacementError):
+    with pytest.raises(BlockedPlacementError) as held_up_by:
         play_case(case.timeline, case.system)
+    told = held_up(case, held_up_by.value.blocked).mistake
+    assert told is not None
+    assert told.code == code
+    assert told.hint
 
 
 def imported(file: str, folder: Path) -> Loaded:
@@ -69,7 +75,7 @@ def test_what_has_no_short_example_is_given_by_what_its_entry_describes(tmp_path
         "SD115": imported("load.csv", tmp_path),
         "SD111": parse(f"scenario: many\nbuild:\n  - bricks:\n{in_the_air}", "many.yaml"),
     }
-    assert set(given) == ENTRIES.keys() - EXAMPLES.keys() - {OF_A_RUN}
+    assert set(given) == ENTRIES.keys() - EXAMPLES.keys() - {*OF_A_RUN}
     for code, loaded in given.items():
         assert code in [mistake.code for mistake in cases_of(loaded)[1]]
 
