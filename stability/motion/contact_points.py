@@ -6,11 +6,10 @@ from math import inf
 
 import numpy as np
 
-from stability.geometry.separation import blocks_apart
 from stability.geometry.touching import reach_between
 from stability.geometry.vectors import dot, scale, subtract, unit
 from stability.model import BodyId, Plane, Vec3
-from stability.shapes.apart import apart_from_plane, solid_block
+from stability.shapes.apart import apart_from_plane, bodies_apart, in_place
 from stability.statics.contacts.solids import Solid, solid
 from stability.statics.contacts.touch import contact_between, contact_with_plane
 from stability.statics.facts import Contact, Placed, Tolerances
@@ -123,7 +122,7 @@ def _is_inside(one: Solid, other: Solid, place: Place) -> bool:
     if any(a > d or b < c for a, b, c, d in zip(one.low_W, one.high_W, other.low_W, other.high_W, strict=True)):
         return False
     shapes = ({**place.bricks, **place.fixed}[body.id] for body in (one, other))
-    return blocks_apart(*(solid_block(placed.brick.shape, placed.pose) for placed in shapes)).gap < 0.0
+    return bodies_apart(*(in_place(placed.brick.shape, placed.pose) for placed in shapes)).gap < 0.0
 
 
 def _gaps(contact: Contact, place: Place) -> Iterator[float]:

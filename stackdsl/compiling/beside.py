@@ -7,7 +7,7 @@ from typing import Final
 
 from stability.geometry.rotations import inverse, rotate
 from stability.model import GROUND, BodyId, ConvexShape, Plane, Pose, Quaternion, Vec3
-from stability.shapes.apart import solid_block
+from stability.shapes.apart import in_place
 from stackdsl.compiling.naming import footings_of, levels_of, names_of
 from stackdsl.compiling.written_bricks import NowhereError, WrittenBrick
 from stackdsl.language.bricks import SetBrick
@@ -32,9 +32,9 @@ class Surroundings:
         """The centre of a brick, and the bricks that it is placed by, by number. Raises NowhereError."""
         names = brick.on or ((brick.beside,) if brick.beside is not None else ())
         numbers = tuple(self._number(name, before) for name in names if name != GROUND)
-        own = solid_block(shape, Pose((0.0, 0.0, 0.0), turned))
-        others = [solid_block(before[number].shape, before[number].pose) for number in numbers]
-        centres = [other.p_WC for other in others] or [(0.0, 0.0, 0.0)]
+        own = in_place(shape, Pose((0.0, 0.0, 0.0), turned))
+        others = [in_place(before[number].shape, before[number].pose) for number in numbers]
+        centres = [other.middle_W for other in others] or [(0.0, 0.0, 0.0)]
         x, y = (fsum(centre[axis] for centre in centres) / len(centres) for axis in (0, 1))
         top = max((other.high_W[2] for other in others), default=0.0)
         if brick.beside is not None:

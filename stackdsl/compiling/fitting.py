@@ -5,10 +5,10 @@ from dataclasses import dataclass, field
 from math import hypot, inf
 
 from stability.geometry.neighbours import Neighbours
-from stability.geometry.separation import Block, Separation, block_above_plane, blocks_apart
+from stability.geometry.separation import Separation
 from stability.geometry.touching import LIMIT_ITSELF, reach_between
 from stability.model import ConvexShape, Plane, Pose
-from stability.shapes.apart import solid_block
+from stability.shapes.apart import InPlace, above_plane, bodies_apart, in_place
 
 # [m] What rounding in a file may cost; far below what a plank is made to. Of bodies so thin that they would no longer
 # touch, less is forgiven.
@@ -57,7 +57,7 @@ def fits(boxes: Sequence[Sited], planes: Sequence[Plane]) -> list[Fit]:
 
     Those put at the same time may rest on one another. Of two that overlap, the later one in the order is blamed.
     """
-    blocks = [solid_block(box.shape, box.pose) for box in boxes]
+    blocks = [in_place(box.shape, box.pose) for box in boxes]
     site = _Site(blocks)
     found: list[Fit] = []
     going = sorted((index for index, box in enumerate(boxes) if box.until < inf), key=lambda index: -boxes[index].until)
@@ -100,7 +100,7 @@ class _Near:
 def _fit(index: int, site: "_Site", planes: Sequence[Plane]) -> Fit:
     own = site.blocks[index]
     reach = reach_between(own.thickness)
-    on_planes = [_Near(n, block_above_plane(own, plane), reach) for n, plane in enumerate(planes)]
+    on_planes = [_Near(n, above_plane(own, plane), reach) for n, plane in enumerate(planes)]
     for near in on_planes:
         if near.overlaps:
             return Fit(overlaps_plane=near.number, depth=-near.apart.gap)
@@ -127,7 +127,7 @@ def _fit(index: int, site: "_Site", planes: Sequence[Plane]) -> Fit:
 class _Site:
     """All boxes, and which of them are there by now."""
 
-    blocks: Sequence[Block]
+    blocks: Sequence[InPlace]
     there: Neighbours[int] = field(default_factory=Neighbours)
 
     def near(self, index: int, margin: float) -> Iterator[_Near]:
@@ -136,4 +136,4 @@ class _Site:
         for other in self.there.around(own.low_W, own.high_W, margin):
             if other != index:
                 between = reach_between(own.thickness, blocks[other].thickness)
-                yield _Near(other, blocks_apart(own, blocks[other]), between)
+                yield _Near(other, bodies_apart(own, blocks[other]), between)

@@ -4,9 +4,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import fsum
 
-from stability.geometry.separation import Block
 from stability.model import BodyId, Brick, Plane, Pose, Quaternion, Vec3
-from stability.shapes.apart import apart_from_plane, solid_block
+from stability.shapes.apart import InPlace, apart_from_plane, in_place
 from stackdsl.compiling.built import Built
 from stackdsl.compiling.fitting import OVERLAP
 from stackdsl.compiling.moment import START, Moment
@@ -21,7 +20,7 @@ class Standing:
 
     name: BodyId
     level: int
-    shape: Block
+    shape: InPlace
     mass: float  # [kg]
     since: Moment
     until: Moment | None  # when it is pulled out
@@ -75,7 +74,7 @@ def scene_of(built: Built, gravity: float, tilt: Quaternion) -> Scene:
 def _standing(built: Built) -> Iterator[Standing]:
     for brick in built.bricks:
         made = brick.written
-        shape = solid_block(made.shape, made.pose)
+        shape = in_place(made.shape, made.pose)
         yield Standing(brick.name, brick.level, shape, made.mass, brick.placed, brick.gone, made.drop)
 
 

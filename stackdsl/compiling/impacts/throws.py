@@ -6,10 +6,9 @@ So it hits what it is aimed at from however far away it comes. It does not turn 
 from math import cos, hypot, inf, sin, sqrt
 
 from stability.geometry.rotations import rotate
-from stability.geometry.separation import Block, meeting
 from stability.geometry.vectors import add_scaled, scale, subtract
 from stability.model import Brick, Pose, Vec3
-from stability.shapes.apart import solid_block
+from stability.shapes.apart import InPlace, in_place, meeting
 from stackdsl.compiling.fitting import OVERLAP
 from stackdsl.compiling.impacts.actions import actions_of
 from stackdsl.compiling.impacts.scene import MissError, Scene, aimed_at, keep_out_of_planes, middle_of
@@ -57,7 +56,7 @@ def _limit_height(throw: Throw, ahead_W: Vec3, scene: Scene) -> None:
     raise MissError("speed", "SD104", message, ", or ".join(remedies) or "throw it more slowly, or from nearer")
 
 
-def _may_meet(flying: Block, other: Block, towards: Vec3) -> bool:
+def _may_meet(flying: InPlace, other: InPlace, towards: Vec3) -> bool:
     """Whether a level flight comes by at all: of a tower, most bricks lie higher, lower or beside the way."""
     if flying.low_W[2] >= other.high_W[2] or other.low_W[2] >= flying.high_W[2]:
         return False
@@ -75,7 +74,7 @@ def _start(brick: Brick, throw: Throw, towards: Vec3, scene: Scene) -> Pose:
     """At the height of the aim, with its nose at the distance from what it meets first on the straight way there."""
     aim = middle_of(aimed_at(throw.at, scene, "at"))
     orientation = about_z(throw.from_.bearing + throw.turn)
-    flying = solid_block(brick.shape, Pose(aim, orientation))
+    flying = in_place(brick.shape, Pose(aim, orientation))
     near = (other.shape for other in scene.resting if _may_meet(flying, other.shape, towards))
     ways = [meeting(flying, other, towards, OVERLAP) for other in near]
     nearest = min((way[0] for way in ways if way is not None), default=None)
