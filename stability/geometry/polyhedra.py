@@ -107,7 +107,8 @@ class Hull:
     @property
     def edge_middles(self) -> Array:
         """(e, 3) from its centre of mass [m]."""
-        return self.corners[self.mesh.edges].mean(axis=1)
+        found: Array = self.corners[self.mesh.edges].mean(axis=1)
+        return found
 
     def heights(self, direction_W: Array) -> Array:
         """(n,) of its corners along a direction, from its centre of mass [m]."""
@@ -117,7 +118,7 @@ class Hull:
 
 def hull(shape: ConvexShape, p_WC: Vec3, axes_W: Axes) -> Hull:
     """A shape with its centre of mass in a place [m], and its body axes along these."""
-    mesh, turn = mesh_of(shape), np.array(axes_W)
+    mesh, turn = mesh_of(shape), np.array(axes_W)  # type: ignore[arg-type]  # shapes are values, and hashable
     corners = mesh.corners @ turn
     (x, y, z), low, high = p_WC, corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
     return Hull(

@@ -13,7 +13,7 @@ from stability.geometry.rotations import body_axes, inverse, multiply, rotate
 from stability.geometry.turn_of_axes import orientation_of
 from stability.geometry.vectors import add, cross, scale, subtract
 from stability.mechanics.inertia import diagonal_times, inertia_times
-from stability.model import BodyId, BodyState, Brick, Pose, Quaternion, Vec3
+from stability.model import BodyId, BodyState, Brick, Pose, Vec3
 from stability.shapes.in_pose import principal_turn
 
 Matrix = NDArray[np.float64]

@@ -10,7 +10,7 @@ from stability.geometry.touching import reach_between
 from stability.geometry.vectors import dot, scale, subtract, unit
 from stability.model import BodyId, Plane, Vec3
 from stability.shapes.apart import apart_from_plane, bodies_apart, in_place
-from stability.statics.contacts.solids import Solid, solid
+from stability.statics.contacts.solids import HullSolid, Solid, solid
 from stability.statics.contacts.touch import contact_between, contact_with_plane
 from stability.statics.facts import Contact, Placed, Tolerances
 from stability.statics.solvers.conic_program import Array
@@ -138,8 +138,14 @@ def _gaps(contact: Contact, place: Place) -> Iterator[float]:
 
 
 def _begins(body: Solid, point_W: Vec3, along_W: Vec3) -> float:
-    """How far along a line from a point a box begins [m]: at the last of the faces that look against the line."""
+    """How far along a line from a point a body begins [m]: at the last of the faces that look against the line."""
     first, away = -inf, subtract(point_W, body.pose.position_W)
+    if isinstance(body, HullSolid):
+        for normal, reach in zip(body.hull.normals.tolist(), body.hull.mesh.reaches.tolist(), strict=True):
+            cosine = dot(normal, along_W)
+            if cosine < -EDGEWISE:
+                first = max(first, (reach - dot(normal, away)) / cosine)
+        return first
     for axis, half in zip(body.axes, body.half, strict=True):
         cosine = dot(axis, along_W)
         if abs(cosine) > EDGEWISE:

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
-from stability.graph import reached
 from stability.model import Vec3
 from stability.shapes.not_a_solid import NotASolidError
 
@@ -65,7 +64,10 @@ def _groups(points: Array, hull: ConvexHull) -> Iterator[list[int]]:
         facing = hull.equations[:, :3] @ normals[first] > 0.0
         # A sliver has no normal of its own to tell by: that its corners lie in the plane is enough.
         with_it = {n for n in left if heights[n] <= FLUSH and (facing[n] or areas[n] <= FLUSH)}
-        group = reached([first], lambda number: [n for n in hull.neighbors[number].tolist() if n in with_it])
+        group, front = {first}, [first]
+        while front:
+            front = [n for number in front for n in hull.neighbors[number].tolist() if n in with_it and n not in group]
+            group.update(front)
         left -= group
         yield sorted(group)
 

@@ -6,6 +6,7 @@ each with the apex in a point of one's choice; signs take care of apexes outside
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +35,7 @@ def integrals(corners: Sequence[Vec3], loops: Iterable[Sequence[int]]) -> MeshIn
     """Of the solid that these flat faces bound, each its corners counter-clockwise seen from outside."""
     points = np.array(corners)
     apex = points.mean(axis=0)  # far from the origin, the products would lose the volume
-    fans = [(loop[0], one, other) for loop in loops for one, other in zip(loop[1:], loop[2:], strict=False)]
+    fans = [(loop[0], one, other) for loop in loops for one, other in pairwise(loop[1:])]
     a, b, c = (points[[fan[n] for fan in fans]] - apex for n in range(3))
     parts = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0
     total = a + b + c

@@ -60,7 +60,9 @@ def _admit_outline(outline: Sequence[tuple[float, float]]) -> None:
     turns = np.cross(np.roll(ways, 1, axis=0), ways)
     extent = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
     if extent == 0.0 or np.abs(turns.sum()) <= FLUSH * extent**2:
-        raise NotASolidError("the outline has no area, or crosses itself", "write three corners or more, in order around it")
+        raise NotASolidError(
+            "the outline has no area, or crosses itself", "write three corners or more, in order around it"
+        )
     sense = 1.0 if turns.sum() > 0.0 else -1.0
     slack = FLUSH * extent * extent
     dents = np.flatnonzero(sense * turns < -slack)
@@ -79,12 +81,10 @@ def _admit_outline(outline: Sequence[tuple[float, float]]) -> None:
         raise NotASolidError(message, "write each of its corners once, in order around it")
 
 
-def solid_of_mesh(
-    points: Sequence[Vec3], loops: Sequence[Sequence[int]], centre_of_mass: Vec3 | None = None
-) -> Made:
+def solid_of_mesh(points: Sequence[Vec3], loops: Sequence[Sequence[int]], centre_of_mass: Vec3 | None = None) -> Made:
     """The solid that these faces bound, each its corners counter-clockwise seen from outside.
 
-    Raises NotASolidError for faces that leave a hole, look inwards, or bound no convex solid, and as `solid_of_corners`.
+    Raises NotASolidError for faces that leave a hole, look inwards, or bound nothing convex, and as `solid_of_corners`.
     """
     _admit_closed(loops)
     used = sorted({corner for loop in loops for corner in loop})
@@ -116,16 +116,18 @@ def _admit_closed(loops: Sequence[Sequence[int]]) -> None:
     for number, loop in enumerate(loops):
         for edge in pairwise((*loop, loop[0])):
             if edge in seen:
+                both = f"faces {seen[edge] + 1} and {number + 1}"
                 raise NotASolidError(
-                    f"faces {seen[edge] + 1} and {number + 1} pass their common edge the same way, so one looks inwards",
+                    f"{both} pass their common edge the same way, so one looks inwards",
                     "list the corners of each face counter-clockwise, as seen from outside",
                     number,
                 )
             seen[edge] = number
     for (one, other), number in seen.items():
         if (other, one) not in seen:
+            edge_told = f"the edge of face {number + 1} from corner {one + 1} to {other + 1}"
             raise NotASolidError(
-                f"the mesh has a hole: nothing is beyond the edge of face {number + 1} from corner {one + 1} to {other + 1}",
+                f"the mesh has a hole: nothing is beyond {edge_told}",
                 "close it",
                 number,
             )

@@ -15,10 +15,10 @@ from stability.engines.edge_normals import FACE_ON, leans, nearest_points, veloc
 from stability.engines.pybullet.brick_bodies import BrickBodies
 from stability.engines.pybullet.joined_groups import JoinedGroups
 from stability.geometry.rotations import turn_between
-from stability.geometry.separation import Block
+from stability.geometry.separation import Block, block
 from stability.geometry.vectors import dot, norm, scale, subtract
 from stability.model import BodyId, BodyState, Pose, Vec3
-from stability.shapes.apart import solid_block
+from stability.shapes.box import Box
 
 LOOK = 0.02  # [s] between looks at how bricks lie to each other
 ALONG = cos(radians(1.0))  # edges run along each other within this; beyond, the normal of sharp ones is right
@@ -67,10 +67,12 @@ class EdgeReshaper:
         """Give every brick that is awake the edges that it needs."""
         rounded = self.bricks.rounded
         leaning = {
-            name: self._seen(name, state) for name, state in states.items() if name not in rounded and leans(state.pose)
+            name: self._seen(state, box)
+            for name, state in states.items()
+            if name not in rounded and (box := self._box(name)) is not None and leans(state.pose)
         }
         edge_on = self._edge_on(leaning)
-        lying = [name for name, state in states.items() if name in rounded and self._lies(state)]
+        lying = [name for name, state in states.items() if name in rounded and self._lies(name, state)]
         swapped = {*(name for name in leaning if name in edge_on), *lying}
         made = {name: self._made.get(name, state.pose) for name, state in states.items()}
         for name, state in states.items():
@@ -89,11 +91,16 @@ class EdgeReshaper:
         masses = [own[body] for point in points for body in (point.a, point.b) if body in own]
         return not masses or max(masses) <= ALIKE * min(masses)
 
-    def _lies(self, state: BodyState) -> bool:
-        return _slow(state) and self.bricks.planes.lies_square(state.pose)
+    def _lies(self, name: BodyId, state: BodyState) -> bool:
+        return _slow(state) and self.bricks.planes.lies_square(state.pose, self.bricks.own.bricks[name].shape)
 
-    def _seen(self, name: BodyId, state: BodyState) -> _Seen:
-        return _Seen(state, solid_block(self.bricks.own.bricks[name].shape, state.pose))
+    def _box(self, name: BodyId) -> Box | None:
+        """What a brick is, if it is one that has edges of two kinds: a hull always has rounded ones."""
+        shape = self.bricks.own.bricks[name].shape
+        return shape if isinstance(shape, Box) else None
+
+    def _seen(self, state: BodyState, box: Box) -> _Seen:
+        return _Seen(state, block(box.size, state.pose))
 
     def _edge_on(self, leaning: Mapping[BodyId, _Seen]) -> set[BodyId]:
         """Those whose edges are about to meet edges of another brick that run along them."""
@@ -103,7 +110,10 @@ class EdgeReshaper:
             for other in self.groups.near(name, NEAR * thin + AHEAD * one.fastest):
                 if other not in self.bricks.own.bricks or (other in leaning and other < name):
                     continue  # every pair once
-                two = leaning.get(other) or self._seen(other, self.groups.states([other])[other])
+                box = self._box(other)
+                if box is None:
+                    continue
+                two = leaning.get(other) or self._seen(self.groups.states([other])[other], box)
                 if _edges_meet(one, two, NEAR * thin, ROUNDED * thin):
                     found |= {name, other}
         return found

@@ -8,7 +8,7 @@ from typing import TypeAlias
 from stability.geometry.clipping import within_rectangle
 from stability.geometry.plan import Polygon
 from stability.model import Vec3
-from stability.statics.contacts.solids import PlanRectangle, BoxSolid
+from stability.statics.contacts.solids import BoxSolid, PlanRectangle
 
 PARALLEL = 1e-12  # sine below which sides are parallel: rounding
 

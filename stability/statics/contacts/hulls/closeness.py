@@ -9,6 +9,8 @@ from stability.geometry.polyhedra import Array, EdgePairs, Hull, between, edge_p
 from stability.geometry.rows import cross_rows
 from stability.statics.contacts.axes import NEARLY_PARALLEL, NOISE_RATIO, NOISY_TILT
 
+ALIKE = 0.5  # cosine above which two directions are worth a closer look
+
 # Two faces that look at each other: number of that of a and of b, and sine of the angle between them.
 FacePair: TypeAlias = tuple[int, int, float]
 
@@ -28,9 +30,8 @@ class HullCloseness:
 
     def gap_along(self, normal_AB: Array) -> float:
         """The gap along a unit direction that leads from a to b [m]."""
-        return float(
-            self.p_AB @ normal_AB + self.b.heights(normal_AB).min() - self.a.heights(normal_AB).max(),
-        )
+        between_both = self.b.heights(normal_AB).min() - self.a.heights(normal_AB).max()
+        return float(self.p_AB @ normal_AB + between_both)
 
 
 def closeness(a: Hull, b: Hull, reach: float) -> HullCloseness | None:
@@ -49,7 +50,7 @@ def closeness(a: Hull, b: Hull, reach: float) -> HullCloseness | None:
 
 def _facing(a: Hull, b: Hull) -> list[FacePair]:
     cosines = a.normals @ b.normals.T
-    pairs = np.argwhere(cosines < -0.5)
+    pairs = np.argwhere(cosines < -ALIKE)
     if not len(pairs):
         return []
     sines = np.linalg.norm(cross_rows(a.normals[pairs[:, 0]], b.normals[pairs[:, 1]]), axis=1)
@@ -63,7 +64,7 @@ def disturbance(close: HullCloseness, reach: float) -> float:
     As of boxes (`stability.statics.contacts.axes.disturbance`), by the normals of faces in place of body axes.
     """
     a, b = close.a, close.b
-    alike = [(int(i), int(j)) for i, j in np.argwhere(np.abs(a.normals @ b.normals.T) > 0.5)]
+    alike = [(int(i), int(j)) for i, j in np.argwhere(np.abs(a.normals @ b.normals.T) > ALIKE)]
     one, other = [i for i, _ in alike], [j for _, j in alike]
     sines = np.linalg.norm(cross_rows(a.normals[one], b.normals[other]), axis=1) if alike else np.zeros(0)
     common = [i for i, sine in zip(one, sines.tolist(), strict=True) if sine <= NOISY_TILT]
@@ -72,7 +73,8 @@ def disturbance(close: HullCloseness, reach: float) -> float:
         same_way = np.linalg.norm(cross_rows(ways, np.broadcast_to(ways[0], ways.shape)), axis=1) <= NOISY_TILT
         if same_way.all() and max(close.gap_along(ways[0]), close.gap_along(-ways[0])) < -reach:
             return reach
-    gaps = [abs(gap) for gap in (*close.gaps_a.tolist(), *close.gaps_b.tolist()) if abs(gap) <= reach]
-    tilts = [sine for sine in sines.tolist() if sine <= NOISY_TILT]
+    gaps: list[float] = [abs(gap) for gap in (*close.gaps_a.tolist(), *close.gaps_b.tolist()) if abs(gap) <= reach]
+    tilts: list[float] = [sine for sine in sines.tolist() if sine <= NOISY_TILT]
     longest = max(a.length, b.length)
-    return min(reach, NOISE_RATIO * (min([abs(close.gap), *gaps]) + min(tilts, default=0.0) * longest))
+    noise = min([abs(close.gap), *gaps]) + min(tilts, default=0.0) * longest
+    return min(reach, NOISE_RATIO * noise)

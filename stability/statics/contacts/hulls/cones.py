@@ -57,7 +57,7 @@ def common_normals(a: Feature, b: Feature, along_line: bool) -> tuple[Vec3, ...]
 
     Edges that touch along a line are taken as parallel, whatever noise has made of them.
     """
-    if a.dimension == FACE or b.dimension == FACE:
+    if FACE in (a.dimension, b.dimension):
         return tuple(a.normals(1.0) if a.dimension == FACE else b.normals(-1.0))
     if a.dimension == b.dimension == EDGE:
         way_a, way_b = vector(a.body.ways[a.number]), vector(b.body.ways[b.number])

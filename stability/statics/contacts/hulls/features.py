@@ -6,8 +6,8 @@ from math import dist, hypot
 
 import numpy as np
 
-from stability.geometry.plan import Point2
 from stability.geometry.hulls import convex_hull
+from stability.geometry.plan import Point2
 from stability.geometry.polyhedra import Array, Hull, vector
 from stability.model import Vec3
 from stability.statics.contacts.features import MERGING, Meeting, Slack
@@ -45,8 +45,8 @@ def meeting_of_edges(close: HullCloseness, pair: int, slack: Slack) -> Meeting |
     """The point where an edge of a and an edge of b cross; None if they pass each other."""
     edges, a, b = close.edges, close.a, close.b
     i, j = int(edges.of_a[pair]), int(edges.of_b[pair])
-    on_a, end_a, half_a = _segment(a, i)
-    on_b, end_b, half_b = _segment(b, j)
+    on_a, half_a = _segment(a, i)
+    on_b, half_b = _segment(b, j)
     u, v, away = a.ways[i], b.ways[j], close.p_AB + on_b - on_a
     across = np.cross(u, v)
     square = float(across @ across)
@@ -72,10 +72,10 @@ def _meeting(close: HullCloseness, locus: _Locus, normal: Array, gap: float, sla
     return Meeting(tuple(vector(centre + point) for point in locus.points), touching or (vector(normal),))
 
 
-def _segment(body: Hull, edge: int) -> tuple[Array, Array, float]:
-    """The middle of an edge and its end, from the body's centre, and half its length [m]."""
+def _segment(body: Hull, edge: int) -> tuple[Array, float]:
+    """The middle of an edge, from the body's centre, and half its length [m]."""
     one, end = body.corners[body.mesh.edges[edge]]
-    return 0.5 * (one + end), end, 0.5 * float(np.linalg.norm(end - one))
+    return 0.5 * (one + end), 0.5 * float(np.linalg.norm(end - one))
 
 
 def _at_end(body: Hull, edge: int, along: float, half: float, slack: float) -> Feature:
@@ -118,9 +118,7 @@ def _edge_of(body: Hull, one: int, other: int) -> int | None:
     return int(found[0]) if len(found) else None
 
 
-def _holding(
-    body: Hull, place: Sequence[Vec3], corners: dict[int, Point2], whole: Feature, slack: float
-) -> Feature:
+def _holding(body: Hull, place: Sequence[Vec3], corners: dict[int, Point2], whole: Feature, slack: float) -> Feature:
     """The least feature that holds a point or a line, of those between corners that are seen in plan."""
     if len(place) == 1:
         near = [(hypot(place[0][0] - x, place[0][1] - y), number) for number, (x, y) in corners.items()]
