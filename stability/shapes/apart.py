@@ -69,6 +69,17 @@ def above_plane(body: InPlace, plane: Plane) -> Separation:
     return Separation(height + lowest, plane.normal_W)
 
 
+def how_far_outside(body: InPlace, point_W: Vec3) -> float:
+    """How far a point is outside of the face that it is farthest from [m]; negative inside."""
+    if isinstance(body, Block):
+        away = subtract(point_W, body.p_WC)
+        sides = zip(body.axes_W, body.half, strict=True)
+        return max(abs(dot(away, axis)) - half for axis, half in sides)
+    away = subtract(point_W, body.p_WC)
+    sides = zip(body.normals.tolist(), body.mesh.reaches.tolist(), strict=True)
+    return max(dot(away, normal) - reach for normal, reach in sides)
+
+
 def _as_hull(body: InPlace) -> "Hull":
     from stability.geometry.polyhedra import hull  # noqa: PLC0415 -- boxes do without numpy
 

@@ -21,6 +21,7 @@ class Standing:
     name: BodyId
     level: int
     shape: InPlace
+    centre: Vec3  # of its mass [m]
     mass: float  # [kg]
     since: Moment
     until: Moment | None  # when it is pulled out
@@ -75,7 +76,9 @@ def _standing(built: Built) -> Iterator[Standing]:
     for brick in built.bricks:
         made = brick.written
         shape = in_place(made.shape, made.pose)
-        yield Standing(brick.name, brick.level, shape, made.mass, brick.placed, brick.gone, made.drop)
+        yield Standing(
+            brick.name, brick.level, shape, made.pose.position_W, made.mass, brick.placed, brick.gone, made.drop
+        )
 
 
 def aimed_at(aim: Aim, scene: Scene, key: str) -> list[Standing]:
@@ -103,8 +106,8 @@ def missing(name: BodyId, scene: Scene, key: str) -> MissError:
 
 
 def middle_of(bricks: Sequence[Standing]) -> Vec3:
-    """The mean of their centres [m]."""
-    x, y, z = (fsum(along) / len(bricks) for along in zip(*(brick.shape.p_WC for brick in bricks), strict=True))
+    """The mean of their middles [m]."""
+    x, y, z = (fsum(along) / len(bricks) for along in zip(*(brick.shape.middle_W for brick in bricks), strict=True))
     return (x, y, z)
 
 
