@@ -13,7 +13,7 @@ from stability.model import Face, Quaternion, Vec3
 @final
 @dataclass(frozen=True, slots=True)
 class ConvexSolid:
-    """A convex solid about its centre of mass. Made by `stability.shapes.solids`, which works out all but the corners.
+    """A convex solid about its centre of mass, made by `stability.shapes.solid_making`, which works out its measures.
 
     Two solids with the same corners, faces and moments are one shape.
     """

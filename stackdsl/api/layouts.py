@@ -4,7 +4,7 @@ Written by `make words` from the models of the language; docs/language.md says m
 None, is not written, and has its default there. Quantities are texts with their units, as in YAML: "12 mm".
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from stackdsl.api.written import Written, written
 
@@ -19,7 +19,7 @@ def four_stack(
     when: int | str | None = None,
     after: str | None = None,
     name: str | None = None,
-    brick: str | Mapping[str, object] | None = None,
+    brick: str | object | None = None,
     every: str | None = None,
     until: str | None = None,
 ) -> Written:
@@ -60,7 +60,7 @@ def column(
     when: int | str | None = None,
     after: str | None = None,
     name: str | None = None,
-    brick: str | Mapping[str, object] | None = None,
+    brick: str | object | None = None,
     every: str | None = None,
     until: str | None = None,
 ) -> Written:
@@ -101,7 +101,7 @@ def wall(
     when: int | str | None = None,
     after: str | None = None,
     name: str | None = None,
-    brick: str | Mapping[str, object] | None = None,
+    brick: str | object | None = None,
     every: str | None = None,
     until: str | None = None,
 ) -> Written:
@@ -142,7 +142,7 @@ def harmonic(
     when: int | str | None = None,
     after: str | None = None,
     name: str | None = None,
-    brick: str | Mapping[str, object] | None = None,
+    brick: str | object | None = None,
     every: str | None = None,
     until: str | None = None,
 ) -> Written:
@@ -183,7 +183,7 @@ def tower(
     when: int | str | None = None,
     after: str | None = None,
     name: str | None = None,
-    brick: str | Mapping[str, object] | None = None,
+    brick: str | object | None = None,
     every: str | None = None,
     until: str | None = None,
 ) -> Written:
@@ -225,7 +225,7 @@ def card_house(
     when: int | str | None = None,
     after: str | None = None,
     name: str | None = None,
-    brick: str | Mapping[str, object] | None = None,
+    brick: str | object | None = None,
     every: str | None = None,
     until: str | None = None,
 ) -> Written:
@@ -267,7 +267,7 @@ def leaning_structure(
     when: int | str | None = None,
     after: str | None = None,
     name: str | None = None,
-    brick: str | Mapping[str, object] | None = None,
+    brick: str | object | None = None,
     every: str | None = None,
     until: str | None = None,
 ) -> Written:

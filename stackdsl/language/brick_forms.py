@@ -42,7 +42,7 @@ def box_form(size: Vec3, centre_of_mass: Vec3 | None = None) -> Form:
 @lru_cache(maxsize=KEPT)
 def prism_form(outline: Outline, depth: float, centre_of_mass: Vec3 | None = None) -> Form:
     """A prism. Raises MistakeError."""
-    from stability.shapes.solids import prism  # noqa: PLC0415 -- boxes do without scipy
+    from stability.shapes.solid_making import prism  # noqa: PLC0415 -- boxes do without scipy
 
     try:
         made = prism(outline, depth, centre_of_mass)
@@ -54,7 +54,7 @@ def prism_form(outline: Outline, depth: float, centre_of_mass: Vec3 | None = Non
 @lru_cache(maxsize=KEPT)
 def hull_form(points: tuple[Vec3, ...], centre_of_mass: Vec3 | None = None) -> Form:
     """The hull of points. Raises MistakeError."""
-    from stability.shapes.solids import solid_of_corners  # noqa: PLC0415 -- boxes do without scipy
+    from stability.shapes.solid_making import solid_of_corners  # noqa: PLC0415 -- boxes do without scipy
 
     try:
         made = solid_of_corners(points, centre_of_mass)
@@ -66,7 +66,7 @@ def hull_form(points: tuple[Vec3, ...], centre_of_mass: Vec3 | None = None) -> F
 @lru_cache(maxsize=KEPT)
 def mesh_form(text: str, file: str, unit: str, centre_of_mass: Vec3 | None = None) -> Form:
     """The solid of the text of an OBJ file. Raises MistakeError."""
-    from stability.shapes.solids import solid_of_mesh  # noqa: PLC0415 -- boxes do without scipy
+    from stability.shapes.solid_making import solid_of_mesh  # noqa: PLC0415 -- boxes do without scipy
 
     mesh = obj_mesh(text, file)
     try:

@@ -104,9 +104,11 @@ def solid(placed: Placed) -> Solid:
 
         return HullSolid(brick.id, hull(brick.shape, pose.position_W, body_axes(pose.orientation)))
     box, middle = boxed
-    if middle is not MIDDLE:
-        pose = middle_pose(middle, pose)
-    size = box.size
+    return box_solid(brick.id, box.size, pose if middle is MIDDLE else middle_pose(middle, pose))
+
+
+def box_solid(name: BodyId, size: Vec3, pose: Pose) -> BoxSolid:
+    """A box with its middle in a place, ready for contact detection."""
     a, b, c = half = (0.5 * size[0], 0.5 * size[1], 0.5 * size[2])
     (ux, uy, uz), (vx, vy, vz), (wx, wy, wz) = axes = body_axes(pose.orientation)
     rx = a * abs(ux) + b * abs(vx) + c * abs(wx)
@@ -115,7 +117,7 @@ def solid(placed: Placed) -> Solid:
     px, py, pz = pose.position_W
     plan = _plan(axes, half)
     low, high = (px - rx, py - ry, pz - rz), (px + rx, py + ry, pz + rz)
-    return BoxSolid(brick.id, size, pose, axes, half, low, high, min(size), max(size), plan, rz)
+    return BoxSolid(name, size, pose, axes, half, low, high, min(size), max(size), plan, rz)
 
 
 def as_hull(body: Solid) -> "Hull":

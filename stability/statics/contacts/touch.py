@@ -33,7 +33,7 @@ def contact_between(a: Solid, b: Solid, friction: float, tolerances: Tolerances)
     if _boxes_apart(a, b, reach):
         return None
     if not (isinstance(a, BoxSolid) and isinstance(b, BoxSolid)):
-        from stability.statics.contacts.hulls.touch import hull_contact  # noqa: PLC0415 -- boxes do without numpy
+        from stability.statics.contacts.hulls.hull_touch import hull_contact  # noqa: PLC0415 -- boxes do without numpy
 
         return hull_contact(a, b, friction, reach)
     lower, upper = (a, b) if a.pose.position_W[2] <= b.pose.position_W[2] else (b, a)
@@ -54,7 +54,7 @@ def contact_with_plane(a: Solid, plane: Plane, tolerances: Tolerances) -> Contac
 
 
 def _hull_on_plane(body: HullSolid, plane: Plane, reach: float) -> tuple[Vec3, ...]:
-    from stability.statics.contacts.hulls.touch import hull_on_plane  # noqa: PLC0415 -- boxes do without numpy
+    from stability.statics.contacts.hulls.hull_touch import hull_on_plane  # noqa: PLC0415 -- boxes do without numpy
 
     return hull_on_plane(body, plane, reach)
 

@@ -11,7 +11,7 @@ from stability.geometry.plan import Point2
 from stability.geometry.polyhedra import Array, Hull, vector
 from stability.model import Vec3
 from stability.statics.contacts.faces import LEVEL, width
-from stability.statics.contacts.hulls.closeness import HullCloseness
+from stability.statics.contacts.hulls.hull_closeness import HullCloseness
 
 
 @dataclass(frozen=True, slots=True, eq=False)

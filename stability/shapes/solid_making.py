@@ -57,7 +57,8 @@ def prism(outline: Sequence[tuple[float, float]], depth: float, centre_of_mass: 
 def _admit_outline(outline: Sequence[tuple[float, float]]) -> None:
     points = np.array(outline, dtype=float).reshape(-1, 2)
     ways = np.roll(points, -1, axis=0) - points
-    turns = np.cross(np.roll(ways, 1, axis=0), ways)
+    before = np.roll(ways, 1, axis=0)
+    turns = before[:, 0] * ways[:, 1] - before[:, 1] * ways[:, 0]
     extent = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
     if extent == 0.0 or np.abs(turns.sum()) <= FLUSH * extent**2:
         raise NotASolidError(
@@ -75,7 +76,7 @@ def _admit_outline(outline: Sequence[tuple[float, float]]) -> None:
         )
     lengths = np.hypot(*ways.T)
     known = lengths > 0.0
-    angles = np.arctan2(turns, np.einsum("ij,ij->i", np.roll(ways, 1, axis=0), ways))
+    angles = np.arctan2(turns, np.einsum("ij,ij->i", before, ways))
     if not known.all() or abs(abs(float(angles.sum())) - 2.0 * np.pi) > 1.0:
         message = "the outline crosses itself" if known.all() else "two corners of the outline are one"
         raise NotASolidError(message, "write each of its corners once, in order around it")

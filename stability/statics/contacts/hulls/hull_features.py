@@ -11,9 +11,9 @@ from stability.geometry.plan import Point2
 from stability.geometry.polyhedra import Array, Hull, vector
 from stability.model import Vec3
 from stability.statics.contacts.features import MERGING, Meeting, Slack
-from stability.statics.contacts.hulls.closeness import HullCloseness
-from stability.statics.contacts.hulls.cones import EDGE, FACE, Feature, common_normals
-from stability.statics.contacts.hulls.patches import Plate, plate
+from stability.statics.contacts.hulls.hull_closeness import HullCloseness
+from stability.statics.contacts.hulls.hull_cones import EDGE, FACE, Feature, common_normals
+from stability.statics.contacts.hulls.hull_patches import Plate, plate
 
 CORNER = 0
 

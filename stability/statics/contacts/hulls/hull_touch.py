@@ -11,9 +11,9 @@ from stability.geometry.vectors import scale
 from stability.model import Plane, Vec3
 from stability.statics.contacts.faces import LEVEL
 from stability.statics.contacts.features import Meeting, Slack
-from stability.statics.contacts.hulls.closeness import HullCloseness, closeness, disturbance
-from stability.statics.contacts.hulls.features import meeting_of_edges, meeting_on_face
-from stability.statics.contacts.hulls.patches import face_on_face
+from stability.statics.contacts.hulls.hull_closeness import HullCloseness, closeness, disturbance
+from stability.statics.contacts.hulls.hull_features import meeting_of_edges, meeting_on_face
+from stability.statics.contacts.hulls.hull_patches import face_on_face
 from stability.statics.contacts.solids import HullSolid, Solid, as_hull, rounding
 from stability.statics.facts import Contact
 
