@@ -160,7 +160,7 @@ def face_gaps(a: Hull, b: Hull, p_AB: Array) -> Array:
 
 def edge_pairs(a: Hull, b: Hull, p_AB: Array) -> EdgePairs:
     """All pairs of edges that meet along a normal which both admit."""
-    products = np.cross(a.ways[:, None, :], b.ways[None, :, :])  # (e, g, 3)
+    products = _products(a.ways, b.ways)
     lengths = np.linalg.norm(products, axis=2)
     crossing = lengths > PARALLEL
     normals = products / np.where(crossing, lengths, 1.0)[:, :, None]
@@ -177,6 +177,12 @@ def edge_pairs(a: Hull, b: Hull, p_AB: Array) -> EdgePairs:
     towards = normals[of_a, of_b] * np.array([sign for _, _, sign in found])[:, None]
     apart = p_AB + b.edge_middles[of_b] - a.edge_middles[of_a]
     return EdgePairs(of_a, of_b, towards, np.einsum("ij,ij->i", towards, apart))
+
+
+def _products(one: Array, other: Array) -> Array:
+    """(e, g, 3) the vector product of each with each; numpy's own takes several times as long on a few."""
+    (ax, ay, az), (bx, by, bz) = one.T[:, :, None], other.T[:, None, :]
+    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=2)
 
 
 def separation(a: Hull, b: Hull) -> tuple[float, Vec3]:
@@ -214,7 +220,7 @@ def passage(moving: Hull, fixed: Hull, direction_W: Vec3, graze: float) -> tuple
 
 
 def _all_products(a: Hull, b: Hull) -> Array:
-    products = np.cross(a.ways[:, None, :], b.ways[None, :, :]).reshape(-1, 3)
+    products = _products(a.ways, b.ways).reshape(-1, 3)
     lengths = np.linalg.norm(products, axis=1)
     units = products[lengths > PARALLEL] / lengths[lengths > PARALLEL, None]
     return np.concatenate([units, -units])

@@ -9,6 +9,7 @@ import numpy as np
 from stability.geometry.hulls import convex_hull
 from stability.geometry.plan import Point2
 from stability.geometry.polyhedra import Array, Hull, vector
+from stability.geometry.vectors import cross
 from stability.model import Vec3
 from stability.statics.contacts.features import MERGING, Meeting, Slack
 from stability.statics.contacts.hulls.hull_closeness import HullCloseness
@@ -48,10 +49,10 @@ def meeting_of_edges(close: HullCloseness, pair: int, slack: Slack) -> Meeting |
     on_a, half_a = _segment(a, i)
     on_b, half_b = _segment(b, j)
     u, v, away = a.ways[i], b.ways[j], close.p_AB + on_b - on_a
-    across = np.cross(u, v)
+    across = np.array(cross(vector(u), vector(v)))
     square = float(across @ across)
-    along_a = float(np.cross(away, v) @ across) / square
-    along_b = float(np.cross(away, u) @ across) / square
+    along_a = float(np.array(cross(vector(away), vector(v))) @ across) / square
+    along_b = float(np.array(cross(vector(away), vector(u))) @ across) / square
     if abs(along_a) > half_a + slack.sideways or abs(along_b) > half_b + slack.sideways:
         return None
     point_a, point_b = on_a + along_a * u, on_b + along_b * v

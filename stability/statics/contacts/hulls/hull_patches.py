@@ -9,6 +9,7 @@ import numpy as np
 from stability.geometry.clipping import cut
 from stability.geometry.plan import Point2
 from stability.geometry.polyhedra import Array, Hull, vector
+from stability.geometry.vectors import cross
 from stability.model import Vec3
 from stability.statics.contacts.faces import LEVEL, width
 from stability.statics.contacts.hulls.hull_closeness import HullCloseness
@@ -53,7 +54,7 @@ def plate(body: Hull, number: int) -> Plate:
     along = points[1] - points[0]
     along = along - (along @ normal) * normal
     along /= np.linalg.norm(along)
-    axes = np.array((along, np.cross(normal, along), normal))
+    axes = np.array((along, cross(vector(normal), vector(along)), normal))
     corners = tuple((x, y) for x, y, _ in (points @ axes.T).tolist())
     return Plate(body, number, axes, corners, float(body.mesh.reaches[number]))
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from stability.geometry.hulls import hull
 from stability.geometry.polyhedra import Array, vector
-from stability.geometry.vectors import scale
+from stability.geometry.vectors import cross, scale, unit
 from stability.model import Plane, Vec3
 from stability.statics.contacts.faces import LEVEL
 from stability.statics.contacts.features import Meeting, Slack
@@ -19,6 +19,7 @@ from stability.statics.facts import Contact
 
 # Share of the gap tolerance that noise may displace an edge sideways before it is another edge.
 SIDEWAYS = 0.5
+ASKEW = 0.9  # cosine below which two directions span a plane well
 
 
 def hull_contact(a: Solid, b: Solid, friction: float, reach: float) -> Contact | None:
@@ -83,9 +84,9 @@ def _around(points: Array, normal: Array) -> list[int]:
     """Of corners that lie in a plane up to the tolerance, those that bound them, in order: an area, a line, a point."""
     if len(points) <= 2:  # noqa: PLR2004 -- a line has two ends
         return list(range(len(points)))
-    first = np.cross((0.0, 1.0, 0.0) if abs(normal[1]) < 0.9 else (1.0, 0.0, 0.0), normal)  # noqa: PLR2004
-    first /= np.linalg.norm(first)
-    flat = [(x, y) for x, y in (points @ np.array((first, np.cross(normal, first))).T).tolist()]
+    up = vector(normal)
+    first = unit(cross((0.0, 1.0, 0.0) if abs(up[1]) < ASKEW else (1.0, 0.0, 0.0), up))
+    flat = [(x, y) for x, y in (points @ np.array((first, cross(up, first))).T).tolist()]
     around = hull(flat)
     if around:
         return [flat.index(corner) for corner in around]
