@@ -12,7 +12,7 @@ from stability.geometry.vectors import add, dot, scale, subtract
 from stability.model import ConvexShape, Plane, Pose, Vec3
 from stability.shapes.box import Box
 from stability.shapes.in_pose import corners_W
-from stability.shapes.off_centre_box import MIDDLE, box_of
+from stability.shapes.off_centre_box import box_of
 
 if TYPE_CHECKING:
     from stability.geometry.polyhedra import Hull  # boxes do without numpy
@@ -22,10 +22,12 @@ InPlace: TypeAlias = "Block | Hull"  # a body in its place, worked out for compa
 
 def in_place(shape: ConvexShape, pose: Pose) -> InPlace:
     """A shape in its place."""
+    if isinstance(shape, Box):
+        return block(shape.size, pose)
     boxed = box_of(shape)
     if boxed is not None:
         box, middle = boxed
-        return block(box.size, pose if middle is MIDDLE else middle_pose(middle, pose))
+        return block(box.size, middle_pose(middle, pose))
     from stability.geometry.polyhedra import hull  # noqa: PLC0415 -- boxes do without numpy
 
     return hull(shape, pose.position_W, body_axes(pose.orientation))

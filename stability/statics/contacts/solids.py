@@ -10,7 +10,7 @@ from stability.geometry.vectors import add
 from stability.model import BodyId, Pose, Vec3
 from stability.shapes.apart import middle_pose
 from stability.shapes.box import Box
-from stability.shapes.off_centre_box import MIDDLE, box_of
+from stability.shapes.off_centre_box import box_of
 from stability.statics.facts import Placed
 
 if TYPE_CHECKING:
@@ -98,13 +98,15 @@ Solid: TypeAlias = BoxSolid | HullSolid
 def solid(placed: Placed) -> Solid:
     """A brick in its place, ready for contact detection."""
     brick, pose = placed.brick, placed.pose
+    if isinstance(brick.shape, Box):
+        return box_solid(brick.id, brick.shape.size, pose)
     boxed = box_of(brick.shape)
     if boxed is None:
         from stability.geometry.polyhedra import hull  # noqa: PLC0415 -- boxes do without numpy
 
         return HullSolid(brick.id, hull(brick.shape, pose.position_W, body_axes(pose.orientation)))
     box, middle = boxed
-    return box_solid(brick.id, box.size, pose if middle is MIDDLE else middle_pose(middle, pose))
+    return box_solid(brick.id, box.size, middle_pose(middle, pose))
 
 
 def box_solid(name: BodyId, size: Vec3, pose: Pose) -> BoxSolid:
