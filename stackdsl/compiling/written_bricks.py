@@ -9,7 +9,7 @@ from stability.geometry.rotations import multiply, rotate
 from stability.geometry.vectors import subtract
 from stability.model import BodyId, ConvexShape, Pose, Quaternion, Vec3
 from stability.shapes.off_centre_box import MIDDLE
-from stackdsl.language.brick_forms import cut_to
+from stackdsl.language.brick_forms import laid
 from stackdsl.language.bricks import BrickKind, SetBrick
 from stackdsl.language.layouts.registry import BrickSpec, place
 from stackdsl.language.schema import BuildStep, Scenario
@@ -85,9 +85,10 @@ def _bricks_of_layout(number: int, step: BuildStep, scenario: Scenario) -> Itera
     if step.layout is not None:
         name, params = step.layout
         for spec in place(name, params, kind.form.size):
-            form, own = cut_to(kind.form, spec.size or kind.form.size), _prefixed(step, spec.name)
+            form, own = laid(kind.form, spec), _prefixed(step, spec.name)
             path: Path = ("build", number, name)
-            mass, pose = kind.mass_of(form), _set_back(pose_of(spec), form.middle)
+            point = form.middle if spec.outline is None else form.origin
+            mass, pose = kind.mass_of(form), _set_back(pose_of(spec), point)
             yield WrittenBrick(
                 path, number, form.shape, mass, pose, spec.level, own, together=spec.together, within=step.name
             )

@@ -9,6 +9,7 @@ from stability.model import ConvexShape, Vec3
 from stability.shapes.box import Box
 from stability.shapes.not_a_solid import NotASolidError
 from stability.shapes.off_centre_box import MIDDLE, OffCentreBox
+from stackdsl.language.layouts.registry import BrickSpec
 from stackdsl.language.mistakes import MistakeError
 from stackdsl.language.obj_text import obj_mesh
 
@@ -81,6 +82,13 @@ def _form(shape: ConvexShape, centre_of_mass: Vec3) -> Form:
     (ax, ay, az), (bx, by, bz) = lows, highs
     middle = (0.5 * (ax + bx), 0.5 * (ay + by), 0.5 * (az + bz))
     return Form(shape, (bx - ax, by - ay, bz - az), middle, subtract(MIDDLE, centre_of_mass))
+
+
+def laid(form: Form, spec: BrickSpec) -> Form:
+    """What a layout lays of bricks of a form: whole ones, pieces, or stones of its own. Raises MistakeError."""
+    if spec.outline is None:
+        return cut_to(form, spec.size or form.size)
+    return prism_form(spec.outline, spec.depth)
 
 
 def cut_to(form: Form, size: Vec3) -> Form:
