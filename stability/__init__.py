@@ -21,6 +21,8 @@ if TYPE_CHECKING:  # what type checkers see; at run time `__getattr__` finds the
     from stability.model import Brick, Plane, Pose
     from stability.published.stack_stability import StackStability
     from stability.shapes.box import Box
+    from stability.shapes.off_centre_box import OffCentreBox
+    from stability.shapes.solid_making import prism, solid_of_corners, solid_of_mesh
     from stability.statics.assembly import Assembly
     from stability.statics.facts import Placed, Stability, Verdict
     from stability.statics.margins.summary import margins
@@ -29,6 +31,7 @@ __all__ = [
     "Assembly",
     "Box",
     "Brick",
+    "OffCentreBox",
     "Placed",
     "Plane",
     "Pose",
@@ -38,12 +41,16 @@ __all__ = [
     "StackStability",
     "Verdict",
     "margins",
+    "prism",
+    "solid_of_corners",
+    "solid_of_mesh",
 ]
 
 _HOMES = {
     "Assembly": "stability.statics.assembly",
     "Box": "stability.shapes.box",
     "Brick": "stability.model",
+    "OffCentreBox": "stability.shapes.off_centre_box",
     "Placed": "stability.statics.facts",
     "Plane": "stability.model",
     "Pose": "stability.model",
@@ -53,6 +60,9 @@ _HOMES = {
     "Stability": "stability.statics.facts",
     "Verdict": "stability.statics.facts",
     "margins": "stability.statics.margins.summary",
+    "prism": "stability.shapes.solid_making",
+    "solid_of_corners": "stability.shapes.solid_making",
+    "solid_of_mesh": "stability.shapes.solid_making",
 }
 
 

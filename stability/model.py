@@ -31,7 +31,7 @@ class Face:
 
 
 class ConvexShape(Protocol):
-    """What a shape promises: all that statics, engines and compiler ask of a homogeneous convex solid.
+    """What a shape promises: all that statics, engines and compiler ask of a convex solid.
 
     All of it is in body axes, whose origin is the centre of mass: that need not be the middle of the box around the
     shape, and the axes need not be principal axes of inertia. `stability.shapes` says where a shape is in a pose. A
@@ -82,7 +82,7 @@ class ConvexShape(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Brick:
-    """A homogeneous convex solid."""
+    """A convex solid."""
 
     id: BodyId
     shape: ConvexShape

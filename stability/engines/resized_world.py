@@ -13,7 +13,7 @@ from stability.engines.settings import EngineSettings
 from stability.geometry.vectors import scale
 from stability.mechanics.rubbing import Pressed
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, HalfSpace, Plane, Pose, Shape, Vec3
-from stability.shapes.box import Box, as_box
+from stability.shapes.scaled import scaled
 
 
 @dataclass
@@ -64,11 +64,7 @@ class ResizedWorld:
         if body in self._bricks:
             return self._bricks[body].shape
         shape = self.engine.shape(body)
-        return (
-            shape
-            if shape is None or isinstance(shape, HalfSpace)
-            else _resized(as_box(shape, WHERE), 1.0 / self.factor)
-        )
+        return shape if shape is None or isinstance(shape, HalfSpace) else scaled(shape, 1.0 / self.factor)
 
     def near(self, brick: BodyId, within: float) -> Sequence[BodyId]:
         return self.engine.near(brick, self.factor * within)
@@ -95,8 +91,7 @@ class ResizedWorld:
         self.engine.add_plane(replace(plane, point_W=scale(self.factor, plane.point_W)))
 
     def add_brick(self, brick: Brick, pose: Pose, velocity_W: Vec3 = AT_REST) -> None:
-        shape = _resized(as_box(brick.shape, WHERE), self.factor)
-        resized = replace(brick, shape=shape, mass=self.factor**3 * brick.mass)
+        resized = replace(brick, shape=scaled(brick.shape, self.factor), mass=self.factor**3 * brick.mass)
         self.engine.add_brick(resized, _put(pose, self.factor), scale(self.factor, velocity_W))
         self._bricks[brick.id] = brick
         self._weigh()
@@ -144,13 +139,6 @@ class ResizedWorld:
 
     def close(self) -> None:
         self.engine.close()
-
-
-WHERE = "a world of another size"
-
-
-def _resized(box: Box, factor: float) -> Box:
-    return Box(scale(factor, box.size))
 
 
 def _put(pose: Pose, factor: float) -> Pose:

@@ -52,6 +52,11 @@ class Block:
         return self.axes_W[2] == UP
 
     @property
+    def middle_W(self) -> Vec3:
+        """The middle of the upright box around it [m]."""
+        return self.p_WC
+
+    @property
     def low_W(self) -> Vec3:
         """The lowest corner of the upright box around it [m]."""
         return subtract(self.p_WC, self.reach)

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stability.geometry.rotations import body_axes, inverse, multiply, rotate
+from stability.geometry.turn_of_axes import orientation_of
 from stability.geometry.vectors import add, cross, scale, subtract
 from stability.mechanics.inertia import diagonal_times, inertia_times
-from stability.model import BodyId, BodyState, Brick, Pose, Quaternion, Vec3
+from stability.model import BodyId, BodyState, Brick, Pose, Vec3
 from stability.shapes.in_pose import principal_turn
 
 Matrix = NDArray[np.float64]
@@ -128,15 +129,3 @@ def surfaces(group: RigidGroup) -> Surfaces:
         np.array([shape.reach(face.normal) for shape in shapes for face in shape.faces]),
         np.concatenate(([0], ends[:-1])),
     )
-
-
-def orientation_of(axes: Matrix) -> Quaternion:
-    """The turn whose matrix (3, 3) this is: an eigenvector (Bar-Itzhack), which no angle makes singular."""
-    xx, yy, zz = np.diag(axes)
-    skew = (axes[2, 1] - axes[1, 2], axes[0, 2] - axes[2, 0], axes[1, 0] - axes[0, 1])
-    of = np.zeros((4, 4))
-    of[:3, :3] = axes + axes.T
-    of[0, 0], of[1, 1], of[2, 2], of[3, 3] = xx - yy - zz, yy - xx - zz, zz - xx - yy, xx + yy + zz
-    of[3, :3] = of[:3, 3] = skew
-    x, y, z, w = np.linalg.eigh(of)[1][:, 3]
-    return (float(x), float(y), float(z), float(w))

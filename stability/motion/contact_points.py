@@ -6,12 +6,11 @@ from math import inf
 
 import numpy as np
 
-from stability.geometry.separation import blocks_apart
 from stability.geometry.touching import reach_between
 from stability.geometry.vectors import dot, scale, subtract, unit
 from stability.model import BodyId, Plane, Vec3
-from stability.shapes.apart import apart_from_plane, solid_block
-from stability.statics.contacts.solids import Solid, solid
+from stability.shapes.apart import apart_from_plane, bodies_apart, in_place
+from stability.statics.contacts.solids import HullSolid, Solid, solid
 from stability.statics.contacts.touch import contact_between, contact_with_plane
 from stability.statics.facts import Contact, Placed, Tolerances
 from stability.statics.solvers.conic_program import Array
@@ -123,7 +122,7 @@ def _is_inside(one: Solid, other: Solid, place: Place) -> bool:
     if any(a > d or b < c for a, b, c, d in zip(one.low_W, one.high_W, other.low_W, other.high_W, strict=True)):
         return False
     shapes = ({**place.bricks, **place.fixed}[body.id] for body in (one, other))
-    return blocks_apart(*(solid_block(placed.brick.shape, placed.pose) for placed in shapes)).gap < 0.0
+    return bodies_apart(*(in_place(placed.brick.shape, placed.pose) for placed in shapes)).gap < 0.0
 
 
 def _gaps(contact: Contact, place: Place) -> Iterator[float]:
@@ -139,8 +138,14 @@ def _gaps(contact: Contact, place: Place) -> Iterator[float]:
 
 
 def _begins(body: Solid, point_W: Vec3, along_W: Vec3) -> float:
-    """How far along a line from a point a box begins [m]: at the last of the faces that look against the line."""
+    """How far along a line from a point a body begins [m]: at the last of the faces that look against the line."""
     first, away = -inf, subtract(point_W, body.pose.position_W)
+    if isinstance(body, HullSolid):
+        for normal, reach in zip(body.hull.normals.tolist(), body.hull.mesh.reaches.tolist(), strict=True):
+            cosine = dot(normal, along_W)
+            if cosine < -EDGEWISE:
+                first = max(first, (reach - dot(normal, away)) / cosine)
+        return first
     for axis, half in zip(body.axes, body.half, strict=True):
         cosine = dot(axis, along_W)
         if abs(cosine) > EDGEWISE:

@@ -3,11 +3,10 @@
 from collections.abc import Iterable, Iterator
 
 from stability.geometry.neighbours import Neighbours
-from stability.geometry.separation import Block, blocks_apart, meeting
 from stability.geometry.touching import reach_between
 from stability.graph import reached
 from stability.model import BodyId, Vec3
-from stability.shapes.apart import solid_block
+from stability.shapes.apart import InPlace, bodies_apart, in_place, meeting
 from stability.statics.facts import Placed
 
 DOWN: Vec3 = (0.0, 0.0, -1.0)
@@ -21,7 +20,7 @@ class Crowd:
     def __init__(self, bricks: Iterable[Placed] = ()) -> None:
         """Nobody is there but these."""
         self.bricks: dict[BodyId, Placed] = {}
-        self._blocks: dict[BodyId, Block] = {}
+        self._blocks: dict[BodyId, InPlace] = {}
         self._in_space = Neighbours[BodyId]()
         self._in_plan = Neighbours[BodyId]()
         for placed in bricks:
@@ -31,13 +30,13 @@ class Crowd:
         """Take in a brick; its name must be new."""
         name = placed.brick.id
         self.bricks[name] = placed
-        block = self._blocks[name] = solid_block(placed.brick.shape, placed.pose)
+        block = self._blocks[name] = in_place(placed.brick.shape, placed.pose)
         self._in_space.add(name, block.low_W, block.high_W)
         self._in_plan.add(name, *_in_plan(block))
 
     def around(self, placed: Placed) -> list[BodyId]:
         """Those that may touch a brick, by name."""
-        block = solid_block(placed.brick.shape, placed.pose)
+        block = in_place(placed.brick.shape, placed.pose)
         return self._in_space.around(block.low_W, block.high_W, reach_between(block.thickness))
 
     def connected(self, bricks: Iterable[Placed]) -> list[Placed]:
@@ -47,30 +46,30 @@ class Crowd:
 
     def below(self, placed: Placed) -> Iterator[tuple[BodyId, float]]:
         """Those that a brick meets on its way straight down, and how far down that is [m]."""
-        own = solid_block(placed.brick.shape, placed.pose)
+        own = in_place(placed.brick.shape, placed.pose)
         for name in self._in_plan.around(*_in_plan(own), 0.0):
             if (depth := _drop(own, self._blocks[name])) is not None:
                 yield name, depth
 
     def above(self, placed: Placed) -> Iterator[tuple[BodyId, float]]:
         """Those that meet a brick on their way straight down, and how far down that is [m]."""
-        own = solid_block(placed.brick.shape, placed.pose)
+        own = in_place(placed.brick.shape, placed.pose)
         for name in self._in_plan.around(*_in_plan(own), 0.0):
             if (depth := _drop(self._blocks[name], own)) is not None:
                 yield name, depth
 
 
-def _drop(upper: Block, lower: Block) -> float | None:
+def _drop(upper: InPlace, lower: InPlace) -> float | None:
     """How far a body is above another one, straight down [m]; None if it is not, or has passed it."""
     met = meeting(upper, lower, DOWN, PASSES * upper.thickness)
     if met is None or met[1] <= 0.0:
         return None
-    if met[0] <= 0.0 and abs(blocks_apart(upper, lower).normal_BA_W[2]) < LEVEL:
+    if met[0] <= 0.0 and abs(bodies_apart(upper, lower).normal_BA_W[2]) < LEVEL:
         return None  # a wall beside it, into which it may be written by as much as counts as contact
     return max(0.0, met[0])
 
 
-def _in_plan(block: Block) -> tuple[Vec3, Vec3]:
+def _in_plan(block: InPlace) -> tuple[Vec3, Vec3]:
     """What a block covers, seen from above, as an upright box of one height for all."""
     (ax, ay, _), (bx, by, _) = block.low_W, block.high_W
     return (ax, ay, 0.0), (bx, by, 1.0)

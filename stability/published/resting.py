@@ -1,7 +1,7 @@
 """On what does a brick rest, and at which points?
 
-The engine says which bodies are near. Where both are boxes, or the lower one is a half-space, geometry says whether
-they touch, from which side, and at which corners (docs/decisions/0003). Only of other shapes, and of boxes that touch
+The engine says which bodies are near. Where both are convex, or the lower one is a half-space, geometry says whether
+they touch, from which side, and at which corners (docs/decisions/0003). Only of other shapes, and of bodies that touch
 along an edge, the engine's own contact points are used.
 
 The source also disregards contacts that come from impacts. Here that follows: a brick is tested only when it is slow,
@@ -14,11 +14,25 @@ from dataclasses import dataclass
 from stability.engines.protocol import Engine
 from stability.geometry.separation import in_world
 from stability.geometry.touching import reach_between
-from stability.model import BodyId, BodyState, ContactPoint, ConvexShape, HalfSpace, Plane, Pose, Shape, Vec3, convex
+from stability.model import (
+    BodyId,
+    BodyState,
+    Brick,
+    ContactPoint,
+    ConvexShape,
+    HalfSpace,
+    Plane,
+    Pose,
+    Shape,
+    Vec3,
+    convex,
+)
 from stability.published.face_patch import face_patch
 from stability.shapes.apart import apart
 from stability.shapes.box import Box
 from stability.shapes.in_pose import corners_W
+from stability.statics.contacts.touch import contact_between, solid
+from stability.statics.facts import Placed, Tolerances
 
 # [m] For how thick a body is taken whose shape nobody knows: engines keep their margins around such shapes, and report
 # points up to half a millimetre early.
@@ -69,12 +83,26 @@ def corners_on(upper: Shape, at: Pose, lower: Shape, below: Pose, limits: Contac
             if abs(between.gap) > reach or between.normal_BA_W[2] < limits.upward:
                 return ()
             return face_patch(upper.size, at, lower.size, below) or None
-        case (None | HalfSpace(), _):
+        case (None | HalfSpace(), _) | (_, None):
             return None
         case _, HalfSpace():
             return _lowest_corners(upper, at, in_world(lower, below), limits)
         case _:
-            return None
+            return _corners_of_patch(upper, at, lower, below, limits)
+
+
+def _corners_of_patch(
+    upper: ConvexShape, at: Pose, lower: ConvexShape, below: Pose, limits: ContactLimits
+) -> Sequence[Vec3] | None:
+    """Of two solids that are not both boxes; None where they touch along an edge."""
+    above = solid(Placed(Brick("upper", upper, 0.0), at))
+    contact = contact_between(above, solid(Placed(Brick("lower", lower, 0.0), below)), 0.0, Tolerances())
+    if contact is None:
+        return ()
+    upward = sum(normal[2] for normal in contact.normals_W) / len(contact.normals_W)
+    if (upward if contact.upper == "upper" else -upward) < limits.upward:
+        return ()
+    return contact.points_W if len(contact.points_W) > 2 else None  # noqa: PLR2004 -- a line has two ends
 
 
 def _lowest_corners(upper: ConvexShape, at: Pose, plane: Plane, limits: ContactLimits) -> Sequence[Vec3]:

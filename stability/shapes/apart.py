@@ -1,20 +1,96 @@
-"""How far apart two shapes are, and a shape and a plane. The one place that knows which shapes can be compared."""
+"""How far apart two bodies are, and a body and a plane. The one place that knows which shapes take a shorter way.
 
+Two boxes are compared along the axes of boxes; whatever else there is, by its faces and edges.
+"""
+
+from typing import TYPE_CHECKING, TypeAlias
+
+from stability.geometry import separation
+from stability.geometry.rotations import body_axes
 from stability.geometry.separation import Block, Separation, block, blocks_apart
-from stability.geometry.vectors import dot, subtract
-from stability.model import ConvexShape, Plane, Pose
-from stability.shapes.box import as_box
+from stability.geometry.vectors import add, dot, scale, subtract
+from stability.model import ConvexShape, Plane, Pose, Vec3
+from stability.shapes.box import Box
 from stability.shapes.in_pose import corners_W
+from stability.shapes.off_centre_box import box_of
+
+if TYPE_CHECKING:
+    from stability.geometry.polyhedra import Hull  # boxes do without numpy
+
+InPlace: TypeAlias = "Block | Hull"  # a body in its place, worked out for comparison with many others
 
 
-def solid_block(shape: ConvexShape, pose: Pose) -> Block:
-    """A shape in its place, worked out for comparison with many others. Raises UnknownShapeError."""
-    return block(as_box(shape, "what tells how far apart two bodies are").size, pose)
+def in_place(shape: ConvexShape, pose: Pose) -> InPlace:
+    """A shape in its place."""
+    if isinstance(shape, Box):
+        return block(shape.size, pose)
+    boxed = box_of(shape)
+    if boxed is not None:
+        box, middle = boxed
+        return block(box.size, middle_pose(middle, pose))
+    from stability.geometry.polyhedra import hull  # noqa: PLC0415 -- boxes do without numpy
+
+    return hull(shape, pose.position_W, body_axes(pose.orientation))
+
+
+def middle_pose(middle: Vec3, pose: Pose) -> Pose:
+    """The pose of a point of a body, from the centre of mass in body axes [m]."""
+    x, y, z = body_axes(pose.orientation)
+    along = add(add(scale(middle[0], x), scale(middle[1], y)), scale(middle[2], z))
+    return Pose(add(pose.position_W, along), pose.orientation)
+
+
+def bodies_apart(a: InPlace, b: InPlace) -> Separation:
+    """The separation of body a from body b."""
+    if isinstance(a, Block) and isinstance(b, Block):
+        return blocks_apart(a, b)
+    from stability.geometry import polyhedra  # noqa: PLC0415 -- boxes do without numpy
+
+    return Separation(*polyhedra.separation(_as_hull(a), _as_hull(b)))
+
+
+def meeting(moving: InPlace, fixed: InPlace, direction_W: Vec3, graze: float) -> tuple[float, float] | None:
+    """How far along a unit direction a body goes until it touches another, and until it leaves it; None if it passes.
+
+    What would touch the other by less than `graze` [m] sideways passes by it.
+    """
+    if isinstance(moving, Block) and isinstance(fixed, Block):
+        return separation.meeting(moving, fixed, direction_W, graze)
+    from stability.geometry import polyhedra  # noqa: PLC0415 -- boxes do without numpy
+
+    return polyhedra.passage(_as_hull(moving), _as_hull(fixed), direction_W, graze)
+
+
+def above_plane(body: InPlace, plane: Plane) -> Separation:
+    """The separation of a body from a half-space."""
+    if isinstance(body, Block):
+        return separation.block_above_plane(body, plane)
+    height = dot(subtract(body.p_WC, plane.point_W), plane.normal_W)
+    x, y, z = plane.normal_W
+    lowest = min((a * x + b * y + c * z for a, b, c in body.corners.tolist()), default=0.0)
+    return Separation(height + lowest, plane.normal_W)
+
+
+def how_far_outside(body: InPlace, point_W: Vec3) -> float:
+    """How far a point is outside of the face that it is farthest from [m]; negative inside."""
+    if isinstance(body, Block):
+        away = subtract(point_W, body.p_WC)
+        sides = zip(body.axes_W, body.half, strict=True)
+        return max(abs(dot(away, axis)) - half for axis, half in sides)
+    away = subtract(point_W, body.p_WC)
+    sides = zip(body.normals.tolist(), body.mesh.reaches.tolist(), strict=True)
+    return max(dot(away, normal) - reach for normal, reach in sides)
+
+
+def _as_hull(body: InPlace) -> "Hull":
+    from stability.geometry.polyhedra import hull  # noqa: PLC0415 -- boxes do without numpy
+
+    return hull(Box(scale(2.0, body.half)), body.p_WC, body.axes_W) if isinstance(body, Block) else body
 
 
 def apart(a: ConvexShape, pose_a: Pose, b: ConvexShape, pose_b: Pose) -> Separation:
-    """The separation of shape a from shape b. Raises UnknownShapeError."""
-    return blocks_apart(solid_block(a, pose_a), solid_block(b, pose_b))
+    """The separation of shape a from shape b."""
+    return bodies_apart(in_place(a, pose_a), in_place(b, pose_b))
 
 
 def apart_from_plane(shape: ConvexShape, pose: Pose, plane: Plane) -> Separation:

@@ -26,10 +26,10 @@ SIZES = 256  # whose corners are kept; few scenes know more
 
 
 class UnknownShapeError(TypeError):
-    """A shape came to where only boxes are known so far."""
+    """A shape came to where it is not known."""
 
     def __init__(self, where: str, shape: object) -> None:
-        super().__init__(f"{where} knows boxes only, not {type(shape).__name__}")
+        super().__init__(f"{where} does not know the shape {type(shape).__name__}")
 
 
 @final

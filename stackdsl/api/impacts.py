@@ -38,7 +38,7 @@ def insert(
     towards: int | str | None = None,
     offset: Sequence[int | str] | None = None,
     rotate: Sequence[int | str] | None = None,
-    brick: str | Mapping[str, object] | None = None,
+    brick: str | object | None = None,
     level: int | None = None,
     when: int | str | None = None,
     after: str | None = None,
@@ -47,7 +47,7 @@ def insert(
     """Slide a brick in.
 
     name: its name; default: by place, such as L3.2
-    at: [x, y, z] of its centre
+    at: [x, y, z] of its middle, or of the origin of a solid
     on: the brick, or bricks, on whose top it lies, in the middle of their centres; or the ground
     beside: the brick that it stands beside, touching it, as low as that
     towards: where it stands, seen from what it is beside: 0 deg = +x, 90 deg = +y
@@ -76,7 +76,7 @@ def insert(
 def throw(
     *,
     name: str | None = None,
-    brick: str | Mapping[str, object] | None = None,
+    brick: str | object | None = None,
     at: str | None = None,
     from_: Mapping[str, object] | None = None,
     speed: str | None = None,
@@ -126,7 +126,7 @@ def push(
 def drop(
     *,
     name: str | None = None,
-    brick: str | Mapping[str, object] | None = None,
+    brick: str | object | None = None,
     onto: str | None = None,
     height: str | None = None,
     rotate: Sequence[int | str] | None = None,

@@ -19,7 +19,7 @@ def four_stack(
     when: int | str | None = None,
     after: str | None = None,
     name: str | None = None,
-    brick: str | Mapping[str, object] | None = None,
+    brick: str | object | None = None,
     every: str | None = None,
     until: str | None = None,
     place: str | Mapping[str, object] | None = None,
@@ -63,7 +63,7 @@ def column(
     when: int | str | None = None,
     after: str | None = None,
     name: str | None = None,
-    brick: str | Mapping[str, object] | None = None,
+    brick: str | object | None = None,
     every: str | None = None,
     until: str | None = None,
     place: str | Mapping[str, object] | None = None,
@@ -107,7 +107,7 @@ def wall(
     when: int | str | None = None,
     after: str | None = None,
     name: str | None = None,
-    brick: str | Mapping[str, object] | None = None,
+    brick: str | object | None = None,
     every: str | None = None,
     until: str | None = None,
     place: str | Mapping[str, object] | None = None,
@@ -151,7 +151,7 @@ def harmonic(
     when: int | str | None = None,
     after: str | None = None,
     name: str | None = None,
-    brick: str | Mapping[str, object] | None = None,
+    brick: str | object | None = None,
     every: str | None = None,
     until: str | None = None,
     place: str | Mapping[str, object] | None = None,
@@ -195,7 +195,7 @@ def tower(
     when: int | str | None = None,
     after: str | None = None,
     name: str | None = None,
-    brick: str | Mapping[str, object] | None = None,
+    brick: str | object | None = None,
     every: str | None = None,
     until: str | None = None,
     place: str | Mapping[str, object] | None = None,
@@ -240,7 +240,7 @@ def card_house(
     when: int | str | None = None,
     after: str | None = None,
     name: str | None = None,
-    brick: str | Mapping[str, object] | None = None,
+    brick: str | object | None = None,
     every: str | None = None,
     until: str | None = None,
     place: str | Mapping[str, object] | None = None,
@@ -285,7 +285,7 @@ def leaning_structure(
     when: int | str | None = None,
     after: str | None = None,
     name: str | None = None,
-    brick: str | Mapping[str, object] | None = None,
+    brick: str | object | None = None,
     every: str | None = None,
     until: str | None = None,
     place: str | Mapping[str, object] | None = None,
@@ -309,6 +309,129 @@ def leaning_structure(
     return written(
         {
             "leaning_structure": what_is_written,
+            "at": when,
+            "after": after,
+            "name": name,
+            "brick": brick,
+            "every": every,
+            "until": until,
+            "place": place,
+        }
+    )
+
+
+def arch(
+    *,
+    origin: Sequence[int | str] | None = None,
+    heading: int | str | None = None,
+    span: str | None = None,
+    rise: str | None = None,
+    thickness: str | None = None,
+    voussoirs: int | None = None,
+    depth: str | None = None,
+    abutment: str | None = None,
+    when: int | str | None = None,
+    after: str | None = None,
+    name: str | None = None,
+    brick: str | object | None = None,
+    every: str | None = None,
+    until: str | None = None,
+    place: str | Mapping[str, object] | None = None,
+) -> Written:
+    """Stones with radial joints, all set down at one moment, as no part of an arch stands by itself.
+
+    origin: shifts the layout to [x, y, z]
+    heading: turns the layout about the vertical through its origin, x towards y
+    span: between the springings, on the inner side
+    rise: of the crown above the springings, on the inner side; default: half the span, a semicircle
+    thickness: of the ring of stones, along the joints
+    voussoirs: how many stones
+    depth: from front to back; default: the width of the brick
+    abutment: how wide each abutment is behind the arch; for one that is flatter than a semicircle
+    when: when the step begins; default: after the previous step
+    after: the event that the step begins after
+    name: goes before the names of the bricks of this step
+    brick: what this step is built of; default: the scenario's brick
+    every: time for each brick; default: all at one time
+    until: goes on until the structure falls
+    place: by hand, one brick after another; default: set down as if from nowhere
+    """
+    what_is_written = {
+        "origin": origin,
+        "heading": heading,
+        "span": span,
+        "rise": rise,
+        "thickness": thickness,
+        "voussoirs": voussoirs,
+        "depth": depth,
+        "abutment": abutment,
+    }
+    return written(
+        {
+            "arch": what_is_written,
+            "at": when,
+            "after": after,
+            "name": name,
+            "brick": brick,
+            "every": every,
+            "until": until,
+            "place": place,
+        }
+    )
+
+
+def flat_arch(
+    *,
+    origin: Sequence[int | str] | None = None,
+    heading: int | str | None = None,
+    span: str | None = None,
+    height: str | None = None,
+    thickness: str | None = None,
+    voussoirs: int | None = None,
+    lean: int | str | None = None,
+    abutment: str | None = None,
+    depth: str | None = None,
+    when: int | str | None = None,
+    after: str | None = None,
+    name: str | None = None,
+    brick: str | object | None = None,
+    every: str | None = None,
+    until: str | None = None,
+    place: str | Mapping[str, object] | None = None,
+) -> Written:
+    """Two abutments, and wedges between them, level below and above, all set down at one moment.
+
+    origin: shifts the layout to [x, y, z]
+    heading: turns the layout about the vertical through its origin, x towards y
+    span: between the abutments, on the lower side
+    height: of the lower side above the ground
+    thickness: from the lower side to the upper one
+    voussoirs: how many stones
+    lean: of the outermost joints from upright
+    abutment: how wide each abutment is on top
+    depth: from front to back; default: the width of the brick
+    when: when the step begins; default: after the previous step
+    after: the event that the step begins after
+    name: goes before the names of the bricks of this step
+    brick: what this step is built of; default: the scenario's brick
+    every: time for each brick; default: all at one time
+    until: goes on until the structure falls
+    place: by hand, one brick after another; default: set down as if from nowhere
+    """
+    what_is_written = {
+        "origin": origin,
+        "heading": heading,
+        "span": span,
+        "height": height,
+        "thickness": thickness,
+        "voussoirs": voussoirs,
+        "lean": lean,
+        "abutment": abutment,
+        "depth": depth,
+    }
+    return written(
+        {
+            "flat_arch": what_is_written,
             "at": when,
             "after": after,
             "name": name,

@@ -83,7 +83,8 @@ class Run:
         values = {key: value for key, value in source.values.items() if key not in NOT_OF_THE_RUN}
         values |= {"expect": [copied(claim)], "systems": [self.case.system]}
         spans = {**source.value_spans, **spans_of([claim], ("expect",))}
-        cases, mistakes = cases_of(Loaded((Source(source.file, values, spans, {}, variables_of(values)),), ()))
+        again = Source(source.file, values, spans, {}, variables_of(values), files=source.files)
+        cases, mistakes = cases_of(Loaded((again,), ()))
         if mistakes:
             raise ScenarioError(mistakes)
         case = next(one for one in cases if one.identity == self.case.identity)

@@ -3,16 +3,14 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import cos, fsum, sin
-from typing import Final
 
 from stability.geometry.rotations import inverse, rotate
+from stability.geometry.vectors import dot, subtract
 from stability.model import GROUND, BodyId, ConvexShape, Plane, Pose, Quaternion, Vec3
-from stability.shapes.apart import solid_block
+from stability.shapes.apart import in_place
 from stackdsl.compiling.standing import Standing
-from stackdsl.compiling.written_bricks import NowhereError, WrittenBrick
+from stackdsl.compiling.written_bricks import DIGITS, NowhereError, WrittenBrick
 from stackdsl.language.bricks import SetBrick
-
-DIGITS: Final = 12  # of a metre: what sums of decimals lose is far below
 
 
 @dataclass(slots=True)
@@ -30,21 +28,24 @@ class Surroundings:
     def place_of(
         self, brick: SetBrick, shape: ConvexShape, turned: Quaternion, before: Sequence[WrittenBrick]
     ) -> tuple[Vec3, tuple[int, ...]]:
-        """The centre of a brick, and the bricks that it is placed by, by number. Raises NowhereError."""
+        """The centre of mass of a brick, and the bricks that it is placed by, by number. Raises NowhereError."""
         names = brick.on or ((brick.beside,) if brick.beside is not None else ())
         numbers = tuple(self._number(name, before) for name in names if name != GROUND)
-        own = solid_block(shape, Pose((0.0, 0.0, 0.0), turned))
-        others = [solid_block(before[number].shape, before[number].pose) for number in numbers]
-        centres = [other.p_WC for other in others] or [(0.0, 0.0, 0.0)]
+        own = in_place(shape, Pose((0.0, 0.0, 0.0), turned))
+        others = [in_place(before[number].shape, before[number].pose) for number in numbers]
+        centres = [other.middle_W for other in others] or [(0.0, 0.0, 0.0)]
         x, y = (fsum(centre[axis] for centre in centres) / len(centres) for axis in (0, 1))
         top = max((other.high_W[2] for other in others), default=0.0)
         if brick.beside is not None:
             toward = (cos(brick.towards), sin(brick.towards), 0.0)
-            apart = _reach(shape, turned, (-toward[0], -toward[1], 0.0))
-            apart += _reach(before[numbers[0]].shape, before[numbers[0]].pose.orientation, toward)
+            apart = _reach(shape, turned, (-toward[0], -toward[1], 0.0)) + dot(own.middle_W, toward)
+            other = before[numbers[0]]
+            apart += _reach(other.shape, other.pose.orientation, toward)
+            apart -= dot(subtract(others[0].middle_W, other.pose.position_W), toward)
             x, y, top = x + apart * toward[0], y + apart * toward[1], others[0].low_W[2]
-        dx, dy, dz = brick.offset
-        return (round(x + dx, DIGITS), round(y + dy, DIGITS), round(top - own.low_W[2] + dz, DIGITS)), numbers
+        (dx, dy, dz), (mx, my, _) = brick.offset, own.middle_W
+        place = (x - mx + dx, y - my + dy, top - own.low_W[2] + dz)
+        return (round(place[0], DIGITS), round(place[1], DIGITS), round(place[2], DIGITS)), numbers
 
     def _number(self, name: BodyId, before: Sequence[WrittenBrick]) -> int:
         """The number of an earlier brick. Its name by place is worked out only if none is called so by its author."""

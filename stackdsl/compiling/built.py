@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from stability.model import Brick, Plane
-from stability.shapes.box import Box
 from stackdsl.compiling.built_bricks import BuiltBrick, built_bricks
 from stackdsl.compiling.moment import Moment
 from stackdsl.compiling.scheduling import Schedule, scheduled
@@ -58,9 +57,8 @@ def missiles_of(scenario: Scenario) -> dict[int, Brick]:
         missile = impact.done.missile
         if missile is not None:
             kind = missile.brick or scenario.brick
-            found[number] = Brick(
-                missile.name or f"{missile.how}-{number + 1}", Box(kind.size), kind.mass_of(kind.size)
-            )
+            name = missile.name or f"{missile.how}-{number + 1}"
+            found[number] = Brick(name, kind.form.shape, kind.mass_of(kind.form))
     return found
 
 

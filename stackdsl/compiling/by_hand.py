@@ -5,10 +5,9 @@ from dataclasses import dataclass, replace
 from itertools import groupby
 
 from stability.geometry.rotations import rotate
-from stability.geometry.separation import meeting
 from stability.geometry.vectors import add, norm, scale
 from stability.model import BodyId, Pose, Quaternion
-from stability.shapes.apart import apart_from_plane, solid_block
+from stability.shapes.apart import apart_from_plane, in_place, meeting
 from stackdsl.compiling.built import Built
 from stackdsl.compiling.built_bricks import BuiltBrick
 from stackdsl.compiling.fitting import OVERLAP
@@ -116,12 +115,12 @@ def _in_the_way(one: Brought, built: Built) -> str | None:
         if gap < -OVERLAP:
             return f"the hand comes with brick '{name}' {mm(-gap)} inside {plane.id}"
     length = norm(one.hand.from_)
-    along, block = scale(-1.0 / length, one.hand.from_), solid_block(shape, one.came)
+    along, block = scale(-1.0 / length, one.hand.from_), in_place(shape, one.came)
     for other in built.bricks:
         there = other.placed < one.brick.placed and (other.gone is None or other.gone.time > one.begins)
         if other.name == name or not there or other.written.drop:
             continue
-        way = meeting(block, solid_block(other.written.shape, other.written.pose), along, OVERLAP)
+        way = meeting(block, in_place(other.written.shape, other.written.pose), along, OVERLAP)
         if way is not None and way[0] < length - OVERLAP and way[1] > OVERLAP:
             return f"brick '{other.name}' is in the way of the hand that brings brick '{name}'"
     return None

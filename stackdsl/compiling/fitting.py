@@ -5,10 +5,10 @@ from dataclasses import dataclass, field
 from math import hypot, inf
 
 from stability.geometry.neighbours import Neighbours
-from stability.geometry.separation import Block, Separation, block_above_plane, blocks_apart
+from stability.geometry.separation import Separation
 from stability.geometry.touching import LIMIT_ITSELF, reach_between
 from stability.model import ConvexShape, Plane, Pose
-from stability.shapes.apart import solid_block
+from stability.shapes.apart import InPlace, above_plane, bodies_apart, in_place
 
 # [m] What rounding in a file may cost; far below what a plank is made to. Of bodies so thin that they would no longer
 # touch, less is forgiven.
@@ -70,7 +70,7 @@ def fits(boxes: Sequence[Sited], planes: Sequence[Plane]) -> list[Fit]:
     Those put at the same time may rest on one another. Of two that overlap, the later one in the order is blamed.
     Raises CrowdedError.
     """
-    site = Site([solid_block(box.shape, box.pose) for box in boxes], planes)
+    site = Site([in_place(box.shape, box.pose) for box in boxes], planes)
     found: list[Fit] = []
     going = sorted((index for index, box in enumerate(boxes) if box.until < inf), key=lambda index: -boxes[index].until)
     gathered = 0
@@ -115,7 +115,7 @@ class Site:
     Of those that are inside others, only the first are kept: however many lie in one place, none is held against all.
     """
 
-    blocks: list[Block]
+    blocks: list[InPlace]
     planes: Sequence[Plane]
     _there: Neighbours[int] = field(default_factory=Neighbours)
     _overlaps: dict[int, Fit] = field(default_factory=dict)
@@ -160,7 +160,7 @@ class Site:
     def _planes_near(self, index: int) -> Iterator[_Near]:
         own = self.blocks[index]
         reach = reach_between(own.thickness)
-        return (_Near(n, block_above_plane(own, plane), reach) for n, plane in enumerate(self.planes))
+        return (_Near(n, above_plane(own, plane), reach) for n, plane in enumerate(self.planes))
 
     def _fit_among(self, index: int, on_planes: Sequence[_Near], on_boxes: Sequence[_Near]) -> Fit:
         below = [near for near in (*on_planes, *on_boxes) if near.is_below]
@@ -186,4 +186,4 @@ class Site:
                 if self._pairs > MAX_PAIRS + MAX_PAIRS_EACH * len(blocks):
                     raise CrowdedError(index)
                 between = reach_between(own.thickness, blocks[other].thickness)
-                yield _Near(other, blocks_apart(own, blocks[other]), between)
+                yield _Near(other, bodies_apart(own, blocks[other]), between)

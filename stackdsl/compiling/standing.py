@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from stability.model import BodyId, Plane
-from stability.shapes.apart import solid_block
+from stability.shapes.apart import in_place
 from stackdsl.compiling.fitting import CrowdedError, Site
 from stackdsl.compiling.naming import CrowdedBrickError, footings_of, level_above, levels_of, name_by_place, names_of
 from stackdsl.compiling.written_bricks import NowhereError, WrittenBrick
@@ -40,7 +40,7 @@ class Standing:
         """Take in a brick; whether it lies under an earlier one, whose level it changes."""
         number = len(self.written)
         self.written.append(brick)
-        self.site.blocks.append(solid_block(brick.shape, brick.pose))
+        self.site.blocks.append(in_place(brick.shape, brick.pose))
         self.levels.append(brick.level or 1)
         try:
             moved = brick.lost is None and self._stand(number, brick)

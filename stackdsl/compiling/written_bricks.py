@@ -3,15 +3,19 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import cos, sin
-from typing import Protocol
+from typing import Final, Protocol
 
-from stability.geometry.rotations import multiply
+from stability.geometry.rotations import multiply, rotate
+from stability.geometry.vectors import subtract
 from stability.model import BodyId, ConvexShape, Pose, Quaternion, Vec3
-from stability.shapes.box import Box
+from stability.shapes.off_centre_box import MIDDLE
+from stackdsl.language.brick_forms import laid
 from stackdsl.language.bricks import BrickKind, SetBrick
 from stackdsl.language.layouts.registry import BrickSpec, place
 from stackdsl.language.schema import BuildStep, Scenario
 from stackdsl.reading.source import Path
+
+DIGITS: Final = 12  # of a metre: what sums of decimals lose is far below
 
 
 class NowhereError(Exception):
@@ -28,7 +32,7 @@ class Whereabouts(Protocol):
     def place_of(
         self, brick: SetBrick, shape: ConvexShape, turned: Quaternion, before: "Sequence[WrittenBrick]"
     ) -> tuple[Vec3, tuple[int, ...]]:
-        """Its centre, and by number the bricks before it that it is placed by. Raises NowhereError."""
+        """Its centre of mass, and by number the bricks before it that it is placed by. Raises NowhereError."""
         ...
 
 
@@ -80,12 +84,13 @@ def _bricks_of_layout(number: int, step: BuildStep, scenario: Scenario) -> Itera
     kind = step.brick or scenario.brick
     if step.layout is not None:
         name, params = step.layout
-        for spec in place(name, params, kind.size):
-            size, pose, own = spec.size or kind.size, pose_of(spec), _prefixed(step, spec.name)
+        for spec in place(name, params, kind.form.size):
+            form, own = laid(kind.form, spec), _prefixed(step, spec.name)
             path: Path = ("build", number, name)
-            mass = kind.mass_of(size)
+            point = form.middle if spec.outline is None else form.origin
+            mass, pose = kind.mass_of(form), _set_back(pose_of(spec), point)
             yield WrittenBrick(
-                path, number, Box(size), mass, pose, spec.level, own, together=spec.together, within=step.name
+                path, number, form.shape, mass, pose, spec.level, own, together=spec.together, within=step.name
             )
 
 
@@ -106,16 +111,25 @@ def _set_brick(  # noqa: PLR0913, PLR0917 -- a brick, and all that it may depend
     whereabouts: Whereabouts,
 ) -> WrittenBrick:
     made_of = brick.brick or kind
-    shape, turned = Box(made_of.size), about_axes(brick.rotate)
-    centre, lost = brick.at or (0.0, 0.0, 0.0), None
+    form, turned = made_of.form, about_axes(brick.rotate)
+    pose, lost = _set_back(Pose(brick.at or (0.0, 0.0, 0.0), turned), form.origin), None
     placed_by: tuple[int, ...] = ()
     if brick.at is None:
         try:
-            centre, placed_by = whereabouts.place_of(brick, shape, turned, before)
+            centre, placed_by = whereabouts.place_of(brick, form.shape, turned, before)
+            pose = Pose(centre, turned)
         except NowhereError as error:
             lost = error
-    mass, pose = made_of.mass_of(made_of.size), Pose(centre, turned)
-    return WrittenBrick(path, step, shape, mass, pose, brick.level, brick.name, placed_by=placed_by, lost=lost)
+    mass = made_of.mass_of(form)
+    return WrittenBrick(path, step, form.shape, mass, pose, brick.level, brick.name, placed_by=placed_by, lost=lost)
+
+
+def _set_back(pose: Pose, point: Vec3) -> Pose:
+    """The pose of a brick of which a point, seen from its centre of mass in its own axes, is to be in a place."""
+    if point == MIDDLE:
+        return pose
+    x, y, z = subtract(pose.position_W, rotate(pose.orientation, point))
+    return Pose((round(x, DIGITS), round(y, DIGITS), round(z, DIGITS)), pose.orientation)
 
 
 def _prefixed(step: BuildStep, name: str | None) -> str | None:

@@ -33,9 +33,10 @@ class AuthorModel(BaseModel):
 
 
 class Choice(AuthorModel):
-    """A mapping that needs exactly one of several keys."""
+    """A mapping that needs exactly one of several keys, and of others likewise."""
 
     one_of: ClassVar[tuple[str, ...]]
+    also_one_of: ClassVar[tuple[str, ...]] = ()
 
     @property
     def kind(self) -> str:
@@ -44,17 +45,20 @@ class Choice(AuthorModel):
 
     @model_validator(mode="after")
     def _choose(self) -> Self:
-        written = [key for key in self.one_of if getattr(self, key) is not None]
-        if len(written) == 1:
-            return self
-        needed, found = (list(map(self._spelling, keys)) for keys in (self.one_of, written))
-        message = f"exactly one of {', '.join(needed)} is needed, not {' and '.join(found) or 'none'}"
-        raise MistakeError("SD108", message, "keep one of them" if written else "write one of them")
+        for keys in filter(None, (self.also_one_of, self.one_of)):
+            written = [key for key in keys if getattr(self, key) is not None]
+            if len(written) != 1:
+                needed, found = (list(map(self._spelling, each)) for each in (keys, written))
+                message = f"exactly one of {', '.join(needed)} is needed, not {' and '.join(found) or 'none'}"
+                raise MistakeError("SD108", message, "keep one of them" if written else "write one of them")
+        return self
 
     @classmethod
     def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchema:
         schema = handler(core)
-        handler.resolve_ref_schema(schema)["oneOf"] = [{"required": [cls._spelling(key)]} for key in cls.one_of]
+        mapping, choices = handler.resolve_ref_schema(schema), filter(None, (cls.one_of, cls.also_one_of))
+        several = [{"oneOf": [{"required": [cls._spelling(key)]} for key in keys]} for keys in choices]
+        mapping |= several[0] if len(several) == 1 else {"allOf": several}
         return schema
 
     @classmethod

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.language.author_types import PROVING
+from stackdsl.language.brick_forms import laid
 from stackdsl.language.layouts.registry import place
 from stackdsl.language.mistakes import MistakeError
 from stackdsl.language.schema import Scenario
@@ -84,6 +85,8 @@ def _impossible_layouts(scenario: Scenario, source: Source) -> Iterator[Diagnost
             continue
         name, params = step.layout
         try:
-            place(name, params, (step.brick or scenario.brick).size)
+            form = (step.brick or scenario.brick).form
+            for spec in place(name, params, form.size):
+                laid(form, spec)
         except MistakeError as mistake:
             yield Diagnostic(mistake.code, source.span_of(("build", index, name)), mistake.message, mistake.hint)

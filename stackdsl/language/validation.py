@@ -11,7 +11,7 @@ from pydantic_core import ErrorDetails
 
 from stackdsl.diagnostics import Diagnostic, did_you_mean, first_of, reading_order
 from stackdsl.entry_points import offered
-from stackdsl.language.bricks import brick_types_of
+from stackdsl.language.bricks import known_bricks
 from stackdsl.language.disagreements import disagreements
 from stackdsl.language.mistakes import EchoError, MistakeError, shown
 from stackdsl.language.schema import Scenario, models
@@ -66,7 +66,7 @@ def validate(source: Source, variant: Variant) -> tuple[Scenario | None, tuple[D
     scenario may be None without a diagnostic.
     """
     try:
-        known = brick_types_of(variant.values.get("brick_types"))
+        known = known_bricks(variant.values.get("brick_types"), source.files)
         scenario = models().Scenario.model_validate(variant.values, context=known)
     except ValidationError as error:
         details = _without_echoes(_of_first_repetitions(error.errors(include_url=False), source))

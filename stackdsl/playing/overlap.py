@@ -1,15 +1,14 @@
 """How deep are bodies in each other? By their shapes alone, whatever an engine takes for a contact.
 
-Exact for boxes, and for any shape and a plane; of where bricks are at one time. What is not looked at does not move.
+Exact for every shape; of where bricks are at one time. What is not looked at does not move.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from stability.geometry.neighbours import Neighbours
-from stability.geometry.separation import Block, blocks_apart
 from stability.model import BodyId, Brick, Plane, Pose
-from stability.shapes.apart import apart_from_plane, solid_block
+from stability.shapes.apart import InPlace, apart_from_plane, bodies_apart, in_place
 from stackdsl.trace import Penetration
 
 
@@ -19,7 +18,7 @@ class OverlapMeter:
 
     planes: Sequence[Plane]
     penetration: Penetration | None = None  # None before anything was placed
-    _blocks: dict[BodyId, Block] = field(default_factory=dict)
+    _blocks: dict[BodyId, InPlace] = field(default_factory=dict)
     _near: Neighbours[BodyId] = field(default_factory=Neighbours)
 
     def see(self, time: float, bricks: Mapping[BodyId, Brick], poses: Mapping[BodyId, Pose]) -> None:
@@ -31,7 +30,7 @@ class OverlapMeter:
 
     def _put(self, name: BodyId, brick: Brick, pose: Pose) -> None:
         self.forget([name])
-        block = self._blocks[name] = solid_block(brick.shape, pose)
+        block = self._blocks[name] = in_place(brick.shape, pose)
         self._near.add(name, block.low_W, block.high_W)
 
     def forget(self, bricks: Iterable[BodyId]) -> None:
@@ -45,7 +44,7 @@ class OverlapMeter:
             self._found(time, brick.id, plane.id, -apart_from_plane(brick.shape, pose, plane).gap)
         for other in self._near.near(brick.id, 0.0):
             if other not in moving or brick.id < other:  # each pair once
-                self._found(time, brick.id, other, -blocks_apart(self._blocks[brick.id], self._blocks[other]).gap)
+                self._found(time, brick.id, other, -bodies_apart(self._blocks[brick.id], self._blocks[other]).gap)
 
     def _found(self, time: float, brick: BodyId, other: BodyId, depth: float) -> None:
         if depth > (self.penetration.depth if self.penetration is not None else -1.0):

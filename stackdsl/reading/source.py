@@ -71,6 +71,7 @@ class Source:
     key_spans: Mapping[Path, Span]  # the key under which a path stands; list items have none
     inherited: frozenset[Path] = frozenset()  # what another scenario says, of which this one may leave some unused
     parts: tuple[str, ...] = ()  # the other files that it is made of
+    files: Mapping[str, str] = field(default_factory=dict)  # the texts of those that bricks are made of, by path
 
     def span_of(self, path: Path) -> Span:
         """Place of the value at `path`, or else of the closest ancestor that exists."""

@@ -26,6 +26,7 @@ from stackdsl.snapshots.record import (
     SIZE,
     TURN,
     UNCLEAR,
+    VOLUME,
     MalformedSnapshotError,
     Quantity,
     Snapshot,
@@ -201,6 +202,9 @@ def _make(brick: str, expected: Object, got: Object) -> Differences:
     """What the author wrote of a brick, its place aside."""
     yield from _vector(brick, " of the turn", (expected, got), "turn_deg", TURN)
     yield from _vector(brick, " size", (expected, got), "size_mm", SIZE)
+    if "volume_mm3" in {*expected, *got}:  # of boxes, the size says all
+        yield from _vector(brick, " centre of mass", (expected, got), "centre_of_mass_mm", SIZE)
+        yield from _value(brick, "volume", expected.get("volume_mm3"), got.get("volume_mm3"), VOLUME)
     yield from _value(brick, "mass", expected.get("mass_g"), got.get("mass_g"), MASS)
 
 

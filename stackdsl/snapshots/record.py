@@ -41,6 +41,7 @@ PLACING_TIME = Quantity("s", 3, 0.005)  # one step of the coarsest engine, 1/240
 PLACE = Quantity("mm", 2, 0.01)
 TURN = Quantity("deg", 3, 0.001)
 SIZE = Quantity("mm", 4, 0.0001)
+VOLUME = Quantity("mm3", 3, 0.001)
 MASS = Quantity("g", 5, 0.00001)
 GRAVITY = Quantity("m/s2", 6, 0.000001)
 FRICTION = Quantity("", 6, 0.000001)
@@ -69,11 +70,13 @@ class FirstCollapse:
 class PlacedBrick:
     """Where a brick was set down, and who carried it once it had been judged."""
 
-    at_mm: tuple[Number, ...]  # centre in W
+    at_mm: tuple[Number, ...]  # centre of mass in W
     turn_deg: tuple[Number, ...]  # from body axes to W: axis times angle
-    size_mm: tuple[Number, ...]
+    size_mm: tuple[Number, ...]  # of the box around it, along its own axes
     mass_g: Number
     rests_on: Mapping[BodyId, Number] | None  # shares; None where no model tells
+    centre_of_mass_mm: tuple[Number, ...] | None = None  # from the middle of the box around it; None if it is a box
+    volume_mm3: Number | None = None  # None of a box
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,8 +5,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import takewhile
 from math import atan2, degrees, hypot, inf, isfinite, isnan
 
-from stability.model import BodyId, Pose, Vec3
-from stability.shapes.box import as_box
+from stability.model import BodyId, ConvexShape, Pose, Vec3
+from stability.shapes.box import Box
 from stability.shapes.in_pose import top_W
 from stability.statics.facts import Stage
 from stackdsl.snapshots.record import (
@@ -23,6 +23,7 @@ from stackdsl.snapshots.record import (
     SIZE,
     TURN,
     UNCLEAR,
+    VOLUME,
     FinalBrick,
     FirstCollapse,
     FixedPlane,
@@ -242,13 +243,27 @@ def _is_below(event: Event, trace: Trace) -> bool:
 def _placed(brick: BodyId, trace: Trace, told: bool) -> PlacedBrick:
     edges = trace.edges_when_placed.get(brick) if told else None
     track = trace.tracks[brick]
+    shape = track.brick.shape
+    size, centre = _around(shape)
+    boxed = isinstance(shape, Box)
     return PlacedBrick(
         at_mm=_in_mm(track.placed.position_W, POSITION),
         turn_deg=_turn(track.placed),
-        size_mm=_in_mm(as_box(track.brick.shape, "a golden").size, SIZE),
+        size_mm=_in_mm(size, SIZE),
         mass_g=_rounded(1000.0 * track.brick.mass, MASS),
         rests_on=_shares(_supports(edges)[brick]) if edges is not None else None,
+        centre_of_mass_mm=None if boxed else _in_mm(centre, SIZE),
+        volume_mm3=None if boxed else _rounded(1e9 * shape.volume, VOLUME),
     )
+
+
+def _around(shape: ConvexShape) -> tuple[Vec3, Vec3]:
+    """The sides of the box around a shape, along its own axes, and its centre of mass seen from the middle of that."""
+    if isinstance(shape, Box):
+        return shape.size, (0.0, 0.0, 0.0)
+    lows, highs = zip(*((min(along), max(along)) for along in zip(*shape.corners, strict=True)), strict=True)
+    (ax, ay, az), (bx, by, bz) = lows, highs
+    return (bx - ax, by - ay, bz - az), (-0.5 * (ax + bx), -0.5 * (ay + by), -0.5 * (az + bz))
 
 
 def _final(track: BrickTrack, state: str, carried: Mapping[BodyId, float] | None) -> FinalBrick:

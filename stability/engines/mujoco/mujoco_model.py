@@ -14,14 +14,15 @@ import numpy as np
 
 from stability.engines.mujoco.mujoco_binding import mujoco
 from stability.engines.mujoco.mujoco_settings import MuJoCoSettings
+from stability.engines.mujoco.mujoco_shapes import add_hulls, as_wxyz, geometry, weigh
 from stability.engines.prescribed import FIRM, Guided
 from stability.engines.pressing import Presses
 from stability.engines.shortest_turn import shortest_turn
 from stability.geometry.bounding_boxes import BoundingBoxes
 from stability.geometry.rotations import inverse, rotate
 from stability.geometry.vectors import add, add_scaled, scale, subtract
-from stability.model import BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Quaternion, Vec3
-from stability.shapes.box import as_box
+from stability.model import BodyId, BodyState, Brick, ContactPoint, ConvexShape, Plane, Pose, Vec3
+from stability.shapes.box import Box
 
 UP = (0.0, 0.0, 1.0)
 SLIDING = 3  # dimensions of a contact force: normal and friction, no resistance to spin or rolling
@@ -130,12 +131,10 @@ class Model:
         if self._bounds is None:
             mujoco.mj_kinematics(self.model, self.data)  # a step leaves shapes where they were before it
             count = self.model.ngeom - planes
-            self._bounds = BoundingBoxes.around(
-                self.owners[planes:],
-                self.data.geom_xpos[planes:].copy(),
-                self.data.geom_xmat[planes:].reshape(count, 3, 3),
-                self.model.geom_size[planes:],
-            )
+            axes_W = self.data.geom_xmat[planes:].reshape(count, 3, 3)
+            around = self.model.geom_aabb[planes:]  # its middle and half its sides, in axes of the shape
+            middles_W = self.data.geom_xpos[planes:] + np.einsum("nij,nj->ni", axes_W, around[:, :3])
+            self._bounds = BoundingBoxes.around(self.owners[planes:], middles_W, axes_W, around[:, 3:])
         return self._bounds
 
 
@@ -145,8 +144,9 @@ def made(scene: Scene) -> Model:
     _set_options(spec, scene)
     for plane in scene.planes:
         _add_plane(spec.worldbody, plane, scene.settings)
+    hulls = add_hulls(spec, (brick.shape for body in scene.bodies.values() for brick, _ in body.bricks))
     for body in scene.bodies.values():
-        _add_body(spec.worldbody, body, scene)
+        _add_body(spec.worldbody, body, scene, hulls)
     model = spec.compile()
     data = mujoco.MjData(model)
     free = {name: turn for turn, name in enumerate(n for n, body in scene.bodies.items() if not body.held)}
@@ -175,25 +175,25 @@ def _add_plane(world: mujoco.MjsBody, plane: Plane, settings: MuJoCoSettings) ->
         type=mujoco.mjtGeom.mjGEOM_PLANE,
         size=(0.0, 0.0, 1.0),  # without end
         pos=plane.point_W,
-        quat=_as_wxyz(shortest_turn(UP, plane.normal_W)),
+        quat=as_wxyz(shortest_turn(UP, plane.normal_W)),
         priority=1,
         **_contact(settings, plane.friction),
     )
 
 
-def _add_body(world: mujoco.MjsBody, body: Body, scene: Scene) -> None:
-    added = world.add_body(pos=body.state.pose.position_W, quat=_as_wxyz(body.state.pose.orientation))
+def _add_body(world: mujoco.MjsBody, body: Body, scene: Scene, hulls: Mapping[ConvexShape, str]) -> None:
+    added = world.add_body(pos=body.state.pose.position_W, quat=as_wxyz(body.state.pose.orientation))
     if not body.held:
         added.add_freejoint()
+    firm = 1.0
     if body.carried:
-        added.gravcomp = 1.0  # share of gravity that it does not feel
+        firm, added.gravcomp = FIRM, 1.0  # the share of gravity that it does not feel
+    if not all(isinstance(brick.shape, Box) for brick, _ in body.bricks):
+        weigh(added, body.bricks, firm)
     for brick, place in body.bricks:
         added.add_geom(
-            type=mujoco.mjtGeom.mjGEOM_BOX,
-            size=scale(0.5, as_box(brick.shape, "MuJoCo").size),
-            pos=place.position_W,
-            quat=_as_wxyz(place.orientation),
-            mass=FIRM * brick.mass if body.carried else brick.mass,
+            **geometry(brick.shape, place, hulls),
+            mass=firm * brick.mass,
             **_contact(scene.settings, scene.friction),
         )
 
@@ -218,11 +218,6 @@ def _set_state(data: mujoco.MjData, turn: int, state: BodyState) -> None:
 def _owners(scene: Scene) -> Iterator[BodyId]:
     yield from (plane.id for plane in scene.planes)
     yield from (brick.id for body in scene.bodies.values() for brick, _ in body.bricks)
-
-
-def _as_wxyz(orientation: Quaternion) -> Quaternion:
-    x, y, z, w = orientation
-    return (w, x, y, z)
 
 
 def _vector(parts: Iterable[float]) -> Vec3:

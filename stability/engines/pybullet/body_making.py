@@ -11,8 +11,8 @@ from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stability.engines.pybullet.shapes import Solids
 from stability.geometry.vectors import scale
 from stability.mechanics.rigid_group import RigidGroup
-from stability.model import BodyId, Brick, Pose, Quaternion, Vec3
-from stability.shapes.box import as_box
+from stability.model import IDENTITY, BodyId, Brick, ConvexShape, Quaternion, Vec3
+from stability.shapes.box import Box
 
 # Combined friction is the product of two bodies' own; this stands for "none" where a partner must still reach its own.
 FRICTIONLESS = 1e-6
@@ -21,6 +21,9 @@ SHARP, ROUNDED, HALF_SPACES, ALL = 1, 64, 128, -1
 # Of soft contacts, of the root of stiffness times mass: 2 damps one alone critically. With 4 a V lands from 10 cm and
 # stays; with 2 it slips with 5 % more friction than it needs.
 DAMPING = 4.0
+# Share of the least thickness by which the edges of a hull are rounded where no rounding is set: PyBullet keeps a
+# collision margin around hulls, and takes a thousandth of a unit for it, which would lift what is small off its place.
+HULL_ROUNDING = 0.02
 
 
 @dataclass
@@ -44,32 +47,38 @@ class BodyMaker:
 
     def brick(self, brick: Brick, position: Vec3, orientation: Quaternion, rounded: bool) -> None:
         """A new body of a brick, with sharp or rounded edges."""
-        half = scale(0.5 * self.bodies.scale, as_box(brick.shape, "PyBullet").size)
         radius = self.bodies.scale * self.edge_radius(brick)
-        shape = self.solids.rounded_box(half, radius) if radius and rounded else self.solids.box(half)
-        body = self._body(brick.mass, shape, position, orientation)
+        body = self._body(brick.mass, self._shape(brick.shape, radius, rounded), position, orientation)
         self._enter(body, brick.id, self._own_friction())
+        if brick.shape.principal_axes != IDENTITY:
+            self.bodies.inertia_turns[brick.id] = brick.shape.principal_axes
         if radius:
             pybullet.changeDynamics(body, -1, collisionMargin=radius, physicsClientId=self.bodies.client)
             if rounded:
                 self._round(body, brick.mass, brick.shape.least_thickness)
             self.weigh_brick(brick)
 
+    def _shape(self, shape: ConvexShape, radius: float, rounded: bool) -> int:
+        """The number of the collision shape of a brick; only a box may have sharp edges."""
+        if not isinstance(shape, Box):
+            return self.solids.rounded_hull(shape, radius, self.bodies.scale)
+        half = scale(0.5 * self.bodies.scale, shape.size)
+        return self.solids.rounded_box(half, radius) if radius and rounded else self.solids.box(half)
+
     def group(self, name: BodyId, group: RigidGroup) -> None:
         """A new body with the shapes of several bricks."""
         times = self.bodies.scale
         # PyBullet counts a shape as used for ever, so it goes only with the world.
-        shape = self.solids.rounded_boxes(
-            (scale(times, as_box(group.bricks[brick].shape, "PyBullet").size), _scaled(times, place))
-            for brick, place in group.places_G.items()
-        )
+        solids = ((group.bricks[brick].shape, place) for brick, place in group.places_G.items())
+        shape = self.solids.rounded_solids(solids, times)
         body = self._body(group.mass, shape, scale(times, group.pose.position_W), group.pose.orientation)
         self._enter(body, name, self._own_friction())
         self._weigh(body, group.mass, group.moments)
 
     def edge_radius(self, brick: Brick) -> float:
-        """How much the edges of a brick are rounded [m]."""
-        return self.settings.edge_rounding * brick.shape.least_thickness
+        """How much the edges of a brick are rounded [m]: as much as is set, and those of a hull in any case."""
+        rounding = self.settings.edge_rounding or (0.0 if isinstance(brick.shape, Box) else HULL_ROUNDING)
+        return rounding * brick.shape.least_thickness
 
     def weigh_brick(self, brick: Brick, times: float = 1.0) -> None:
         """Give the body of a brick its mass and its moments of inertia, or so many times these."""
@@ -128,7 +137,3 @@ class BodyMaker:
             localInertiaDiagonal=scale(self.bodies.mass_unit * self.bodies.scale**2, inertia),
             physicsClientId=self.bodies.client,
         )
-
-
-def _scaled(factor: float, pose: Pose) -> Pose:
-    return Pose(scale(factor, pose.position_W), pose.orientation)

@@ -13,6 +13,7 @@ from stability.engines.pybullet.stepper import Stepper
 from stability.geometry.vectors import scale
 from stability.mechanics.rubbing import Pressed
 from stability.model import AT_REST, BodyId, BodyState, Brick, Pose, Vec3
+from stability.shapes.in_pose import principal_turn
 
 
 @dataclass
@@ -38,8 +39,9 @@ class BrickBodies:
         if not self.own.bricks:
             self.planes.begin_about(brick, pose.position_W)
         self.planes.reach_beyond(brick, pose.position_W)
-        square = self.planes.lies_square(pose)
-        self.maker.brick(brick, scale(self.bodies.scale, pose.position_W), pose.orientation, rounded=not square)
+        square = self.planes.lies_square(pose, brick.shape)
+        position, turn = scale(self.bodies.scale, pose.position_W), principal_turn(brick.shape, pose.orientation)
+        self.maker.brick(brick, position, turn, rounded=not square)
         self.own.add_brick(brick)
         if velocity_W != AT_REST:
             self.bodies.set_motion(brick.id, velocity_W, AT_REST)

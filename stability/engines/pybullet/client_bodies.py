@@ -6,8 +6,9 @@ from math import sqrt
 from typing import Any
 
 from stability.engines.pybullet.pybullet_binding import pybullet
+from stability.geometry.rotations import inverse, multiply
 from stability.geometry.vectors import add_scaled, scale
-from stability.model import AT_REST, BodyId, BodyState, ContactPoint, Pose, Vec3
+from stability.model import AT_REST, BodyId, BodyState, ContactPoint, Pose, Quaternion, Vec3
 
 
 @dataclass
@@ -19,6 +20,8 @@ class ClientBodies:
     scale: float = 1.0  # engine metres per scene metre; seconds go with its root
     mass_unit: float = 1.0  # engine kilograms per scene kilogram
     numbers: dict[BodyId, int] = field(default_factory=dict, init=False)
+    # From the axes of a body in the engine, which are those of its inertia, to those of its shape, where they differ.
+    inertia_turns: dict[BodyId, Quaternion] = field(default_factory=dict, init=False)
     unseen: set[int] = field(default_factory=set, init=False)  # bodies that stand beside others, and are no neighbours
 
     def name_of(self, number: int) -> BodyId:
@@ -35,6 +38,7 @@ class ClientBodies:
         number = self.numbers.pop(name)
         pybullet.removeBody(number, self.client)
         del self.names[number]
+        self.inertia_turns.pop(name, None)
 
     def states(self, names: Iterable[BodyId]) -> dict[BodyId, BodyState]:
         """Poses and motions, as the engine has them."""
@@ -42,6 +46,8 @@ class ClientBodies:
         found = {}
         for name in names:
             position, orientation = pybullet.getBasePositionAndOrientation(self.numbers[name], self.client)
+            if name in self.inertia_turns:
+                orientation = multiply(orientation, inverse(self.inertia_turns[name]))
             velocity, angular_velocity = pybullet.getBaseVelocity(self.numbers[name], self.client)
             found[name] = BodyState(
                 Pose(scale(1.0 / self.scale, position), orientation),
@@ -52,10 +58,10 @@ class ClientBodies:
 
     def put(self, name: BodyId, pose: Pose) -> None:
         """Put a body somewhere else."""
-        position = scale(self.scale, pose.position_W)
-        pybullet.resetBasePositionAndOrientation(
-            self.numbers[name], position, pose.orientation, physicsClientId=self.client
-        )
+        position, orientation = scale(self.scale, pose.position_W), pose.orientation
+        if name in self.inertia_turns:
+            orientation = multiply(orientation, self.inertia_turns[name])
+        pybullet.resetBasePositionAndOrientation(self.numbers[name], position, orientation, physicsClientId=self.client)
 
     def set_motion(self, name: BodyId, velocity_W: Vec3, angular_velocity_W: Vec3) -> None:
         """Give a body a velocity of its centre [m/s] and an angular velocity [rad/s]."""

@@ -64,7 +64,7 @@ class FreshContacts:
         mistaken: dict[BodyId, None] = {}
         for name, state in states.items():
             lasts = inf
-            if self.bricks.maker.settings.fresh_edges and leans(state.pose):
+            if self.bricks.maker.settings.fresh_edges and self._is_box(name) and leans(state.pose):
                 wrong, lasts = self._seen_edges(name, state)
                 mistaken |= dict.fromkeys(wrong)
             if name in mistaken or turn_between(self._found[name], state.pose) > STALE:
@@ -80,6 +80,9 @@ class FreshContacts:
         find_all_points(self.bricks, rounding)
         find_contacts_anew(self.bricks, [name for name in anew if name not in rounding])
 
+    def _is_box(self, name: BodyId) -> bool:
+        return isinstance(self.bricks.own.bricks[name].shape, Box)
+
     def _moves_by_itself(self, name: BodyId) -> bool:
         return name in self.bricks.bodies.numbers and not self.bricks.holds(name)
 
@@ -94,6 +97,8 @@ class FreshContacts:
             if point.normal_force <= 0.0 or point.a not in own or point.b not in own:
                 continue
             other = point.b if point.a == name else point.a
+            if not self._is_box(other):
+                continue  # hulls are rounded all over
             its = self.groups.states([other])[other]
             rounding = min(radius(own[name]), radius(own[other]))
             box, its_box = (_as_box(own[each]) for each in (name, other))

@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 from math import dist, sqrt
 
 from stability.engines.pybullet.body_making import HALF_SPACES, ROUNDED, SHARP, BodyMaker
-from stability.geometry.rotations import body_axes
+from stability.geometry.rotations import body_axes, rotate
 from stability.geometry.vectors import add_scaled, dot, scale, subtract
-from stability.model import BodyId, Brick, Plane, Pose, Quaternion, Vec3
+from stability.model import BodyId, Brick, ConvexShape, Plane, Pose, Quaternion, Vec3
 from stability.shapes.box import Box
 
 # Half the side of the box that stands for a half-space [m]. A box, because PyBullet gives a box on a plane one contact
@@ -80,10 +80,10 @@ class Planes:
         self.maker.meet(boxes, SHARP, SHARP | ROUNDED if lively else SHARP)
         self.maker.meet(self._half_spaces, HALF_SPACES, 0 if lively else ROUNDED)
 
-    def lies_square(self, pose: Pose) -> bool:
+    def lies_square(self, pose: Pose, shape: ConvexShape) -> bool:
         """Whether a brick lies square to the vertical or to a slope."""
         slopes = (plane.normal_W for plane in self.planes.values() if plane.normal_W[2] > 0.0)
-        return lies_square(pose, (UP, *slopes))
+        return lies_square(pose, shape, (UP, *slopes))
 
     def _needed(self, brick: Brick, position_W: Vec3) -> float:
         """How far the boxes that stand for planes must reach for a brick to be well within [m]."""
@@ -123,7 +123,9 @@ def _turning_z_to(normal_W: Vec3) -> Quaternion:
     return (-ny / half, nx / half, 0.0, half / 2.0)
 
 
-def lies_square(pose: Pose, ups_W: Iterable[Vec3] = (UP,)) -> bool:
-    """Whether an axis of a brick is vertical, or square to a slope: it may touch others with its faces, not lean."""
-    axes_W = body_axes(pose.orientation)
-    return any(abs(dot(axis_W, up_W)) > SQUARE for axis_W in axes_W for up_W in ups_W)
+def lies_square(pose: Pose, shape: ConvexShape, ups_W: Iterable[Vec3] = (UP,)) -> bool:
+    """Whether a face of a brick is level, or along a slope: it may touch others with its faces, not lean."""
+    normals_W: Iterable[Vec3] = body_axes(pose.orientation)  # of a box
+    if not isinstance(shape, Box):
+        normals_W = [rotate(pose.orientation, face.normal) for face in shape.faces]
+    return any(abs(dot(normal_W, up_W)) > SQUARE for normal_W in normals_W for up_W in ups_W)

@@ -14,10 +14,10 @@ from stability.engines.edge_normals import FACE_ON, leans, nearest_points, veloc
 from stability.engines.pybullet.brick_bodies import BrickBodies
 from stability.engines.pybullet.fresh_contacts import FreshContacts, find_all_points
 from stability.engines.pybullet.joined_groups import JoinedGroups
-from stability.geometry.separation import Block
+from stability.geometry.separation import Block, block
 from stability.geometry.vectors import dot, norm, scale, subtract
 from stability.model import BodyId, BodyState, Vec3
-from stability.shapes.apart import solid_block
+from stability.shapes.box import Box
 
 LOOK = 0.02  # [s] between looks at how bricks lie to each other
 ALONG = cos(radians(1.0))  # edges run along each other within this; beyond, the normal of sharp ones is right
@@ -61,20 +61,27 @@ class EdgeReshaper:
         """Give every brick that is awake the edges that it needs."""
         rounded = self.bricks.rounded
         leaning = {
-            name: self._seen(name, state) for name, state in states.items() if name not in rounded and leans(state.pose)
+            name: self._seen(state, box)
+            for name, state in states.items()
+            if name not in rounded and (box := self._box(name)) is not None and leans(state.pose)
         }
         edge_on = self._edge_on(leaning)
-        lying = {name for name, state in states.items() if name in rounded and self._lies(state)}
+        lying = {name for name, state in states.items() if name in rounded and self._lies(name, state)}
         swapped = [name for name in states if (name in edge_on and name in leaning) or name in lying]
         for name in swapped:
             self.bricks.swap(name)
         find_all_points(self.bricks, [name for name in swapped if name in rounded])
 
-    def _lies(self, state: BodyState) -> bool:
-        return _slow(state) and self.bricks.planes.lies_square(state.pose)
+    def _lies(self, name: BodyId, state: BodyState) -> bool:
+        return _slow(state) and self.bricks.planes.lies_square(state.pose, self.bricks.own.bricks[name].shape)
 
-    def _seen(self, name: BodyId, state: BodyState) -> _Seen:
-        return _Seen(state, solid_block(self.bricks.own.bricks[name].shape, state.pose))
+    def _box(self, name: BodyId) -> Box | None:
+        """What a brick is, if it is one that has edges of two kinds: a hull always has rounded ones."""
+        shape = self.bricks.own.bricks[name].shape
+        return shape if isinstance(shape, Box) else None
+
+    def _seen(self, state: BodyState, box: Box) -> _Seen:
+        return _Seen(state, block(box.size, state.pose))
 
     def _edge_on(self, leaning: Mapping[BodyId, _Seen]) -> set[BodyId]:
         """Those whose edges are about to meet edges of another brick that run along them."""
@@ -84,7 +91,10 @@ class EdgeReshaper:
             for other in self.groups.near(name, NEAR * thin + AHEAD * one.fastest):
                 if other not in self.bricks.own.bricks or (other in leaning and other < name):
                     continue  # every pair once
-                two = leaning.get(other) or self._seen(other, self.groups.states([other])[other])
+                box = self._box(other)
+                if box is None:
+                    continue
+                two = leaning.get(other) or self._seen(self.groups.states([other])[other], box)
                 if _edges_meet(one, two, NEAR * thin, ROUNDED * thin):
                     found |= {name, other}
         return found

@@ -20,8 +20,9 @@ from stability.engines.shortest_turn import shortest_turn
 from stability.geometry.bounding_boxes import BoundingBoxes
 from stability.geometry.rotations import body_axes
 from stability.geometry.vectors import add_scaled, dot, scale
-from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Quaternion, Vec3
-from stability.shapes.box import as_box
+from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, ConvexShape, Plane, Pose, Quaternion, Vec3
+from stability.shapes.off_centre_box import MIDDLE, box_of
+from stability.shapes.scaled import half_lengths
 
 Rigid: TypeAlias = sapien.physx.PhysxRigidBaseComponent
 ACROSS = (1.0, 0.0, 0.0)  # the normal of PhysX's planes, in their own axes
@@ -119,12 +120,11 @@ class SceneBodies:
 
     def _brick_body(self, brick: Brick) -> Rigid:
         body = sapien.physx.PhysxRigidDynamicComponent()
-        half = np.array(scale(0.5, as_box(brick.shape, "SAPIEN").size))
         for friction, meets in ((self.friction, WITH_BRICKS), (0.0, WITH_PLANES)):
-            self._attach(body, sapien.physx.PhysxCollisionShapeBox(half, _material(friction)), meets)
+            self._attach(body, _collision_shape(brick.shape, _material(friction)), meets)
         body.mass = brick.mass
         body.inertia = np.array(brick.shape.moments(brick.mass))
-        body.cmass_local_pose = sapien.Pose()
+        body.cmass_local_pose = _to_sapien(Pose(AT_REST, brick.shape.principal_axes))
         body.linear_damping = body.angular_damping = 0.0
         body.max_linear_velocity = body.max_angular_velocity = TOP_SPEED
         body.solver_position_iterations = self.settings.iterations
@@ -188,7 +188,7 @@ class SceneBodies:
             [brick.id for brick in bricks],
             np.array([pose.position_W for pose in poses]),
             np.array([body_axes(pose.orientation) for pose in poses]).transpose(0, 2, 1),
-            np.array([as_box(brick.shape, "SAPIEN").size for brick in bricks]) / 2.0,
+            np.array([half_lengths(brick.shape) for brick in bricks]),
         )
 
     def freeze(self, brick: BodyId) -> None:
@@ -211,6 +211,19 @@ class SceneBodies:
     def put_at(self, brick: BodyId, pose: Pose) -> None:
         """Put a brick somewhere else."""
         self._bodies[brick].entity_pose = _to_sapien(pose)
+
+
+def _collision_shape(shape: ConvexShape, material: sapien.physx.PhysxMaterial) -> sapien.physx.PhysxCollisionShape:
+    """A box as a box, anything else as a hull."""
+    boxed = box_of(shape)
+    if boxed is None:
+        vertices = np.array(shape.corners, dtype=np.float32)
+        return sapien.physx.PhysxCollisionShapeConvexMesh(vertices, np.ones(3, dtype=np.float32), material)
+    box, middle = boxed
+    made = sapien.physx.PhysxCollisionShapeBox(np.array(scale(0.5, box.size)), material)
+    if middle is not MIDDLE:
+        made.local_pose = sapien.Pose(np.array(middle))
+    return made
 
 
 def _material(friction: float) -> sapien.physx.PhysxMaterial:

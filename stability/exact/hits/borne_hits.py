@@ -18,6 +18,7 @@ from stability.geometry.touching import TOUCHING
 from stability.geometry.vectors import add, add_scaled, dot, norm, scale, subtract
 from stability.mechanics.impulse import pushed
 from stability.model import AT_REST, BodyState, Brick, Pose, Vec3
+from stability.shapes.box import Box
 from stability.shapes.in_pose import corners_W, reach_W
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed
@@ -41,8 +42,13 @@ class Flying:
 
 
 def friction_stops(assembly: Assembly, hit: Hit, flying: Flying, beside: Sequence[Placed], holding: Holding) -> bool:
-    """Whether a hit on a brick of an assembly moves it by less than what counts; `beside`: other bricks near it."""
+    """Whether a hit on a brick of an assembly moves it by less than what counts; `beside`: other bricks near it.
+
+    Of boxes only: what any other solid meets, and how, is left to an engine.
+    """
     struck = assembly.bricks[hit.brick]
+    if not all(isinstance(brick.shape, Box) for brick in (flying.brick, struck.brick, *(one.brick for one in beside))):
+        return False
     contacts = assembly.contacts(hit.brick)
     lies_flat = all(abs(normal[2]) >= LEVEL for contact in contacts for normal in contact.normals_W)
     friction = min([contact.friction for contact in contacts], default=0.0)

@@ -19,7 +19,7 @@ from stability.geometry.separating_axes import (
 )
 from stability.geometry.vectors import cross, dot, scale, subtract
 from stability.model import Vec3
-from stability.statics.contacts.solids import Solid
+from stability.statics.contacts.solids import BoxSolid
 
 # Sine of the angle up to which two faces can be meant to lie on each other: ten times what engines leave, and the
 # steepest at which the gap tolerance, a fiftieth of the shortest side, can bridge a face.
@@ -57,7 +57,7 @@ class Closeness:
     sines: Matrix  # of the angles between the axes of a (rows) and b
 
 
-def closeness(a: Solid, b: Solid, reach: float) -> Closeness | None:
+def closeness(a: BoxSolid, b: BoxSolid, reach: float) -> Closeness | None:
     """How two boxes stand to each other; None if they are further than `reach` apart, or deeper in each other."""
     p_AB = subtract(b.pose.position_W, a.pose.position_W)
     turn = cosines(a.axes, b.axes)
@@ -97,7 +97,7 @@ def _towards(along: float, axis: Vec3) -> Vec3:
     return axis if along >= 0.0 else scale(-1.0, axis)
 
 
-def gap_along(direction: Vec3, a: Solid, b: Solid) -> float:
+def gap_along(direction: Vec3, a: BoxSolid, b: BoxSolid) -> float:
     """The gap along a unit direction that leads from a to b [m]."""
     p_AB = subtract(b.pose.position_W, a.pose.position_W)
     return dot(p_AB, direction) - half_extent(a.axes, a.half, direction) - half_extent(b.axes, b.half, direction)

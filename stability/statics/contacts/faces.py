@@ -11,7 +11,7 @@ from stability.geometry.polygons import doubled_area
 from stability.geometry.vectors import add_scaled, dot, scale, subtract
 from stability.model import Vec3
 from stability.statics.contacts.axes import NEARLY_PARALLEL, Closeness
-from stability.statics.contacts.solids import Solid, rounding
+from stability.statics.contacts.solids import BoxSolid, rounding
 
 LEVEL = 1e-12  # height of a unit normal below which it is horizontal: rounding
 
@@ -20,12 +20,12 @@ LEVEL = 1e-12  # height of a unit normal below which it is horizontal: rounding
 class Face:
     """One side of a box."""
 
-    body: Solid
+    body: BoxSolid
     axis: int
     sign: float  # of the body axis that leads out of it
 
     @classmethod
-    def towards(cls, direction: Vec3, body: Solid, axis: int) -> Self:
+    def towards(cls, direction: Vec3, body: BoxSolid, axis: int) -> Self:
         """The one of the two faces across an axis that looks in this direction."""
         return cls(body, axis, 1.0 if dot(direction, body.axes[axis]) > 0.0 else -1.0)
 
@@ -38,13 +38,13 @@ class Face:
 class Patch:
     """Where two bodies touch over an area."""
 
-    lower: Solid
-    upper: Solid
+    lower: BoxSolid
+    upper: BoxSolid
     points_W: tuple[Vec3, ...]  # in order [m]
     normal_W: Vec3
 
 
-def face_on_face(a: Solid, b: Solid, close: Closeness, reach: float, thinnest: float) -> Patch | None:
+def face_on_face(a: BoxSolid, b: BoxSolid, close: Closeness, reach: float, thinnest: float) -> Patch | None:
     """The patch of two faces that are nowhere more than `reach` apart; None if there is none wider than `thinnest`."""
     for of_a, of_b in _facing(a, b, close):
         lower, upper, normal = _in_order(of_a, of_b)
@@ -54,7 +54,7 @@ def face_on_face(a: Solid, b: Solid, close: Closeness, reach: float, thinnest: f
     return None
 
 
-def _facing(a: Solid, b: Solid, close: Closeness) -> Iterator[tuple[Face, Face]]:
+def _facing(a: BoxSolid, b: BoxSolid, close: Closeness) -> Iterator[tuple[Face, Face]]:
     """Pairs of nearly parallel faces that look at each other, the ones least deep in each other first."""
     pairs = [
         (max(close.faces_a[i].gap, close.faces_b[j].gap), i, j)

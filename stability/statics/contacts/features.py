@@ -10,7 +10,7 @@ from stability.model import Vec3
 from stability.statics.contacts.axes import Axis, gap_along
 from stability.statics.contacts.faces import Face
 from stability.statics.contacts.normal_cones import Feature, common_normals
-from stability.statics.contacts.solids import Solid
+from stability.statics.contacts.solids import BoxSolid
 
 MERGING = 4.0  # a line of contact shorter than this many times the slack is a point
 
@@ -43,7 +43,7 @@ class _Locus:
     of_second: Feature
 
 
-def meeting(a: Solid, b: Solid, axis: Axis, slack: Slack) -> Meeting | None:
+def meeting(a: BoxSolid, b: BoxSolid, axis: Axis, slack: Slack) -> Meeting | None:
     """How the boxes touch along a separating axis; None if their features along it do not face each other."""
     p_AB, normal = subtract(b.pose.position_W, a.pose.position_W), axis.normal_AB_W
     rise = slack.rise(axis.gap)
@@ -70,7 +70,7 @@ def _swapped(locus: _Locus | None, p_AB: Vec3) -> _Locus | None:
     return _Locus(tuple(add_scaled(point, 1.0, p_AB) for point in locus.points), locus.of_second, locus.of_first)
 
 
-def _on_face(face: Face, other: Solid, p_O: Vec3, slack: float, rise: float) -> _Locus | None:
+def _on_face(face: Face, other: BoxSolid, p_O: Vec3, slack: float, rise: float) -> _Locus | None:
     """The lowest feature of `other`, whose centre is at `p_O` from that of the face's body, on the face."""
     on, normal = face.body, face.normal_W
     first, second = (face.axis + 1) % 3, (face.axis + 2) % 3
@@ -89,7 +89,7 @@ def _on_face(face: Face, other: Solid, p_O: Vec3, slack: float, rise: float) -> 
     return _Locus(points, of_on, _completed(other, lowest, from_other, slack))
 
 
-def _lowest(body: Solid, up: Vec3, rise: float) -> Feature:
+def _lowest(body: BoxSolid, up: Vec3, rise: float) -> Feature:
     """The feature of a box that is lowest: axes along which it rises by less than `rise` lie in it."""
     signs = []
     for axis, half in zip(body.axes, body.half, strict=True):
@@ -98,7 +98,7 @@ def _lowest(body: Solid, up: Vec3, rise: float) -> Feature:
     return (signs[0], signs[1], signs[2])
 
 
-def _vertices(body: Solid, feature: Feature) -> list[Vec3]:
+def _vertices(body: BoxSolid, feature: Feature) -> list[Vec3]:
     """The corners of a feature in order, from the centre of the body, in W [m]."""
     points: list[Vec3] = [(0.0, 0.0, 0.0)]
     for sign, half, axis in zip(feature, body.half, body.axes, strict=True):
@@ -136,7 +136,7 @@ def _along_border(segment: Sequence[Vec3], half_x: float, half_y: float, slack: 
     )
 
 
-def _completed(body: Solid, feature: Feature, points: Sequence[Vec3], slack: float) -> Feature:
+def _completed(body: BoxSolid, feature: Feature, points: Sequence[Vec3], slack: float) -> Feature:
     """The feature that holds these points: a smaller one than is known, where they all lie on its border."""
     signs = list(feature)
     for index, (axis, half) in enumerate(zip(body.axes, body.half, strict=True)):
@@ -146,7 +146,7 @@ def _completed(body: Solid, feature: Feature, points: Sequence[Vec3], slack: flo
     return (signs[0], signs[1], signs[2])
 
 
-def _crossing(a: Solid, b: Solid, axis: Axis, slack: float) -> _Locus | None:
+def _crossing(a: BoxSolid, b: BoxSolid, axis: Axis, slack: float) -> _Locus | None:
     """The point where an edge of a and an edge of b cross; None if they pass each other."""
     if axis.of_a is None or axis.of_b is None:
         return None
@@ -170,13 +170,13 @@ def _closest(u: Vec3, v: Vec3, p_UV: Vec3) -> tuple[float, float]:
     return (along_u - cosine * along_v) / square, (cosine * along_u - along_v) / square
 
 
-def _edge(body: Solid, index: int, normal: Vec3, sign: float) -> Feature:
+def _edge(body: BoxSolid, index: int, normal: Vec3, sign: float) -> Feature:
     signs = [sign if dot(normal, axis) > 0.0 else -sign for axis in body.axes]
     signs[index] = 0.0
     return (signs[0], signs[1], signs[2])
 
 
-def _middle(body: Solid, feature: Feature) -> Vec3:
+def _middle(body: BoxSolid, feature: Feature) -> Vec3:
     """The middle of a feature, from the centre of the body, in W [m]."""
     point: Vec3 = (0.0, 0.0, 0.0)
     for sign, half, axis in zip(feature, body.half, body.axes, strict=True):

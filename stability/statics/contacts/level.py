@@ -8,7 +8,7 @@ from typing import TypeAlias
 from stability.geometry.clipping import within_rectangle
 from stability.geometry.plan import Polygon
 from stability.model import Vec3
-from stability.statics.contacts.solids import PlanRectangle, Solid
+from stability.statics.contacts.solids import BoxSolid, PlanRectangle
 
 PARALLEL = 1e-12  # sine below which sides are parallel: rounding
 
@@ -18,7 +18,7 @@ APART: tuple[Vec3, ...] = ()
 Place: TypeAlias = tuple[float, float, float, float]
 
 
-def level_patch(lower: Solid, upper: Solid, reach: float) -> tuple[Vec3, ...] | None:
+def level_patch(lower: BoxSolid, upper: BoxSolid, reach: float) -> tuple[Vec3, ...] | None:
     """The corners of the patch on the top of `lower` [m], counter-clockwise from above; APART if they do not touch.
 
     None where that is not the whole story: the two touch at most within `reach` of an edge, or side by side.
@@ -44,7 +44,7 @@ def level_patch(lower: Solid, upper: Solid, reach: float) -> tuple[Vec3, ...] | 
     return tuple([(px + u * ux - v * uy, py + u * uy + v * ux, top) for u, v in corners])
 
 
-def side_patch(a: Solid, b: Solid, reach: float) -> tuple[tuple[Vec3, ...], Vec3] | None:
+def side_patch(a: BoxSolid, b: BoxSolid, reach: float) -> tuple[tuple[Vec3, ...], Vec3] | None:
     """The corners of the patch on the side of `a` that `b` stands beside, and the normal of that side.
 
     None unless both are level, their sides are parallel, and they touch well away from their edges.

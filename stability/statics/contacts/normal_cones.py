@@ -12,7 +12,7 @@ from typing import TypeAlias
 from stability.geometry.clipping import cut
 from stability.geometry.vectors import add_scaled, cross, dot, norm, scale, unit
 from stability.model import Vec3
-from stability.statics.contacts.solids import Solid
+from stability.statics.contacts.solids import BoxSolid
 
 Feature: TypeAlias = tuple[float, float, float]  # by body axis: 1, -1 or 0
 
@@ -21,7 +21,7 @@ ROUNDING = 1e-9
 FACE, EDGE = 1, 2  # how many axes lead out of it
 
 
-def common_normals(a: Solid, of_a: Feature, b: Solid, of_b: Feature, along_line: bool) -> tuple[Vec3, ...]:
+def common_normals(a: BoxSolid, of_a: Feature, b: BoxSolid, of_b: Feature, along_line: bool) -> tuple[Vec3, ...]:
     """The extreme unit normals, from a towards b; none if the features do not face each other.
 
     Edges that touch along a line are taken as parallel, whatever noise has made of them.
@@ -36,7 +36,7 @@ def common_normals(a: Solid, of_a: Feature, b: Solid, of_b: Feature, along_line:
     return _clipped(cone_b, cone_a)
 
 
-def _cone(body: Solid, feature: Feature, sign: float) -> tuple[Vec3, ...]:
+def _cone(body: BoxSolid, feature: Feature, sign: float) -> tuple[Vec3, ...]:
     return tuple(scale(sign * out, axis) for out, axis in zip(feature, body.axes, strict=True) if out)
 
 

@@ -3,11 +3,11 @@
 from stability.geometry.separating_axes import half_extent
 from stability.geometry.vectors import add_scaled, dot, scale, subtract
 from stability.model import Plane, Vec3
-from stability.statics.contacts.solids import Solid
+from stability.statics.contacts.solids import BoxSolid
 from stability.statics.facts import UP
 
 
-def points_on_plane(body: Solid, plane: Plane, reach: float) -> tuple[Vec3, ...]:
+def points_on_plane(body: BoxSolid, plane: Plane, reach: float) -> tuple[Vec3, ...]:
     """The points of the plane that it touches, counter-clockwise seen from above the plane; none if it does not."""
     p_PB = subtract(body.pose.position_W, plane.point_W)
     height = dot(p_PB, plane.normal_W)
@@ -23,7 +23,7 @@ def points_on_plane(body: Solid, plane: Plane, reach: float) -> tuple[Vec3, ...]
     )
 
 
-def _of_plan(body: Solid, ground: float) -> tuple[Vec3, ...]:
+def _of_plan(body: BoxSolid, ground: float) -> tuple[Vec3, ...]:
     if body.plan is None:
         return ()
     ux, uy, a, b = body.plan
@@ -37,7 +37,7 @@ def _of_plan(body: Solid, ground: float) -> tuple[Vec3, ...]:
     )
 
 
-def _lowest_face(body: Solid, up: Vec3) -> list[Vec3]:
+def _lowest_face(body: BoxSolid, up: Vec3) -> list[Vec3]:
     """Its corners, from the centre, in W [m]; of all faces, the one that leans least holds the lowest edge too."""
     rises = [half * abs(dot(axis, up)) for half, axis in zip(body.half, body.axes, strict=True)]
     steepest = max(range(3), key=lambda index: rises[index])

@@ -3,12 +3,18 @@
 from dataclasses import dataclass
 from itertools import product
 from math import hypot, sqrt
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from stability.geometry.rotations import body_axes
+from stability.geometry.vectors import add
 from stability.model import BodyId, Pose, Vec3
-from stability.shapes.box import as_box
+from stability.shapes.apart import middle_pose
+from stability.shapes.box import Box
+from stability.shapes.off_centre_box import box_of
 from stability.statics.facts import Placed
+
+if TYPE_CHECKING:
+    from stability.geometry.polyhedra import Hull  # boxes do without numpy
 
 # What a body axis may lean from the vertical, as a sine, and still count as vertical: rounding, no more.
 UPRIGHT = 1e-12
@@ -18,12 +24,12 @@ PlanRectangle: TypeAlias = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
-class Solid:
+class BoxSolid:
     """A box in its place."""
 
     id: BodyId
     size: Vec3  # full lengths along the body axes [m]
-    pose: Pose
+    pose: Pose  # of its middle
     axes: tuple[Vec3, Vec3, Vec3]  # body axes in W
     half: Vec3  # half lengths along the body axes [m]
     low_W: Vec3  # of the upright box around it [m]
@@ -48,10 +54,63 @@ class Solid:
         )
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class HullSolid:
+    """Any other convex solid in its place."""
+
+    id: BodyId
+    hull: "Hull"
+
+    @property
+    def pose(self) -> Pose:
+        """Where its centre of mass is; it is not turned, as the hull is told in W."""
+        return Pose(self.hull.p_WC)
+
+    @property
+    def low_W(self) -> Vec3:
+        """The lowest corner of the upright box around it [m]."""
+        return self.hull.low_W
+
+    @property
+    def high_W(self) -> Vec3:
+        """The highest corner of it [m]."""
+        return self.hull.high_W
+
+    @property
+    def shortest(self) -> float:
+        """Its least thickness [m]."""
+        return self.hull.thickness
+
+    @property
+    def longest(self) -> float:
+        """The longest side of the box around it [m]."""
+        return self.hull.length
+
+    @property
+    def corners_W(self) -> tuple[Vec3, ...]:
+        """Its corners [m]."""
+        return tuple(add(self.hull.p_WC, (x, y, z)) for x, y, z in self.hull.corners.tolist())
+
+
+Solid: TypeAlias = BoxSolid | HullSolid
+
+
 def solid(placed: Placed) -> Solid:
     """A brick in its place, ready for contact detection."""
     brick, pose = placed.brick, placed.pose
-    size = as_box(brick.shape, "contact geometry").size
+    if isinstance(brick.shape, Box):
+        return box_solid(brick.id, brick.shape.size, pose)
+    boxed = box_of(brick.shape)
+    if boxed is None:
+        from stability.geometry.polyhedra import hull  # noqa: PLC0415 -- boxes do without numpy
+
+        return HullSolid(brick.id, hull(brick.shape, pose.position_W, body_axes(pose.orientation)))
+    box, middle = boxed
+    return box_solid(brick.id, box.size, middle_pose(middle, pose))
+
+
+def box_solid(name: BodyId, size: Vec3, pose: Pose) -> BoxSolid:
+    """A box with its middle in a place, ready for contact detection."""
     a, b, c = half = (0.5 * size[0], 0.5 * size[1], 0.5 * size[2])
     (ux, uy, uz), (vx, vy, vz), (wx, wy, wz) = axes = body_axes(pose.orientation)
     rx = a * abs(ux) + b * abs(vx) + c * abs(wx)
@@ -60,7 +119,16 @@ def solid(placed: Placed) -> Solid:
     px, py, pz = pose.position_W
     plan = _plan(axes, half)
     low, high = (px - rx, py - ry, pz - rz), (px + rx, py + ry, pz + rz)
-    return Solid(brick.id, size, pose, axes, half, low, high, min(size), max(size), plan, rz)
+    return BoxSolid(name, size, pose, axes, half, low, high, min(size), max(size), plan, rz)
+
+
+def as_hull(body: Solid) -> "Hull":
+    """A body by its faces and edges."""
+    if isinstance(body, HullSolid):
+        return body.hull
+    from stability.geometry.polyhedra import hull  # noqa: PLC0415 -- boxes do without numpy
+
+    return hull(Box(body.size), body.pose.position_W, body.axes)
 
 
 def _plan(axes: tuple[Vec3, Vec3, Vec3], half: Vec3) -> PlanRectangle | None:

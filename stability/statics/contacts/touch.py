@@ -1,8 +1,9 @@
-"""Where do two bodies touch? Exact contacts from poses and sizes alone, between boxes, and boxes and planes.
+"""Where do two bodies touch? Exact contacts from poses and shapes alone, between convex solids, and solids and planes.
 
 Bodies touch if they are no further apart, and no deeper in each other, than a tolerance; forces then act at the corners
 of the overlap of two faces, at the ends of an edge, or at a point, and along every normal that the features admit.
 Within the tolerance, noise does not change which features touch; what is aligned to rounding is taken at its word.
+Two boxes, and a box and a plane, take a shorter way to the same contacts as any two hulls.
 """
 
 from operator import itemgetter
@@ -15,7 +16,7 @@ from stability.statics.contacts.faces import LEVEL, face_on_face
 from stability.statics.contacts.features import Meeting, Slack, meeting
 from stability.statics.contacts.level import level_patch, side_patch
 from stability.statics.contacts.on_planes import points_on_plane
-from stability.statics.contacts.solids import Solid, rounding, solid
+from stability.statics.contacts.solids import BoxSolid, HullSolid, Solid, rounding, solid
 from stability.statics.facts import Contact, Tolerances
 
 __all__ = ["Solid", "contact_between", "contact_with_plane", "solid"]
@@ -27,10 +28,14 @@ UP_ONLY: tuple[Vec3, ...] = ((0.0, 0.0, 1.0),)
 
 
 def contact_between(a: Solid, b: Solid, friction: float, tolerances: Tolerances) -> Contact | None:
-    """The contact of two boxes; None if they do not touch. The same whichever comes first."""
+    """The contact of two bodies; None if they do not touch. The same whichever comes first."""
     reach = reach_between(a.shortest, b.shortest, tolerances.gap)
     if _boxes_apart(a, b, reach):
         return None
+    if not (isinstance(a, BoxSolid) and isinstance(b, BoxSolid)):
+        from stability.statics.contacts.hulls.hull_touch import hull_contact  # noqa: PLC0415 -- boxes do without numpy
+
+        return hull_contact(a, b, friction, reach)
     lower, upper = (a, b) if a.pose.position_W[2] <= b.pose.position_W[2] else (b, a)
     points = level_patch(lower, upper, reach)
     if points is not None:
@@ -42,9 +47,16 @@ def contact_between(a: Solid, b: Solid, friction: float, tolerances: Tolerances)
 
 
 def contact_with_plane(a: Solid, plane: Plane, tolerances: Tolerances) -> Contact | None:
-    """The contact of a box with a fixed half-space, which counts as the lower body whichever way it faces."""
-    points = points_on_plane(a, plane, reach_between(a.shortest, share=tolerances.gap))
+    """The contact of a body with a fixed half-space, which counts as the lower body whichever way it faces."""
+    reach = reach_between(a.shortest, share=tolerances.gap)
+    points = points_on_plane(a, plane, reach) if isinstance(a, BoxSolid) else _hull_on_plane(a, plane, reach)
     return Contact(plane.id, a.id, points, (plane.normal_W,), plane.friction) if points else None
+
+
+def _hull_on_plane(body: HullSolid, plane: Plane, reach: float) -> tuple[Vec3, ...]:
+    from stability.statics.contacts.hulls.hull_touch import hull_on_plane  # noqa: PLC0415 -- boxes do without numpy
+
+    return hull_on_plane(body, plane, reach)
 
 
 def _boxes_apart(a: Solid, b: Solid, reach: float) -> bool:
@@ -55,7 +67,7 @@ def _boxes_apart(a: Solid, b: Solid, reach: float) -> bool:
     )
 
 
-def _general_contact(a: Solid, b: Solid, friction: float, reach: float) -> Contact | None:
+def _general_contact(a: BoxSolid, b: BoxSolid, friction: float, reach: float) -> Contact | None:
     """The contact of two boxes in any pose; a comes first by name."""
     close = closeness(a, b, reach)
     if close is None:
@@ -71,7 +83,7 @@ def _general_contact(a: Solid, b: Solid, friction: float, reach: float) -> Conta
     return _of_meeting(a, b, found, friction) if found else None
 
 
-def _best_meeting(a: Solid, b: Solid, close: Closeness, slack: Slack) -> Meeting | None:
+def _best_meeting(a: BoxSolid, b: BoxSolid, close: Closeness, slack: Slack) -> Meeting | None:
     """The meeting along the axis of the largest gap along which features face each other; faces win near ties."""
     sideways = slack.sideways
     axes = [(axis.gap + sideways, axis) for axis in (*close.faces_a, *close.faces_b)]
@@ -84,7 +96,7 @@ def _best_meeting(a: Solid, b: Solid, close: Closeness, slack: Slack) -> Meeting
     return None
 
 
-def _of_meeting(a: Solid, b: Solid, found: Meeting, friction: float) -> Contact:
+def _of_meeting(a: BoxSolid, b: BoxSolid, found: Meeting, friction: float) -> Contact:
     upwards = sum(normal[2] for normal in found.normals_AB_W)
     if upwards >= -LEVEL:
         return Contact(a.id, b.id, found.points_W, found.normals_AB_W, friction)

@@ -3,10 +3,9 @@
 from math import atan2, sqrt
 
 from stability.geometry.rotations import inverse, rotate
-from stability.geometry.separation import meeting
 from stability.geometry.vectors import add_scaled
 from stability.model import Pose, Quaternion
-from stability.shapes.apart import solid_block
+from stability.shapes.apart import in_place, meeting
 from stackdsl.compiling.fitting import OVERLAP
 from stackdsl.compiling.impacts.actions import actions_of
 from stackdsl.compiling.impacts.scene import (
@@ -33,7 +32,7 @@ def dropped(drop: Drop, scene: Scene) -> tuple[Placement, ...]:
     orientation = _along(below[0]) if drop.rotate is None else about_axes(drop.rotate)
     down = rotate(inverse(scene.tilt), (0.0, 0.0, -1.0))  # in the frame of the scene
     middle = middle_of(below)
-    falling = solid_block(brick.shape, Pose(middle, orientation))
+    falling = in_place(brick.shape, Pose(middle, orientation))
     ways = [(other, meeting(falling, other.shape, down, OVERLAP)) for other in on_the_way(falling, down, scene)]
     met = {other.name: way for other, way in ways if way is not None}
     # From the middle of what is below; less than zero is above.

@@ -1,8 +1,9 @@
 """Pushes of bricks that are there, at points that are on them."""
 
 from stability.geometry.rotations import rotate
-from stability.geometry.vectors import dot, norm
+from stability.geometry.vectors import add, norm
 from stability.model import BodyId, Vec3
+from stability.shapes.apart import how_far_outside
 from stackdsl.compiling.fitting import OVERLAP
 from stackdsl.compiling.impacts.actions import actions_of
 from stackdsl.compiling.impacts.scene import MissError, Scene, Standing, missing
@@ -37,8 +38,7 @@ def _await(name: BodyId, comes: Moment, scene: Scene) -> None:
 
 def _touch(point: Vec3, brick: Standing) -> None:
     """Raise MissError if a point, from the centre of a brick, is not in it."""
-    sides = zip(brick.shape.axes_W, brick.shape.half_edges_W, strict=True)
-    beyond = max(abs(dot(point, axis)) - norm(half) for axis, half in sides)
+    beyond = how_far_outside(brick.shape, add(brick.centre, point))
     if beyond > OVERLAP:
         message = f"the point is {mm(beyond)} outside brick '{brick.name}'"
         raise MissError("point", "SD207", message, "write it from the centre of the brick, in the axes of the scene")

@@ -4,9 +4,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import fsum, hypot
 
-from stability.geometry.separation import Block
 from stability.model import BodyId, Brick, Plane, Pose, Quaternion, Vec3
-from stability.shapes.apart import apart_from_plane, solid_block
+from stability.shapes.apart import InPlace, apart_from_plane, in_place
 from stackdsl.compiling.built import Built
 from stackdsl.compiling.fitting import OVERLAP
 from stackdsl.compiling.moment import START, Moment
@@ -21,7 +20,8 @@ class Standing:
 
     name: BodyId
     level: int
-    shape: Block
+    shape: InPlace
+    centre: Vec3  # of its mass [m]
     mass: float  # [kg]
     since: Moment
     until: Moment | None  # when it is pulled out
@@ -58,13 +58,13 @@ class Scene:
         return [brick for brick in self.bricks if brick.is_there(self.moment) and not brick.let_go]
 
 
-def on_the_way(moving: Block, direction: Vec3, scene: Scene) -> Iterator[Standing]:
-    """The bricks that a block may meet which goes in a unit direction: of a tower, most lie beside the way."""
-    (px, py, pz), (dx, dy, dz), own = moving.p_WC, direction, hypot(*moving.half)
+def on_the_way(moving: InPlace, direction: Vec3, scene: Scene) -> Iterator[Standing]:
+    """The bricks that a body may meet which goes in a unit direction: of a tower, most lie beside the way."""
+    (px, py, pz), (dx, dy, dz), own = moving.p_WC, direction, hypot(*moving.reach)
     for brick in scene.resting:
         shape = brick.shape
         x, y, z = shape.p_WC[0] - px, shape.p_WC[1] - py, shape.p_WC[2] - pz
-        if hypot(y * dz - z * dy, z * dx - x * dz, x * dy - y * dx) <= own + hypot(*shape.half):
+        if hypot(y * dz - z * dy, z * dx - x * dz, x * dy - y * dx) <= own + hypot(*shape.reach):
             yield brick
 
 
@@ -85,8 +85,10 @@ def scene_of(built: Built, gravity: float, tilt: Quaternion) -> Scene:
 def _standing(built: Built) -> Iterator[Standing]:
     for brick in built.bricks:
         made = brick.written
-        shape = solid_block(made.shape, made.pose)
-        yield Standing(brick.name, brick.level, shape, made.mass, brick.placed, brick.gone, made.drop)
+        shape = in_place(made.shape, made.pose)
+        yield Standing(
+            brick.name, brick.level, shape, made.pose.position_W, made.mass, brick.placed, brick.gone, made.drop
+        )
 
 
 def aimed_at(aim: Aim, scene: Scene, key: str) -> list[Standing]:
@@ -114,8 +116,8 @@ def missing(name: BodyId, scene: Scene, key: str) -> MissError:
 
 
 def middle_of(bricks: Sequence[Standing]) -> Vec3:
-    """The mean of their centres [m]."""
-    x, y, z = (fsum(along) / len(bricks) for along in zip(*(brick.shape.p_WC for brick in bricks), strict=True))
+    """The mean of their middles [m]."""
+    x, y, z = (fsum(along) / len(bricks) for along in zip(*(brick.shape.middle_W for brick in bricks), strict=True))
     return (x, y, z)
 
 

@@ -6,10 +6,9 @@ So it hits what it is aimed at from however far away it comes. It does not turn 
 from math import cos, inf, sin, sqrt
 
 from stability.geometry.rotations import rotate
-from stability.geometry.separation import meeting
 from stability.geometry.vectors import add_scaled, scale, subtract
 from stability.model import Brick, Pose, Vec3
-from stability.shapes.apart import solid_block
+from stability.shapes.apart import in_place, meeting
 from stackdsl.compiling.fitting import OVERLAP
 from stackdsl.compiling.impacts.actions import actions_of
 from stackdsl.compiling.impacts.scene import MissError, Scene, aimed_at, keep_out_of_planes, middle_of, on_the_way
@@ -66,7 +65,7 @@ def _start(brick: Brick, throw: Throw, towards: Vec3, scene: Scene) -> Pose:
     """At the height of the aim, with its nose at the distance from what it meets first on the straight way there."""
     aim = middle_of(aimed_at(throw.at, scene, "at"))
     orientation = about_z(throw.from_.bearing + throw.turn)
-    flying = solid_block(brick.shape, Pose(aim, orientation))
+    flying = in_place(brick.shape, Pose(aim, orientation))
     ways = [meeting(flying, other.shape, towards, OVERLAP) for other in on_the_way(flying, towards, scene)]
     nearest = min((way[0] for way in ways if way is not None), default=None)
     if nearest is None:

@@ -11,3 +11,5 @@ from stackdsl.language.layouts import harmonic as harmonic
 from stackdsl.language.layouts import tower as tower
 from stackdsl.language.layouts import card_house as card_house
 from stackdsl.language.layouts import leaning_structure as leaning_structure
+from stackdsl.language.layouts import arch as arch
+from stackdsl.language.layouts import flat_arch as flat_arch

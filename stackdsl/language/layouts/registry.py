@@ -31,8 +31,13 @@ class BrickSpec:
     together: bool = False  # whether it is set down at one moment with the brick before it
     size: Vec3 | None = None  # [m]; None for the brick that the layout is built of
     name: str | None = None  # None for a name by place
+    # Of a stone of its own, in place of the brick that the layout is built of: its corners as seen from the front, x to
+    # the right and z up, from its position, and how far it goes from front to back about that [m].
+    outline: "Outline | None" = None
+    depth: float = 0.0
 
 
+Outline: TypeAlias = tuple[tuple[float, float], ...]
 Specs: TypeAlias = tuple[BrickSpec, ...]
 
 

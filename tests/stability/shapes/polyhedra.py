@@ -11,8 +11,8 @@ from itertools import combinations, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from stability.geometry.turn_of_axes import orientation_of
 from stability.geometry.vectors import add, cross, dot, norm, scale, subtract, unit
-from stability.mechanics.rigid_group import orientation_of
 from stability.model import ConvexShape, Face, Quaternion, Vec3
 from stability.shapes.box import Box
 

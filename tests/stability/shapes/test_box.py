@@ -80,7 +80,7 @@ def test_a_cube_turns_alike_about_every_axis() -> None:
 
 def test_where_only_boxes_are_known_another_shape_is_refused_by_name() -> None:
     assert as_box(BOX, "the test") is BOX
-    with pytest.raises(UnknownShapeError, match=r"^the test knows boxes only, not Polyhedron$"):
+    with pytest.raises(UnknownShapeError, match=r"^the test does not know the shape Polyhedron$"):
         as_box(TETRAHEDRON, "the test")
 
 

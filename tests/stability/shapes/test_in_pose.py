@@ -12,7 +12,7 @@ from stability.geometry.separation import box_above_plane, boxes_apart
 from stability.geometry.vectors import add, dot, norm, unit
 from stability.model import IDENTITY, ConvexShape, Plane, Pose, Quaternion, Vec3
 from stability.shapes.apart import apart, apart_from_plane
-from stability.shapes.box import Box, UnknownShapeError
+from stability.shapes.box import Box
 from stability.shapes.in_pose import bounds_W, corners_W, principal_turn, reach_W, top_W
 from tests.stability.shapes.polyhedra import LOWER_HALF, PLANK, SHAPES, SIZE, TETRAHEDRON, integrals
 
@@ -98,9 +98,10 @@ def test_a_tetrahedron_on_its_corner_is_as_high_above_the_ground_as_that_corner(
     assert found.normal_BA_W == (0.0, 0.0, 1.0)
 
 
-def test_how_far_other_shapes_are_from_each_other_is_not_known_yet_and_said_so() -> None:
-    with pytest.raises(UnknownShapeError, match="how far apart two bodies are knows boxes only"):
-        apart(LOWER_HALF, Pose((0.0, 0.0, 0.0)), PLANK, Pose((0.0, 0.0, 1.0)))
+def test_a_plank_above_a_wedge_is_as_far_from_it_as_from_its_highest_corner() -> None:
+    between = apart(PLANK, Pose((0.0, 0.0, 1.0)), LOWER_HALF, Pose((0.0, 0.0, 0.0)))
+    assert between.gap == pytest.approx(1.0 - 0.5 * SIZE[2] - LOWER_HALF.reach((0.0, 0.0, 1.0)))
+    assert between.normal_BA_W == pytest.approx((0.0, 0.0, 1.0))
 
 
 def test_a_turn_about_an_axis_leaves_the_reach_along_it() -> None:

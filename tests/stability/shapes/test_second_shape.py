@@ -16,10 +16,10 @@ from stability.mechanics.rigid_group import common_motion, grouped, surfaces
 from stability.model import GROUND, IDENTITY, BodyState, Brick, ConvexShape, Plane, Pose, Quaternion, Vec3
 from stability.motion.falling_part import FallingPart, falling_part, holds_together, reach
 from stability.motion.free_bodies import accelerations, inverse_mass, kinetic
-from stability.shapes.box import Box, UnknownShapeError
+from stability.shapes.box import Box
 from stability.shapes.in_pose import corners_W
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Contact, Motion, Placed, Problem, Wrench
+from stability.statics.facts import Contact, Motion, Placed, Problem, Stability, Wrench
 from stability.statics.margins.friction import least_friction
 from stability.statics.solvers.equilibrium import balance
 from tests.stability.shapes.polyhedra import LOWER_HALF, PLANK, SAME_PLANK, SIZE, TETRAHEDRON, UPPER_HALF, polyhedron
@@ -179,9 +179,9 @@ def test_a_world_that_needs_no_engine_keeps_any_shape() -> None:
     assert world.shape("wedge") is LOWER_HALF
 
 
-def test_statics_say_that_they_cannot_tell_yet_where_other_shapes_touch() -> None:
-    with pytest.raises(UnknownShapeError, match=r"^contact geometry knows boxes only, not Polyhedron"):
-        Assembly().add(Brick("wedge", LOWER_HALF, MASS), Pose((0.0, 0.0, THICKNESS / 3.0)))
+def test_a_wedge_of_somebody_elses_stands_on_its_side() -> None:
+    verdict = Assembly().add(Brick("wedge", LOWER_HALF, MASS), Pose((0.0, 0.0, THICKNESS / 3.0)))
+    assert verdict.stability is Stability.STABLE
 
 
 def test_a_shape_that_is_thinner_than_numbers_can_tell_is_refused() -> None:

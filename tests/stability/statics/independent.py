@@ -125,7 +125,7 @@ def _wrench(at: InPlace, point: Vec3, force: Vec3) -> list[tuple[int, float]]:
     """
     rx, ry, rz = (a - b for a, b in zip(point, at.pose.position_W, strict=True))
     fx, fy, fz = force
-    reach = 0.5 * hypot(*size_of(at))
+    reach = at.brick.shape.bounding_radius
     torque = (ry * fz - rz * fy, rz * fx - rx * fz, rx * fy - ry * fx)
     rows = [*(value / at.brick.mass for value in force), *(value / at.brick.mass / reach for value in torque)]
     return [(row, value) for row, value in enumerate(rows) if value != 0.0]

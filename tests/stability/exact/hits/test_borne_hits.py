@@ -11,6 +11,7 @@ from stability.exact.hits.overload import MOVED
 from stability.geometry.vectors import scale
 from stability.model import BodyState, Brick, Pose, Vec3
 from stability.shapes.box import Box
+from stability.shapes.solid_making import solid_of_corners
 from stability.statics.assembly import Assembly
 from stability.watching.approach import Hit
 from tests.planks import GRAVITY, LENGTH, MASS, THICKNESS, WIDTH, WOOD, column, standing
@@ -73,3 +74,11 @@ def test_an_edge_under_the_next_plank_is_met_from_the_side_only() -> None:
 def test_what_stands_upright_may_tip_and_is_never_said_to_be_stopped() -> None:
     upright = Pose((0.0, 0.0, 0.5 * LENGTH), (0.0, sqrt(0.5), 0.0, sqrt(0.5)))
     assert not is_stopped(standing({"L1": upright}), "L1", Coming(1e-3))
+
+
+def test_a_hit_on_a_solid_that_is_no_box_is_left_to_an_engine() -> None:
+    same_plank = solid_of_corners(Box((LENGTH, WIDTH, THICKNESS)).corners).shape
+    assembly = Assembly(friction=WOOD)
+    for level in range(11):
+        assembly.add(Brick(f"L{level + 1}", same_plank, MASS), Pose((0.0, 0.0, (level + 0.5) * THICKNESS)))
+    assert not is_stopped(assembly, "L1", Coming(0.1 * fastest(10)))

@@ -7,11 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stability.geometry.separation import boxes_apart
-from stability.model import Brick, Pose, Quaternion, Vec3
-from stability.shapes.box import Box
+from stability.model import Pose, Quaternion, Vec3
 from stability.statics.contacts.axes import closeness
-from stability.statics.contacts.solids import solid
-from stability.statics.facts import Placed
+from stability.statics.contacts.solids import box_solid
 
 PLANK, CUBE = (0.1176, 0.0234, 0.0078), (0.03, 0.03, 0.03)
 FAR = 10.0  # [m] everything is nearer
@@ -22,7 +20,7 @@ TURN = st.tuples(PART, PART, PART, PART).filter(lambda turn: sum(part * part for
 @given(st.tuples(*[st.floats(-0.1, 0.1)] * 3), TURN, TURN)
 def test_the_gap_of_a_contact_is_that_of_the_separation(place: Vec3, turn_a: Quaternion, turn_b: Quaternion) -> None:
     a, b = Pose(place, unit(turn_a)), Pose((0.0, 0.0, 0.0), unit(turn_b))
-    close = closeness(solid(Placed(Brick("a", Box(PLANK), 1.0), a)), solid(Placed(Brick("b", Box(CUBE), 1.0), b)), FAR)
+    close = closeness(box_solid("a", PLANK, a), box_solid("b", CUBE, b), FAR)
     assert close is not None
     assert close.gap == pytest.approx(boxes_apart(PLANK, a, CUBE, b).gap, abs=2e-9)  # faces win ties by a nanometre
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from stability.geometry.rotations import multiply, rotate
 from stability.geometry.separation import boxes_apart
 from stability.model import Quaternion, Vec3
-from stability.statics.contacts.touch import Solid
+from stability.statics.contacts.solids import BoxSolid
 from tests.stability.statics.contacts.touching import (
     TOLERANCES,
     L,
@@ -24,7 +24,7 @@ from tests.stability.statics.contacts.touching import (
 )
 
 
-def scenes() -> list[tuple[Solid, Solid]]:
+def scenes() -> list[tuple[BoxSolid, BoxSolid]]:
     v = leaning_pair(radians(60.0))
     return [
         (plank("a", (0.0, 0.0, 0.0)), plank("b", (0.01, 0.003, T), yawed(0.5))),
@@ -51,7 +51,7 @@ def test_size_place_and_yaw_change_nothing(scene: int, scale: float, yaw: float,
         x, y, z = rotate(yawed(yaw), point)
         return (scale * x + shift[0], scale * y + shift[1], scale * z + shift[2])
 
-    def remade(body: Solid) -> Solid:
+    def remade(body: BoxSolid) -> BoxSolid:
         size = (scale * body.size[0], scale * body.size[1], scale * body.size[2])
         return brick(body.id, size, placed(body.pose.position_W), multiply(yawed(yaw), body.pose.orientation))
 
@@ -95,5 +95,5 @@ def test_every_normal_parts_the_bodies_at_every_point(
         assert min(heights_b) >= -within
 
 
-def _deepest(a: Solid, b: Solid) -> float:
+def _deepest(a: BoxSolid, b: BoxSolid) -> float:
     return -boxes_apart(a.size, a.pose, b.size, b.pose).gap

@@ -7,10 +7,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from stability.geometry.rotations import multiply
-from stability.model import IDENTITY, Brick, Pose, Vec3
-from stability.shapes.box import Box
-from stability.statics.contacts.touch import Solid, contact_with_plane, solid
-from stability.statics.facts import Placed
+from stability.model import IDENTITY, Pose, Vec3
+from stability.statics.contacts.solids import BoxSolid, box_solid
+from stability.statics.contacts.touch import contact_with_plane
 from tests.stability.statics.contacts.touching import (
     CUBE,
     GROUND,
@@ -32,12 +31,12 @@ from tests.stability.statics.contacts.touching import (
 REACH = TOLERANCES.gap * T
 
 
-def disturbed(body: Solid, shift: Vec3, turn: Vec3) -> Solid:
+def disturbed(body: BoxSolid, shift: Vec3, turn: Vec3) -> BoxSolid:
     (x, y, z), turning = body.pose.position_W, IDENTITY
     for axis, angle in zip(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), UP), turn, strict=True):
         turning = multiply(about(axis, angle), turning)
     pose = Pose((x + shift[0], y + shift[1], z + shift[2]), multiply(turning, body.pose.orientation))
-    return solid(Placed(Brick(body.id, Box(body.size), 1.0), pose))
+    return box_solid(body.id, body.size, pose)
 
 
 NOISE = st.tuples(*[st.floats(-1e-5, 1e-5)] * 3)

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from math import asin, cos, degrees, dist, pi, sin
 
 from stability.geometry.rotations import rotate
-from stability.model import IDENTITY, Brick, Plane, Pose, Quaternion, Vec3
-from stability.shapes.box import Box
-from stability.statics.contacts.touch import Solid, contact_between, solid
-from stability.statics.facts import Contact, Placed, Tolerances
+from stability.model import IDENTITY, Plane, Pose, Quaternion, Vec3
+from stability.statics.contacts.solids import BoxSolid, box_solid
+from stability.statics.contacts.touch import contact_between
+from stability.statics.facts import Contact, Tolerances
 
 L, W, T = PLANK = (0.1176, 0.0234, 0.0078)
 CUBE = (1.0, 1.0, 1.0)
@@ -30,22 +30,22 @@ def pitched(angle: float) -> Quaternion:
     return about((0.0, -1.0, 0.0), angle)
 
 
-def brick(name: str, size: Vec3, position: Vec3, orientation: Quaternion = IDENTITY) -> Solid:
-    return solid(Placed(Brick(name, Box(size), 1.0), Pose(position, orientation)))
+def brick(name: str, size: Vec3, position: Vec3, orientation: Quaternion = IDENTITY) -> BoxSolid:
+    return box_solid(name, size, Pose(position, orientation))
 
 
-def plank(name: str, position: Vec3, orientation: Quaternion = IDENTITY) -> Solid:
+def plank(name: str, position: Vec3, orientation: Quaternion = IDENTITY) -> BoxSolid:
     return brick(name, PLANK, position, orientation)
 
 
-def touch(a: Solid, b: Solid) -> Contact | None:
+def touch(a: BoxSolid, b: BoxSolid) -> Contact | None:
     """The contact of two bricks, which must be the same seen from either."""
     found = contact_between(a, b, 0.5, TOLERANCES)
     assert found == contact_between(b, a, 0.5, TOLERANCES)
     return found
 
 
-def contact(a: Solid, b: Solid) -> Contact:
+def contact(a: BoxSolid, b: BoxSolid) -> Contact:
     found = touch(a, b)
     assert found is not None
     return found
@@ -64,13 +64,13 @@ def elevations(found: Contact) -> list[float]:
 # --- edges and corners ----------------------------------------------------------------------------------------------
 
 
-def ladder(theta: float) -> Solid:
+def ladder(theta: float) -> BoxSolid:
     """A plank whose lower face's edges touch the floor z = 0 and the wall x = L cos(theta)."""
     centre = rotate(pitched(theta), (L / 2, 0.0, T / 2))
     return plank("ladder", centre, pitched(theta))
 
 
-def leaning_pair(theta: float) -> tuple[Solid, Solid]:
+def leaning_pair(theta: float) -> tuple[BoxSolid, BoxSolid]:
     """An inverted V whose upper edges meet at the origin."""
     x, z = L / 2 * cos(theta) + T / 2 * sin(theta), L / 2 * sin(theta) - T / 2 * cos(theta)
     return plank("a", (-x, 0.0, -z), pitched(theta)), plank("b", (x, 0.0, -z), pitched(pi - theta))

@@ -21,6 +21,8 @@ from tests.stackdsl.language.layouts.layout_shapes import KAPLA, THICKNESS
 
 def lowest(spec: BrickSpec) -> float:
     """The height of the lowest point of a brick [m]."""
+    if spec.outline is not None:
+        return spec.position[2] + min(z for _, z in spec.outline)
     made = block(spec.size or KAPLA, pose_of(spec))
     return made.p_WC[2] - made.reach[2]
 
@@ -33,6 +35,11 @@ EXAMPLES: dict[str, tuple[dict[str, object], int]] = {  # parameters, and how ma
     "tower": ({"levels": 4, "bricks": 7}, 28),
     "leaning_structure": ({"levels": 5}, 10),
     "card_house": ({"levels": 3}, 15),
+    "arch": ({"span": "1 m", "thickness": "60 mm", "voussoirs": 9, "rise": "200 mm", "abutment": "300 mm"}, 11),
+    "flat_arch": (
+        {"span": "1 m", "height": "500 mm", "thickness": "200 mm", "voussoirs": 7, "abutment": "300 mm"},
+        9,
+    ),
 }
 
 
@@ -64,7 +71,7 @@ def test_levels_are_built_upwards_and_the_first_rests_on_the_ground(name: str) -
     assert [spec.level for spec in specs] == sorted(spec.level for spec in specs)
     assert {spec.level for spec in specs} == set(range(1, specs[-1].level + 1))
     assert min(lowest(spec) for spec in specs if spec.level == 1) == pytest.approx(0.0, abs=1e-12)
-    if not any(spec.lean for spec in specs):
+    if not any(spec.lean or spec.outline for spec in specs):
         heights = [spec.position[2] for spec in specs]
         assert heights == pytest.approx([(spec.level - 0.5) * THICKNESS for spec in specs], rel=1e-12)
 
@@ -77,7 +84,7 @@ def test_origin_and_heading_move_a_layout_as_a_whole(name: str, heading: float, 
         assert hypot(b.position[0] - x, b.position[1] - y) == pytest.approx(hypot(*a.position[:2]), abs=1e-12)
         assert b.position[2] - a.position[2] == pytest.approx(z, abs=1e-12)
         assert b.yaw - a.yaw == pytest.approx(heading * pi / 180, abs=1e-12)
-        assert (b.level, b.lean, b.size, b.together) == (a.level, a.lean, a.size, a.together)
+        assert (b.level, b.lean, b.size, b.outline, b.together) == (a.level, a.lean, a.size, a.outline, a.together)
 
 
 def test_a_heading_turns_x_towards_y() -> None:

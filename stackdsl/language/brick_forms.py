@@ -1,0 +1,106 @@
+"""What a brick is made to: its shape, the box around it, and which of its points an author means by its place."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Final, TypeAlias
+
+from stability.geometry.vectors import scale, subtract
+from stability.model import ConvexShape, Vec3
+from stability.shapes.box import Box
+from stability.shapes.not_a_solid import NotASolidError
+from stability.shapes.off_centre_box import MIDDLE, OffCentreBox
+from stackdsl.language.layouts.registry import BrickSpec
+from stackdsl.language.mistakes import MistakeError
+from stackdsl.language.obj_text import obj_mesh
+
+KEPT: Final = 4096  # forms that are worked out once
+METRES: Final = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
+
+Outline: TypeAlias = tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Form:
+    """The form of a brick. Ways lead from its centre of mass, in its own axes [m]."""
+
+    shape: ConvexShape
+    size: Vec3  # of the box around it, along its own axes [m]
+    middle: Vec3 = MIDDLE  # to the middle of that box, which layouts, `on` and `beside` go by
+    origin: Vec3 = MIDDLE  # to what `at` says the place of: of a box its middle, of a solid where it is written from
+
+
+def box_form(size: Vec3, centre_of_mass: Vec3 | None = None) -> Form:
+    """A box, its centre of mass seen from its middle [m]. Raises MistakeError."""
+    if centre_of_mass is None or centre_of_mass == MIDDLE:
+        return Form(Box(size), size)
+    if any(abs(part) >= 0.5 * side for part, side in zip(centre_of_mass, size, strict=True)):
+        message = "the centre of mass lies outside of the box"
+        raise MistakeError("SD104", message, "write it as seen from the middle of the box, inside of it")
+    back = subtract(MIDDLE, centre_of_mass)
+    return Form(OffCentreBox(size, centre_of_mass), size, back, back)
+
+
+@lru_cache(maxsize=KEPT)
+def prism_form(outline: Outline, depth: float, centre_of_mass: Vec3 | None = None) -> Form:
+    """A prism. Raises MistakeError."""
+    from stability.shapes.solid_making import prism  # noqa: PLC0415 -- boxes do without scipy
+
+    try:
+        made = prism(outline, depth, centre_of_mass)
+    except NotASolidError as error:
+        raise MistakeError("SD104", error.message, error.hint) from error
+    return _form(made.shape, made.centre_of_mass)
+
+
+@lru_cache(maxsize=KEPT)
+def hull_form(points: tuple[Vec3, ...], centre_of_mass: Vec3 | None = None) -> Form:
+    """The hull of points. Raises MistakeError."""
+    from stability.shapes.solid_making import solid_of_corners  # noqa: PLC0415 -- boxes do without scipy
+
+    try:
+        made = solid_of_corners(points, centre_of_mass)
+    except NotASolidError as error:
+        raise MistakeError("SD104", error.message, error.hint) from error
+    return _form(made.shape, made.centre_of_mass)
+
+
+@lru_cache(maxsize=KEPT)
+def mesh_form(text: str, file: str, unit: str, centre_of_mass: Vec3 | None = None) -> Form:
+    """The solid of the text of an OBJ file. Raises MistakeError."""
+    from stability.shapes.solid_making import solid_of_mesh  # noqa: PLC0415 -- boxes do without scipy
+
+    mesh = obj_mesh(text, file)
+    try:
+        made = solid_of_mesh([scale(METRES[unit], point) for point in mesh.points], mesh.loops, centre_of_mass)
+    except NotASolidError as error:
+        raise MistakeError("SD104", f"{file}: {error.message}", error.hint) from error
+    return _form(made.shape, made.centre_of_mass)
+
+
+def _form(shape: ConvexShape, centre_of_mass: Vec3) -> Form:
+    lows, highs = zip(*((min(along), max(along)) for along in zip(*shape.corners, strict=True)), strict=True)
+    (ax, ay, az), (bx, by, bz) = lows, highs
+    middle = (0.5 * (ax + bx), 0.5 * (ay + by), 0.5 * (az + bz))
+    return Form(shape, (bx - ax, by - ay, bz - az), middle, subtract(MIDDLE, centre_of_mass))
+
+
+def laid(form: Form, spec: BrickSpec) -> Form:
+    """What a layout lays of bricks of a form: whole ones, pieces, or stones of its own. Raises MistakeError."""
+    if spec.outline is None:
+        return cut_to(form, spec.size or form.size)
+    return prism_form(spec.outline, spec.depth)
+
+
+def cut_to(form: Form, size: Vec3) -> Form:
+    """The same material in another size, as at the ends of a wall: of boxes only."""
+    if size == form.size:
+        return form
+    match form.shape:
+        case Box():
+            return Form(Box(size), size)
+        case OffCentreBox(whole, centre):
+            x, y, z = (part * side / full for part, side, full in zip(centre, size, whole, strict=True))
+            return box_form(size, (x, y, z))
+    raise MistakeError(
+        "SD104", "the layout lays pieces of bricks, and a solid cannot be cut", "take boxes, given by their `size`"
+    )

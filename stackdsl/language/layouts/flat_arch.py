@@ -1,0 +1,63 @@
+r"""The flat arch, or jack arch: wedges between two abutments, level below and above.
+
+________________________
+|    \    \  |  /    /    |     all joints lead to one point below the middle, so that every stone narrows downwards
+|     \____\_|_/____/     |     and is held by its neighbours; the outermost lean the most
+|     |             |     |
+|_____|             |_____|
+"""
+
+from itertools import pairwise
+from math import tan
+from typing import Annotated
+
+from pydantic import Field
+
+from stability.model import Vec3
+from stackdsl.language.author_models import default
+from stackdsl.language.author_types import MAX_BRICKS, PositiveLength, Slope
+from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Outline, Specs, layout
+from stackdsl.language.mistakes import MistakeError
+
+
+class FlatArchParams(LayoutParams):
+    """Wedges between two abutments."""
+
+    span: PositiveLength = Field(description="between the abutments, on the lower side")
+    height: PositiveLength = Field(description="of the lower side above the ground")
+    thickness: PositiveLength = Field(description="from the lower side to the upper one")
+    voussoirs: Annotated[int, Field(strict=True, ge=1, le=MAX_BRICKS - 2)] = Field(description="how many stones")
+    lean: Slope = default("20 deg", "of the outermost joints from upright")
+    abutment: PositiveLength = Field(description="how wide each abutment is on top")
+    depth: PositiveLength | None = Field(None, description="from front to back; default: the width of the brick")
+
+    count = "voussoirs"
+
+    @property
+    def bricks_at_most(self) -> int:
+        return self.voussoirs + 2
+
+
+@layout("flat_arch", FlatArchParams)
+def flat_arch(params: FlatArchParams, size: Vec3) -> Specs:
+    """Two abutments, and wedges between them, level below and above, all set down at one moment."""
+    if not 0.0 < tan(params.lean) < params.span / params.thickness:
+        raise MistakeError("SD104", "so the joints hold no stone", "let the outermost lean by such as 20 deg")
+    half, low, high = 0.5 * params.span, params.height, params.height + params.thickness
+    widening = 1.0 + params.thickness * tan(params.lean) / half  # from the lower side to the upper one
+    below = [half * (2.0 * number / params.voussoirs - 1.0) for number in range(params.voussoirs + 1)]
+    stones: list[Outline] = [
+        ((a, low), (a * widening, high), (b * widening, high), (b, low)) for a, b in pairwise(below)
+    ]
+    depth, out = params.depth or size[1], half * widening
+    far = out + params.abutment
+    ends: list[Outline] = [
+        ((side * half, 0.0), (side * half, low), (side * out, high), (side * far, high), (side * far, 0.0))
+        for side in (-1.0, 1.0)
+    ]
+    specs = [BrickSpec(1, (0.0, 0.0, 0.0), outline=end, depth=depth) for end in ends]
+    specs += [
+        BrickSpec(2, (0.0, 0.0, 0.0), outline=stone, depth=depth, together=number > 0)
+        for number, stone in enumerate(stones)
+    ]
+    return tuple(specs)

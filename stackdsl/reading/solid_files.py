@@ -1,0 +1,65 @@
+"""The files that bricks are made of: found beside the file that names them, and read once for a scenario."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Final
+
+from stackdsl.diagnostics import Diagnostic
+from stackdsl.reading.project import OutsideError, file_in_project, root_of
+from stackdsl.reading.source import Path, Plain, Source
+
+FILE: Final = "file"
+MAX_FILES: Final = 1000  # of one scenario
+
+
+def with_solid_files(source: Source, read: Callable[[str], str]) -> tuple[Source, tuple[Diagnostic, ...]]:
+    """The scenario with the texts of the files of its bricks, each named by its path from here; and what is wrong.
+
+    `read` gives the text of a file by its path, and raises OutsideError where it cannot.
+    """
+    named = list(_named(source))
+    if not named:
+        return source, ()
+    values, mistakes = source.values, []
+    texts: dict[str, str] = {}
+    for path, written in named:
+        try:
+            beside = source.span_of(path).file  # a brick may come from a file that is included
+            file = file_in_project(written.strip(), beside, root_of(source.file))
+            if file not in texts:
+                if len(texts) == MAX_FILES:
+                    raise OutsideError(f"the bricks come from more than {MAX_FILES} files", "take fewer")
+                texts[file] = read(file)
+        except OutsideError as error:
+            mistakes.append(Diagnostic("SD113", source.span_of(path), error.message, error.hint))
+            continue
+        values = _with(values, path, file)
+    return replace(source, values=values, files=texts, parts=(*source.parts, *texts)), tuple(mistakes)
+
+
+def _named(source: Source) -> Iterator[tuple[Path, str]]:
+    """Where a brick says which file it is of."""
+    for path in source.value_spans:
+        if path[-1:] == (FILE,) and ("brick" in path[-2:-1] or "brick_types" in path[-3:-2]):
+            value: Plain = source.values
+            for key in path:
+                value = value[key]  # type: ignore[index]  # a path leads through mappings and lists
+            if isinstance(value, str) and value.strip() and "\0" not in value:
+                yield path, value
+
+
+def _with(values: dict[str, Plain], path: Path, leaf: str) -> dict[str, Plain]:
+    """The values with another one at a path."""
+    changed = _changed(values, path, leaf)
+    assert isinstance(changed, dict)
+    return changed
+
+
+def _changed(value: Plain, path: Path, leaf: str) -> Plain:
+    if not path:
+        return leaf
+    key, rest = path[0], path[1:]
+    if isinstance(value, dict):
+        return {**value, str(key): _changed(value[str(key)], rest, leaf)}
+    assert isinstance(value, list)
+    return [_changed(item, rest, leaf) if index == key else item for index, item in enumerate(value)]
