@@ -62,4 +62,5 @@ export interface Payload {
   events: Told[];
   proofs: Proof[];
   fall: Fall | null;
+  weakest: { brick: number; depth: number } | null; // where what stands is nearest to tipping [mm]
 }

@@ -26,6 +26,7 @@ export class Player {
   shown: number[] = []; // which of the runs
   told: () => void = () => undefined; // whenever something has changed
   drawn = 0; // frames so far
+  private sought = false; // whether somebody chose what time is seen
   private fresh = false;
   private before = 0; // when the last frame was drawn [ms]
   private late = 0; // [s] between the last frames
@@ -47,11 +48,48 @@ export class Player {
     this.seek(Math.min(this.time, this.timeline.end));
   }
 
-  start(): void {
-    this.show(0);
+  // A run that there is from now on, or instead of the one of this number: what is looked at, and from where, stays.
+  put(number: number, run: Run): void {
+    const first = this.shown.length === 0;
+    this.runs[number] = run;
+    this.made.get(number)?.forget();
+    this.made.delete(number);
+    if (first) this.open(number);
+    else if (this.shown.includes(number)) this.again(this.shown);
+  }
+
+  // There are fewer runs from now on.
+  keep(count: number): void {
+    if (this.runs.length <= count) return;
+    this.runs.length = count;
+    for (const [number, stage] of this.made) if (number >= count) stage.forget(), this.made.delete(number);
+    const left = this.shown.filter((number) => number < count);
+    if (left.length < this.shown.length) this.again(left.length ? left : [0]);
+  }
+
+  private again(numbers: number[]): void {
+    const name = this.picked && this.viewer.stages[this.picked[0]].run.told.bricks.name[this.picked[1]];
+    const place = this.picked?.[0] ?? 0;
+    const [time, sought] = [this.time, this.sought];
+    this.show(...numbers);
+    const brick = name === undefined ? -1 : (this.viewer.stages[place]?.run.told.bricks.name.indexOf(name) ?? -1);
+    if (brick >= 0) this.picked = [place, brick];
+    else this.following = false;
+    this.seek(sought ? time : this.beginning());
+    this.sought = sought;
+  }
+
+  // Show one run for the first time.
+  private open(number: number): void {
+    this.show(number);
     this.viewer.look("three-quarter", this.timeline.end);
     this.seek(this.beginning());
     this.viewer.fit(this.time);
+    this.sought = false;
+  }
+
+  start(): void {
+    if (this.runs.length) this.open(0);
     const frame = (now: number): void => {
       this.frame(now);
       requestAnimationFrame(frame);
@@ -62,12 +100,14 @@ export class Player {
   // Just before it begins to fall, or its end.
   private beginning(): number {
     const { told } = this.viewer.stages[0].run;
+    if (told.fall && !told.events.some((event) => event.kind === "collapsed")) return told.fall.time;
     const fell = told.events.find((event) => event.kind === "collapsed");
     return fell ? Math.max(0, Math.min(fell.time, told.fall?.time ?? Infinity) - 0.001) : told.end;
   }
 
   seek(time: number): void {
     this.time = Math.min(this.timeline.end, Math.max(0, time));
+    this.sought = true;
     this.swinging = false;
     this.touch();
   }
@@ -75,6 +115,7 @@ export class Player {
   play(wanted = !this.playing): void {
     if (wanted && this.time >= this.timeline.end) this.time = 0;
     this.playing = wanted;
+    this.sought ||= wanted;
     this.swinging = false;
     this.touch();
   }
@@ -85,9 +126,15 @@ export class Player {
     this.seek(event ? event.time : way > 0 ? this.timeline.end : 0);
   }
 
+  // Show the brick that is nearest to tipping.
+  pickWeakest(): void {
+    const weakest = this.viewer.stages[0]?.run.told.weakest;
+    if (weakest) this.pick([0, weakest.brick]);
+  }
+
   // Play the motion that proves that it falls.
   swing(): void {
-    const fall = this.viewer.stages[0].run.told.fall;
+    const fall = this.viewer.stages[0]?.run.told.fall;
     if (!fall) return;
     this.playing = false;
     this.seek(fall.time);
@@ -136,7 +183,7 @@ export class Player {
       if (this.time >= this.timeline.end) [this.time, this.playing] = [this.timeline.end, false];
     }
     if (this.swinging) this.swingTime += passed;
-    if (this.fresh && !this.swinging) return;
+    if ((this.fresh && !this.swinging) || !this.viewer.stages.length) return;
     this.fresh = true;
     this.update();
     this.viewer.draw();

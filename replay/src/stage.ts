@@ -1,5 +1,5 @@
 // One run on the screen: its bricks, what is drawn over them, and the ground.
-import { Box3, Color, DoubleSide, GridHelper, Matrix4, Mesh, MeshBasicMaterial, PlaneGeometry, Quaternion, Scene, Vector3 } from "three";
+import { Box3, Color, DoubleSide, GridHelper, InstancedMesh, LineSegments, Matrix4, Mesh, MeshBasicMaterial, PlaneGeometry, Quaternion, Scene, Vector3 } from "three";
 import { Bricks } from "./bricks";
 import { Colours, type Mode } from "./colours";
 import { type Overlay, Overlays } from "./overlays";
@@ -59,6 +59,14 @@ export class Stage {
     if (look.swing) this.swing(look);
     bricks.done();
     this.overlays.show(look.overlays, look.time);
+  }
+
+  // It is not drawn any more: give back what it has on the graphics card.
+  forget(): void {
+    this.scene.traverse((one) => {
+      if (one instanceof InstancedMesh) one.dispose();
+      if (one instanceof Mesh || one instanceof LineSegments) one.geometry.dispose();
+    });
   }
 
   // Where a brick is drawn.
