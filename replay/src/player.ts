@@ -9,6 +9,7 @@ import { type From, Viewer } from "./viewer";
 
 export const SPEEDS = [1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1, 2, 4, 8];
 const LATE = 1 / 35; // [s] between frames
+const COARSEST = 0.5; // fewer pixels than a quarter of them save nothing more: then it is corners that take the time
 const TELLING = 60; // [ms] between texts while it plays, which nobody reads faster
 const SWINGING = 1.5; // [s] from where it stood and back
 
@@ -198,7 +199,7 @@ export class Player {
   private adapt(passed: number): void {
     this.late = this.playing || this.swinging ? 0.8 * this.late + 0.2 * passed : 0;
     const { viewer } = this;
-    const wanted = this.late > LATE && viewer.sharpness > 0.3 ? viewer.sharpness * 0.7 : this.late ? viewer.sharpness : 1;
+    const wanted = this.late > LATE && viewer.sharpness > COARSEST ? Math.max(COARSEST, viewer.sharpness * 0.7) : this.late ? viewer.sharpness : 1;
     if (wanted === viewer.sharpness) return;
     [viewer.sharpness, this.fresh] = [wanted, false];
     if (this.late) this.late = 1 / 60;

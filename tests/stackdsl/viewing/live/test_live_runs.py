@@ -45,7 +45,7 @@ def test_five_planks_are_proven_to_stand_at_once_and_the_weakest_is_named() -> N
     run = told(case_of(COLUMN.format(levels=5)))
     assert "proven to stand" in run["verdict"]
     assert len(run["bricks"]["name"]) == 5
-    # The centre of L5.1 is 4 x 12 mm beside that of L1.1, whose end is 58.8 mm away; across, its sides are 11.7 mm away.
+    # The centre of L5.1 is 4 x 12 mm beside that of L1.1, whose end is 58.8 mm away; its sides are nearer, 11.7 mm.
     assert run["bricks"]["name"][run["weakest"]["brick"]] == "L5.1"
     assert run["weakest"]["depth"] == pytest.approx(58.8 - 48.0, abs=0.1)
 
