@@ -6,7 +6,7 @@ import { button, choice, offer, part, say, swatch } from "./page";
 import type { Payload } from "./payload";
 import { type Heard, listen } from "./live";
 import { Player, SPEEDS } from "./player";
-import { Run, State } from "./run";
+import { marksOf, Run, State } from "./run";
 import { DIFFERENT } from "./stage";
 import type { From } from "./viewer";
 
@@ -22,12 +22,12 @@ const WORDS: Record<State, string> = {
 };
 
 // What is said of a brick.
-function labelOf(run: Run, brick: number, time: number): string {
+function labelOf(run: Run, brick: number, time: number, marks: Map<string, string[]> | undefined): string {
   const { bricks } = run.told;
   const found = run.proofAt(time);
   const place = found?.place.get(brick);
   const lines = [
-    `${bricks.name[brick]}${bricks.level[brick] ? `, level ${bricks.level[brick]}` : ""}, ${bricks.grams[brick]} g: ${WORDS[run.stateAt(brick, time)]}`,
+    `${bricks.name[brick]}${bricks.level[brick] ? `, level ${bricks.level[brick]}` : ""}, ${bricks.grams[brick]} g: ${run.told.marks ? "as the golden file has it" : WORDS[run.stateAt(brick, time)]}`,
   ];
   if (found && place !== undefined) {
     const on = found.proof.rests[place].map(([below, share]) => run.nameOf(below) + (share === null ? "" : ` ${Math.round(100 * share)} %`));
@@ -35,7 +35,7 @@ function labelOf(run: Run, brick: number, time: number): string {
     const depth = found.proof.depth[place];
     if (depth !== null) lines.push(`its centre is ${depth} mm inside what carries it`);
   }
-  return [...lines, bricks.place[brick]].join("\n");
+  return [...lines, ...(marks?.get(bricks.name[brick]) ?? []), bricks.place[brick]].join("\n");
 }
 
 function build(player: Player): Heard {
@@ -103,7 +103,9 @@ function build(player: Player): Heard {
     say(title, `${run.told.name}: ${run.told.verdict}`);
     const failed = run.told.outcomes.filter((outcome) => !outcome.passed).map((outcome) => `failed: ${outcome.text}`);
     say(about, [run.told.description, ...failed].filter(Boolean).join(" - "));
-    say(notes, [factOf(run), ...(lines[player.shown[0]] ?? [])].filter(Boolean).join("\n"));
+    const marks = marksOf(run, viewer.stages[1]?.run);
+    const ofWhole = [...(marks ?? [])].filter(([name]) => !run.told.bricks.name.includes(name)).flatMap(([name, texts]) => texts.map((text) => `${name} ${text}`));
+    say(notes, [factOf(run), ...ofWhole, ...(lines[player.shown[0]] ?? [])].filter(Boolean).join("\n"));
     weakest.hidden = run.told.weakest === null;
     say(clock, `${player.time.toFixed(3)} s of ${timeline.end.toFixed(3)} s`);
     say(playing, player.playing ? "Pause" : "Play");
@@ -120,11 +122,11 @@ function build(player: Player): Heard {
       say(caption, viewer.stages[place]?.run.told.name ?? "");
       caption.style.left = place ? "50.5%" : ".5rem";
     });
-    const key = `${player.mode} ${player.shown}`;
+    const key = `${player.mode} ${player.shown} ${marks?.size}`;
     if (key !== legendOf) {
       legendOf = key;
       const entries = viewer.stages[0].colours.legend(player.mode);
-      if (viewer.stages.length > 1) entries.push(["not where it is in the other run", DIFFERENT]);
+      if (viewer.stages.length > 1) entries.push([marks ? "differs from the golden file" : "not where it is in the other run", DIFFERENT]);
       legend.replaceChildren(...entries.map(([text, code]) => part("div", {}, swatch(`#${code.getHexString()}`), document.createTextNode(text))));
     }
     colour.value = player.mode;
@@ -132,7 +134,7 @@ function build(player: Player): Heard {
     const found = seen ?? player.picked;
     label.hidden = !found;
     if (found) {
-      label.textContent = labelOf(viewer.stages[found[0]].run, found[1], player.time);
+      label.textContent = labelOf(viewer.stages[found[0]].run, found[1], player.time, marks);
       const [x, y] = seen && hovered ? [hovered.x, hovered.y] : viewer.onScreen(viewer.stages[found[0]].drawn(found[1]), found[0]);
       label.style.left = `${Math.min(x + 14, viewer.canvas.clientWidth - label.offsetWidth - 4)}px`;
       label.style.top = `${Math.min(y + 14, viewer.canvas.clientHeight - label.offsetHeight - 4)}px`;
@@ -199,9 +201,19 @@ async function main(): Promise<void> {
   const told = JSON.parse(data.textContent!) as Payload[];
   const player = new Player(await Promise.all(told.map((one) => Run.of(one))));
   const heard = build(player);
-  player.start();
+  player.start(nameIn(location.hash));
+  heard.changed();
   expose(player);
   if (data.dataset.live !== undefined) listen(player, heard);
+}
+
+// Which run a link means.
+function nameIn(hash: string): string {
+  try {
+    return decodeURIComponent(hash.slice(1));
+  } catch {
+    return "";
+  }
 }
 
 // What whoever drives the page from outside can ask, such as its tests.

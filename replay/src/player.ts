@@ -2,7 +2,7 @@
 import { Vector3 } from "three";
 import { MODES, type Mode } from "./colours";
 import type { Overlay } from "./overlays";
-import { Run } from "./run";
+import { goldenOf, type Run } from "./run";
 import { Stage } from "./stage";
 import { Timeline } from "./timeline";
 import { type From, Viewer } from "./viewer";
@@ -80,17 +80,21 @@ export class Player {
     this.sought = sought;
   }
 
-  // Show one run for the first time.
+  // Show one run for the first time, beside its golden file if that differs.
   private open(number: number): void {
-    this.show(number);
+    const golden = this.runs.findIndex((run) => run.told.name === goldenOf(this.runs[number]));
+    const differs = golden >= 0 && Object.keys(this.runs[golden].told.marks ?? {}).length > 0;
+    this.show(number, ...(differs ? [golden] : []));
     this.viewer.look("three-quarter", this.timeline.end);
     this.seek(this.beginning());
     this.viewer.fit(this.time);
     this.sought = false;
   }
 
-  start(): void {
-    if (this.runs.length) this.open(0);
+  // Begin with the run of this name, or the first.
+  start(name: string): void {
+    const named = this.runs.findIndex((run) => run.told.name === name);
+    if (this.runs.length) this.open(Math.max(0, named));
     const frame = (now: number): void => {
       this.frame(now);
       requestAnimationFrame(frame);

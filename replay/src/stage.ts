@@ -3,7 +3,7 @@ import { Box3, Color, DoubleSide, GridHelper, InstancedMesh, LineSegments, Matri
 import { Bricks } from "./bricks";
 import { Colours, type Mode } from "./colours";
 import { type Overlay, Overlays } from "./overlays";
-import type { Pose, Run } from "./run";
+import { marksOf, type Pose, type Run } from "./run";
 
 export const DIFFERENT = new Color("#ff00ff");
 const PICKED = new Color("#ffffff");
@@ -104,6 +104,8 @@ export class Stage {
   }
 
   private differs(brick: number, time: number, beside: Run, places?: Map<string, number>): boolean {
+    const marks = marksOf(this.run, beside);
+    if (marks) return marks.has(this.run.told.bricks.name[brick]);
     const there = places?.get(this.run.told.bricks.name[brick]);
     if (there === undefined || !beside.isThere(there, time)) return true;
     beside.poseAt(there, time, this.other);

@@ -31,6 +31,8 @@ class RunView:
     proofs: ShownProofs
     places: Mapping[BodyId, Span]  # of what sets down each brick, in the file
     verdict: str  # in words
+    # Of what a golden file tells: what differs from the run beside it, in words, by brick or what else it is of.
+    marks: Mapping[str, tuple[str, ...]] | None = None
 
     @property
     def weakest(self) -> Weakest | None:

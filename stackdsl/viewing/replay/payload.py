@@ -38,6 +38,7 @@ def payload_of(run: RunView) -> Json:
         "proofs": [_proof(proof, numbers) for proof in run.proofs.standing],
         "fall": _fall(run, numbers),
         "weakest": _weakest(run, numbers),
+        "marks": run.marks,
     }
 
 
