@@ -75,6 +75,16 @@ TABLES: Mapping[str, Table] = {
             Column("it stands from friction", "{card_house_friction:.3f}"),
         ),
     ),
+    "live": Table(
+        "live",
+        "scenes",
+        (
+            Column("scene", "{row}"),
+            Column("median, ms", "{median_ms:sig2}"),
+            Column("worst of five, ms", "{worst_ms:sig2}"),
+            Column("of the processor, without the browser, ms", "{processor_ms:sig2}"),
+        ),
+    ),
     "recording": Table(
         "recording",
         "runs",

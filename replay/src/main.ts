@@ -225,6 +225,7 @@ function expose(player: Player): void {
       seek: (time: number) => (player.play(false), player.seek(time), player.update(), player.viewer.draw()),
       time: () => player.time,
       drawn: () => player.drawn,
+      heard: () => player.heard,
       positionOf: (name: string) => player.viewer.stages[0].drawn(numberOf(name)[1]).toArray(),
       poseOf: (name: string) => (
         player.viewer.stages[0].run.poseAt(numberOf(name)[1], player.time, pose), [...pose.position.toArray(), ...pose.orientation.toArray()]

@@ -27,6 +27,7 @@ export class Player {
   shown: number[] = []; // which of the runs
   told: () => void = () => undefined; // whenever something has changed
   drawn = 0; // frames so far
+  heard = 0; // runs that came while the page was open, each time anew
   private sought = false; // whether somebody chose what time is seen
   private fresh = false;
   private before = 0; // when the last frame was drawn [ms]
@@ -52,6 +53,7 @@ export class Player {
   // A run that there is from now on, or instead of the one of this number: what is looked at, and from where, stays.
   put(number: number, run: Run): void {
     const first = this.shown.length === 0;
+    this.heard++;
     this.runs[number] = run;
     this.made.get(number)?.forget();
     this.made.delete(number);

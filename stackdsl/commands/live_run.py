@@ -166,6 +166,8 @@ class _Playing:
             case Played():
                 self.found[number] = result.value.result
                 self.page.show(number, result.value.told)
+                if len(self.found) == len(self.cases):
+                    self.page.tell_doing("working out margins")
                 write(f"{case.name}\n{result.value.text}\n\n")
             case Blocked():
                 self._held_up(number, held_up(case, result.value))

@@ -1,5 +1,6 @@
 """What a live page is told of a case: at once what statics says of it, then how it was played, then its margins."""
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -19,6 +20,8 @@ from stackdsl.viewing.live.preview import preview_of
 from stackdsl.viewing.replay.replay_page import told
 from stackdsl.viewing.run_view import view_of
 
+MANNERS = 10  # of a worker beside the browser, which is to draw first what is known already
+
 
 @dataclass(frozen=True, slots=True)
 class Played:
@@ -35,7 +38,8 @@ def preview(case: Case) -> str:
 
 
 def played(case: Case) -> Played:
-    """What a page and a terminal are told of a case that was played. Raises BlockedPlacementError."""
+    """What a worker does: play, and tell a page and a terminal of it. Raises BlockedPlacementError."""
+    os.nice(MANNERS)
     recorder = Recorder()
     trace = play_case(case.timeline, case.system, known_of(case.scenario, case.system), recorder=recorder)
     result = judged(case, trace)
@@ -44,9 +48,10 @@ def played(case: Case) -> Played:
 
 
 def margin_lines(case: Case) -> Sequence[str]:
-    """What the proofs would survive and what is nearest to failing, or what would mend a fall, in lines of text."""
+    """What a worker does: tell what the proofs would survive, and what is nearest to failing."""
+    os.nice(MANNERS)
     timeline = as_played(case.timeline, system_named(case.system).modification)
     count = sum(not placement.hits for placement in timeline.placements)
     knobs = Knobs(case.scenario, case.variant)
-    lines = proven_lines(proofs_of(timeline), timeline, count, Extent(margins=True, remedies=True), knobs)
+    lines = proven_lines(proofs_of(timeline), timeline, count, Extent(margins=True), knobs)
     return tuple(line.strip() for line in lines)

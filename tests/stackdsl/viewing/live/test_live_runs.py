@@ -29,6 +29,12 @@ PUSHED = """
 """
 
 
+@pytest.fixture(autouse=True)
+def no_manners(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Tests are no workers, and would stay behind others for good."""
+    monkeypatch.setattr("os.nice", lambda more: more)
+
+
 def case_of(text: str) -> Case:
     (case,), mistakes = cases_of(parse(dedent(text), "scene.yaml"))
     assert mistakes == []
