@@ -71,8 +71,11 @@ export class Colours {
         ];
       case "material":
         return this.kinds.slice(0, 8).map((kind, place) => [kind, PALETTE[place % 8]]);
-      default:
-        return [];
+      default: {
+        const levels = [...new Set(this.run.told.bricks.level)].filter((level) => level > 0).sort((one, other) => one - other);
+        const alike = PALETTE.slice(0, 7).map((_, place) => levels.filter((level) => (level - 1) % 7 === place));
+        return alike.flatMap((some, place): Entry[] => (some.length ? [[`level ${some.slice(0, 3).join(", ")}${some.length > 3 ? " ..." : ""}`, PALETTE[place]]] : []));
+      }
     }
   }
 

@@ -57,7 +57,7 @@ function build(player: Player): Heard {
   });
   const [speedLabel, speed] = choice("Speed", SPEEDS.map((one) => [String(one), one < 1 ? `1/${1 / one}` : `${one}`]), (value) => (player.speed = +value));
   const [colourLabel, colour] = choice("Colour", MODES.map((mode) => [mode, mode]), (value) => player.colour(value as Mode));
-  const [viewLabel] = choice("View", VIEWS.map((view) => [view, view]), (value) => player.look(value as From));
+  const [viewLabel, view] = choice("View", VIEWS.map((view) => [view, view]), (value) => player.look(value as From));
   const second = choice("beside", [], () => chosen());
   const first = choice("Run", [], () => chosen());
   const chosen = (): void => player.show(+first[1].value, ...(second[1].value ? [+second[1].value] : []));
@@ -127,9 +127,11 @@ function build(player: Player): Heard {
       legendOf = key;
       const entries = viewer.stages[0].colours.legend(player.mode);
       if (viewer.stages.length > 1) entries.push([marks ? "differs from the golden file" : "not where it is in the other run", DIFFERENT]);
+      legend.hidden = entries.length === 0;
       legend.replaceChildren(...entries.map(([text, code]) => part("div", {}, swatch(`#${code.getHexString()}`), document.createTextNode(text))));
     }
     colour.value = player.mode;
+    view.value = viewer.from;
     const seen = hovered && !player.playing ? viewer.pick(hovered.x, hovered.y, player.time) : undefined;
     const found = seen ?? player.picked;
     label.hidden = !found;
