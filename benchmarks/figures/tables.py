@@ -90,6 +90,16 @@ TABLES: Mapping[str, Table] = {
             Column("one placement, 99 of 100, ms", "{placement_99_ms:sig2}"),
         ),
     ),
+    "live": Table(
+        "live",
+        "scenes",
+        (
+            Column("scene", "{row}"),
+            Column("median, ms", "{median_ms:sig2}"),
+            Column("worst of five, ms", "{worst_ms:sig2}"),
+            Column("of the processor, without the browser, ms", "{processor_ms:sig2}"),
+        ),
+    ),
     "recording": Table(
         "recording",
         "runs",
