@@ -9,6 +9,7 @@ from stability.model import BodyId
 from stackdsl.diagnostics import Diagnostic, Span
 from stackdsl.exits import ExitCode
 from stackdsl.observations import Change
+from stackdsl.measure import Measure
 from stackdsl.trace import NUMERICAL_COLLAPSE, Collapse, Cost, EarlyEnd, WrongEdges
 
 REFERENCE_SYSTEM = "tuned"  # what speed-ups are told against: PyBullet with the settings that stack best
@@ -25,6 +26,7 @@ class Outcome:
     unit: str
     passed: bool
     span: Span
+    numbers: tuple[Measure, ...] = ()  # what of it is a number, with its limits
 
 
 @dataclass(frozen=True, slots=True)
