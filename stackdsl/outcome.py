@@ -8,8 +8,8 @@ from enum import StrEnum
 from stability.model import BodyId
 from stackdsl.diagnostics import Diagnostic, Span
 from stackdsl.exits import ExitCode
-from stackdsl.observations import Change
 from stackdsl.measure import Measure
+from stackdsl.observations import Change
 from stackdsl.trace import NUMERICAL_COLLAPSE, Collapse, Cost, EarlyEnd, WrongEdges
 
 REFERENCE_SYSTEM = "tuned"  # what speed-ups are told against: PyBullet with the settings that stack best

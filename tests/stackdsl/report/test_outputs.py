@@ -62,7 +62,7 @@ expect:
   - stands: all
 """
     write(tmp_path, text)
-    told = stackdsl("check", "--format", "json")
+    told = stackdsl("check", "scene.yaml", "--format", "json")
     whole = json.loads(told.out)
     assert list(jsonschema.Draft202012Validator(SCHEMA).iter_errors(whole)) == []
     height, drift, stands = (each["numbers"] for each in whole["results"][0]["expectations"])
@@ -71,7 +71,7 @@ expect:
     ]
     assert drift == [{"value": 0.0, "least": None, "most": 0.5, "unit": "mm"}]
     assert stands == []
-    again = json.loads(stackdsl("check", "--no-golden", "--format", "json").out)
+    again = json.loads(stackdsl("check", "scene.yaml", "--format", "json").out)
     assert again["results"][0]["expectations"] == whole["results"][0]["expectations"]
 
 
@@ -88,7 +88,7 @@ def test_no_file_name_is_a_formula_of_a_spreadsheet() -> None:
 
 def test_no_text_of_an_author_is_a_command_of_github() -> None:
     told = replace(MISTAKE, message="unknown key 'a\n::stop-commands::b'")
-    lines = report_github(report(diagnostics=[told] * 12)).splitlines()
+    lines = report_github(report(diagnostics=(told,) * 12)).splitlines()
     assert not [line for line in lines if line.lstrip().startswith("::") and not line.startswith("::error")]
 
 
