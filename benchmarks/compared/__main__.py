@@ -1,7 +1,7 @@
 """What a team asks of a test tool, asked of this one and of others by running them: the tables of docs/compared.md.
 
-Each other tool is looked for on the path, or in the folder of programs that `--with pytest=DIRECTORY` names. What is not
-at hand is skipped by name, and keeps the cells that are written already.
+Each other tool is looked for on the path, or in the folder of programs that `--with pytest=DIRECTORY` names. What is
+not at hand is skipped by name, and keeps the cells that are written already.
 
 Run: python -m benchmarks.compared [--with TOOL=DIRECTORY ...] [--only TOOL] [-k WORDS] [--write]
 """

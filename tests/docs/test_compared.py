@@ -81,7 +81,7 @@ def test_a_row_that_nobody_needs_is_refused(tmp_path: Path) -> None:
     (tmp_path / "needs.yaml").write_text("group: [speed]\n", encoding="utf-8")
     text = "tool: a\nversion: a\nrows:\n  sped: {cell: 'yes', documented: manual}\n"
     (tmp_path / "tool.yaml").write_text(text, encoding="utf-8")
-    with pytest.raises(ValueError, match="not in needs.yaml: sped"):
+    with pytest.raises(ValueError, match=r"not in needs\.yaml: sped"):
         read_tool(tmp_path / "tool.yaml")
 
 
@@ -94,7 +94,9 @@ def test_a_tool_that_is_not_at_hand_keeps_its_cells() -> None:
     assert found["tools"]["Vitest"] == {"version": "4"}
 
 
-def test_a_command_that_hangs_is_ended_with_all_that_it_started(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_command_that_hangs_is_ended_with_all_that_it_started(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(asking, "AMPLE", 0.5)
     said = in_shell(tmp_path, "echo begun; sleep 600 & wait", environment())
     assert said.code != 0
