@@ -1,7 +1,7 @@
 """What a team asks of a test tool, asked of this one and of others by running them: the tables of docs/compared.md.
 
 Each other tool is looked for on the path, or in the folder of programs that `--with pytest=DIRECTORY` names. What is
-not at hand is skipped by name, and keeps the cells that are written already.
+not at hand is skipped by name, and keeps the cells that are written already; what came out otherwise loses its cell.
 
 Run: python -m benchmarks.compared [--with TOOL=DIRECTORY ...] [--only TOOL] [-k WORDS] [--write]
 """
@@ -29,12 +29,12 @@ Cells = Mapping[str, str]  # by need
 
 
 def main() -> int:
-    """Ask all that is at hand, print what came out otherwise than its cell says, and keep the rest if asked to."""
+    """Ask all that is at hand, print what came out otherwise than its cell says, and keep the cells if asked to."""
     arguments = _arguments()
     console = Console(stderr=True)
     found: dict[str, Cells] = {}
     about: dict[str, Row] = {}
-    wrong: list[str] = []
+    wrong = 0
     for tool in tools():
         if arguments.only and tool.name not in arguments.only:
             continue
@@ -43,19 +43,19 @@ def main() -> int:
             console.print(f"skipped: {tool.name} is not at hand, there is no program `{tool.finds}`")
             continue
         probes = [each for each in tool.probes.values() if arguments.words in each.need]
-        right = []
+        cells: dict[str, str] = {}
         for probe in track(probes, tool.name, console=console, transient=True):
             said = list(_asked(tool, probe, programs))
             sys.stdout.writelines(f"{each}\n" for each in said)
             sys.stdout.flush()
-            wrong += said
-            right += [] if said else [probe]
-        found[tool.name] = {each.need: shown(each) for each in right}
+            cells[probe.need] = NOT_TRIED if said else shown(probe)
+            wrong += 1 if said else 0
+        found[tool.name] = cells
         about[tool.name] = _about(tool, version_of(tool, programs))
-    console.print(f"{sum(map(len, found.values()))} cells are as they say, {len(wrong)} are not")
-    if arguments.write and not wrong:
+    console.print(f"{sum(map(len, found.values())) - wrong} cells are as they say, {wrong} are not")
+    if arguments.write:
         record(NAME, COMMAND, tables(found, about, before=_before()))
-    return min(len(wrong), 1)
+    return min(wrong, 1)
 
 
 def _arguments() -> argparse.Namespace:
@@ -66,8 +66,6 @@ def _arguments() -> argparse.Namespace:
     arguments = asked.parse_args()
     named = (each.partition("=") for each in arguments.programs)
     arguments.programs = {name: Path(folder).absolute() for name, _, folder in named}
-    if arguments.write and arguments.words:
-        asked.error("--write keeps whole columns: leave out -k")
     return arguments
 
 
@@ -125,12 +123,12 @@ def _before() -> Mapping[str, Rows]:
 
 
 def tables(found: Mapping[str, Cells], about: Rows, before: Mapping[str, Rows]) -> dict[str, Rows]:
-    """A table a group of needs, and one of the tools; of tools that were not asked now, what was found before."""
+    """A table a group of needs, and one of the tools; of what was not asked now, what was found before."""
     names = [tool.name for tool in tools()]
 
     def cell(group: str, need: str, name: str) -> str:
-        if name in found:
-            return found[name].get(need, NOT_TRIED)
+        if need in found.get(name, {}):
+            return found[name][need]
         return str(before.get(group, {}).get(need, {}).get(name, NOT_TRIED))
 
     def rows(group: str, asked: Sequence[str]) -> Rows:
