@@ -11,6 +11,7 @@ from itertools import islice
 from typing import Final
 
 MOST_TOLD: Final = 100  # mistakes of a variant; nobody reads more
+MOST_COMPARED: Final = 300  # choices with a word: some milliseconds, which each of a hundred mistakes may take
 EXCERPT_WIDTH: Final = 200  # [characters] of a long line that are kept around the column
 
 CODES = {
@@ -154,7 +155,15 @@ def _excerpt(line: str, column: int) -> tuple[str, int]:
 
 def did_you_mean(word: str, choices: Sequence[str]) -> str:
     """A hint that names the closest choice, or else all of them if they are few."""
-    close = get_close_matches(word, choices, n=1, cutoff=0.6)
+    close = get_close_matches(word, _compared(word, choices), n=1, cutoff=0.6)
     if close:
         return f"did you mean '{close[0]}'?"
     return f"choose from: {', '.join(choices)}" if 0 < len(choices) <= 16 else ""  # noqa: PLR2004 -- what fits a line
+
+
+def _compared(word: str, choices: Sequence[str]) -> Iterable[str]:
+    """The choices that a word is compared with; of very many, those that begin or end like it."""
+    if len(choices) <= MOST_COMPARED:
+        return choices
+    begins, ends = word[:2], word[-2:]
+    return islice((choice for choice in choices if choice.startswith(begins) or choice.endswith(ends)), MOST_COMPARED)

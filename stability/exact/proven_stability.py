@@ -90,7 +90,7 @@ class ProvenStability:
 
     def landed(self, bricks: Iterable[BodyId]) -> Update:
         """Say that these bricks have come to rest: they are judged at once, though nothing was set down."""
-        coming = self._clear(dict(solids(self.engine, self.engine.states(sorted(bricks)))))
+        coming = self._clear(dict(solids(self.engine, self.engine.states(self._awake.in_order(bricks)))))
         if not coming:
             return Update()
         return self._carry_out(self._judged(coming, names_smallest=False), [each.brick.id for each in coming], set())
@@ -195,7 +195,9 @@ class ProvenStability:
             return list(resting.values())
         tables = (table.brick.id for table in self.assembly.tables)
         known = {*self.assembly.bricks, *tables, *(plane.id for plane in self.assembly.planes)}
-        clear = clear_of_strangers(self.engine, resting, known, self.engine.states(sorted(self._awake.names)))
+        clear = clear_of_strangers(
+            self.engine, resting, known, self.engine.states(self._awake.in_order(self._awake.names))
+        )
         if not clear:
             self._awake.wait()
         return clear

@@ -20,7 +20,7 @@ from stability.model import EARTH, GROUND, BodyId, Brick, Plane, Pose
 from stability.statics.admission import admit_brick, admit_names, admit_site
 from stability.statics.brick_graph import brick_graph, rests_on
 from stability.statics.certificate import Tally, tallied, total_forces
-from stability.statics.facts import Contact, Forces, Placed, Problem, Stability, Stage, Tolerances, Verdict
+from stability.statics.facts import Contact, Forces, Placed, Problem, Stability, Stage, Tolerances, Verdict, by_place
 from stability.statics.prover import Prover
 from stability.statics.structure import Structure
 
@@ -90,7 +90,7 @@ class Assembly:
             admit_brick(placed)
         admit_names([placed.brick.id for placed in bricks], self._structure.bricks)
         admit_names([placed.brick.id for placed in bricks], self._fixed)
-        coming = sorted(bricks, key=_by_height) if len(bricks) > 1 else bricks
+        coming = sorted(bricks, key=by_place) if len(bricks) > 1 else bricks
         self._prover.put(coming)
         return self._judged(started, [placed.brick.id for placed in coming], names_smallest)
 
@@ -211,10 +211,6 @@ class Assembly:
     def all_shares(self, bricks: Collection[BodyId] | None = None) -> Mapping[BodyId, Mapping[BodyId, float]]:
         """The shares of all bricks, or of some as if nothing else were there."""
         return brick_graph(self._structure, self._prover.ledger, self._structure.bricks if bricks is None else bricks)
-
-
-def _by_height(placed: Placed) -> tuple[float, BodyId]:
-    return placed.pose.position_W[2], placed.brick.id
 
 
 def _rounded(problem: Problem, tolerances: Tolerances) -> Tolerances:

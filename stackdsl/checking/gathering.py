@@ -18,6 +18,7 @@ from stackdsl.language.variants import Variant, expand
 from stackdsl.reading.characters import visible
 from stackdsl.reading.composing import Library, composed
 from stackdsl.reading.source import MAX_BYTES, Loaded, Source, load, parsed
+from stackdsl.reading.uncollected import uncollected
 from stackdsl.snapshots.record import Identity
 from stackdsl.timeline import Timeline
 
@@ -194,6 +195,7 @@ def _is_named_alike(path: Path) -> bool:
     return path.suffix.lower() in SUFFIXES
 
 
+@uncollected()
 def cases_of(loaded: Loaded) -> tuple[list[Case], list[Diagnostic]]:
     """The cases of the scenarios of one file that are without a mistake, and the mistakes of the others."""
     cases: list[Case] = []

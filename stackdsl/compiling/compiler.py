@@ -17,6 +17,7 @@ from stackdsl.compiling.contradictions import beyond_what_is_built, contradictio
 from stackdsl.compiling.hands_apart import hands_apart, ways_through_planes
 from stackdsl.compiling.impacts.doing import Done, done
 from stackdsl.compiling.impacts.removals import missing_bricks
+from stackdsl.compiling.misfits import crowded
 from stackdsl.compiling.moment import Moment
 from stackdsl.compiling.name_checks import (
     bricks_that_hit,
@@ -26,6 +27,7 @@ from stackdsl.compiling.name_checks import (
     shared_with_missiles,
     unknown_bricks,
 )
+from stackdsl.compiling.naming import CrowdedBrickError
 from stackdsl.compiling.neighbour_checks import nowhere, out_of_place
 from stackdsl.compiling.shakes import shakes
 from stackdsl.compiling.site import planes_of, tilt_of, turned_plane, turned_pose
@@ -36,6 +38,7 @@ from stackdsl.reading.source import Source
 from stackdsl.timeline import Action, Arrival, Placement, Timeline, World
 
 MAX_BRICKS = 50_000  # in all steps together; some seconds of compiling
+MAX_MEETINGS = 600_000  # bricks that each thrown or dropped one may meet, of all of these; some seconds
 
 Check: TypeAlias = Callable[[Built, Scenario, Source], Iterable[Diagnostic]]
 
@@ -65,7 +68,10 @@ def compile_timeline(scenario: Scenario, source: Source) -> tuple[Timeline | Non
     too_many = tuple(_too_many(scenario, source))
     if too_many:
         return None, too_many
-    built = built_of(scenario, source)
+    try:
+        built = built_of(scenario, source)
+    except CrowdedBrickError as error:
+        return None, (crowded(error.brick, source),)
     if lost := first_of(nowhere(built, scenario, source)):
         return None, tuple(lost)
     checks = CHECKS if built.mistimed else (*CHECKS, *CHECKS_IN_TIME)
@@ -101,6 +107,11 @@ def _too_many(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     if bricks > MAX_BRICKS:
         message = f"the scenario has {bricks} bricks, and {MAX_BRICKS} is the most"
         yield Diagnostic("SD206", source.key_span_of(("build",)), message, "make it smaller")
+    flying = sum(impact.done.missile is not None for impact in scenario.impacts)
+    if flying * bricks > MAX_MEETINGS:
+        message = f"{flying} bricks are thrown or dropped where {bricks} may be in the way of each"
+        hint = f"let one times the other be at most {MAX_MEETINGS}"
+        yield Diagnostic("SD206", source.key_span_of(("impacts",)), message, hint)
 
 
 def _timeline(built: Built, impacts: Iterable[tuple[Moment, Action]], scenario: Scenario) -> Timeline:

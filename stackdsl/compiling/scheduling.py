@@ -25,6 +25,15 @@ class Schedule:
     over: list[float] = field(default_factory=list)  # when each impact is [s]
     shaken: Moment | None = None  # when the ground begins to move
     mistakes: list[Diagnostic] = field(default_factory=list)
+    latest: dict[tuple[str, str], float] = field(default_factory=dict)  # of all that an anchor may name [s]
+
+    def place(self, brick: BuiltBrick, in_hand: InHand, turn: int) -> None:
+        """Let a brick be placed at a time; an anchor names when it is left to itself."""
+        self.bricks.append(Moment(in_hand.arrives, turn))
+        self.in_hands.append(in_hand)
+        events = [("level", str(brick.level)), ("brick", brick.name), *[("built", "")] * (not brick.written.inserted)]
+        for event in events:
+            self.latest[event] = max(self.latest.get(event, in_hand.let_go), in_hand.let_go)
 
 
 def scheduled(bricks: Sequence[BuiltBrick], scenario: Scenario, source: Source) -> Schedule:
@@ -37,16 +46,16 @@ def scheduled(bricks: Sequence[BuiltBrick], scenario: Scenario, source: Source) 
         path: Path = ("impacts", turn - 1) if turn else ("build", number)
         start = next_start if step.at is None else step.at
         if step.after is not None:
-            event = _event_time(step.after, found, bricks)
+            event = _event_time(step.after, found)
             if isinstance(event, str):
                 found.mistakes.append(Diagnostic("SD205", source.span_of((*path, "after")), event, _ANCHOR_HINT))
             else:
                 start = event + step.after.offset
         every = (scenario.build[number].every or 0.0) if turn == BUILD else 0.0
         hand = scenario.build[number].place if turn == BUILD else None
-        in_hands = _in_hands(hand, start, turns[number], every)
-        found.bricks += [Moment(each.arrives, turn) for each in in_hands]
-        found.in_hands += in_hands
+        first, in_hands = len(found.bricks), _in_hands(hand, start, turns[number], every)
+        for brick, in_hand in zip(bricks[first : first + len(in_hands)], in_hands, strict=True):
+            found.place(brick, in_hand, turn)
         if turn:
             found.impacts.append(Moment(start, turn))
             found.over.append(start + scenario.impacts[turn - 1].done.lasts)
@@ -55,7 +64,7 @@ def scheduled(bricks: Sequence[BuiltBrick], scenario: Scenario, source: Source) 
         next_start = last + every
     shake = scenario.world.shake
     if shake is not None:
-        found.shaken = Moment(_shaken_at(shake, found, bricks, source) + shake.delay, len(scenario.impacts) + 1)
+        found.shaken = Moment(_shaken_at(shake, found, source) + shake.delay, len(scenario.impacts) + 1)
     return found
 
 
@@ -70,12 +79,12 @@ def _in_hands(hand: ByHand | None, start: float, turns: Sequence[int], every: fl
     return [InHand(begins[index], begins[index] + comes, begins[index] + lasts) for index in turns]
 
 
-def _shaken_at(shake: Shake, found: Schedule, bricks: Sequence[BuiltBrick], source: Source) -> float:
+def _shaken_at(shake: Shake, found: Schedule, source: Source) -> float:
     """When the ground is to shake [s]: after the build, unless it is said."""
     if shake.at is not None:
         return shake.at
     anchor = shake.after or Anchor("built")
-    event = _event_time(anchor, found, bricks)
+    event = _event_time(anchor, found)
     if isinstance(event, str):
         span = source.span_of(("world", "shake", "after"))
         found.mistakes.append(
@@ -98,7 +107,7 @@ SHAKEN_HINT = "wait for something that the build or an impact does"
 _ANCHOR_HINT = "only what earlier steps do can be waited for"
 
 
-def _event_time(anchor: Anchor, found: Schedule, known: Sequence[BuiltBrick]) -> float | str:
+def _event_time(anchor: Anchor, found: Schedule) -> float | str:
     """When an event of the steps so far is over [s], or why it never happens."""
     if anchor.event == "start":
         return 0.0
@@ -107,16 +116,7 @@ def _event_time(anchor: Anchor, found: Schedule, known: Sequence[BuiltBrick]) ->
         if number <= len(found.impacts):
             return found.over[number - 1]
         return f"this step waits for impact {number}, and there are {len(found.impacts)} before it"
-    meant = [
-        in_hand.let_go
-        for in_hand, brick in zip(found.in_hands, known, strict=False)  # of later steps, none are known yet
-        if (anchor.event == "built" and not brick.written.inserted) or anchor.name == _place(anchor, brick)
-    ]
-    if meant:
-        return max(meant)
+    if (time := found.latest.get((anchor.event, anchor.name))) is not None:
+        return time
     what = {"built": "anything", "level": f"level {anchor.name}", "brick": f"brick '{anchor.name}'"}[anchor.event]
     return f"this step waits for {what}, and no earlier step builds it"
-
-
-def _place(anchor: Anchor, brick: BuiltBrick) -> str:
-    return brick.name if anchor.event == "brick" else str(brick.level)

@@ -12,6 +12,8 @@ from stackdsl.timeline import Placement
 from stackdsl.trace import COLLAPSE_SHARE_OF_SMALLEST_SIDE, COLLAPSE_TILT, BrickState, BrickTrack
 
 NOT_MOVING = RestLimits(speed=0.002, angular_speed=0.035, hold_off=0.1)  # on earth; a slow topple shows in that time
+VISIBLE = 1e-3  # [m]
+VISIBLE_TILT = 0.01  # [rad] 1 mm at a decimetre
 READ_BACK = 1e-12  # [m] what a position loses on its way into a scaled engine and back
 
 
@@ -132,6 +134,7 @@ class Watch:
     hit: bool = False  # whether something has hit the structure
     largest_shift: float = 0.0  # of any so far [m]
     present: dict[BodyId, None] = field(default_factory=dict)  # those that are not pulled out
+    shifted: dict[BodyId, Watched] = field(default_factory=dict)  # visibly, be it that they have not left their places
     _left: dict[BodyId, Watched] = field(default_factory=dict)  # their places
 
     def add(self, placement: Placement) -> None:
@@ -170,6 +173,7 @@ class Watch:
             watched.removed = True
             del self.present[name]
             self._left.pop(name, None)
+            self.shifted.pop(name, None)
             if watched in self.dropped:
                 self.dropped.remove(watched)
 
@@ -179,6 +183,8 @@ class Watch:
             watched = self.bricks[name]
             watched.see(time, state)
             self.largest_shift = max(self.largest_shift, watched.shift)
+            if watched.shift > VISIBLE or watched.tilt > VISIBLE_TILT:
+                self.shifted[name] = watched
             if watched.left_at is not None:
                 self._left[name] = watched
 

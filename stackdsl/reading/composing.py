@@ -18,6 +18,7 @@ LISTS: Final = ("build", "impacts", "expect", "truth")  # whose items may come f
 MERGED: Final = ("world", "let", "matrix", "brick_types")  # key by key; all else is replaced
 MAX_PARTS: Final = 1000  # files that all scenarios of one file name, one by one
 MAX_TAKEN: Final = MAX_VALUES  # values that these bring, however often; a second
+LONGEST_PATH: Final = 1000  # [characters] as it is written
 MAX_TRAIL: Final = 16  # files that name one another
 
 
@@ -211,6 +212,9 @@ class _Composing:
     def _file(self, source: Source, written: Plain, span: Span) -> str:
         if not isinstance(written, str) or not written.strip() or "${" in written or "\0" in written:
             raise _MistakeError(Diagnostic("SD103", span, "expected the path of a file", "write such as base.yaml"))
+        if len(written) > LONGEST_PATH:  # no system has such; and to follow all of its folders takes seconds
+            message = f"the path of a file is longer than {LONGEST_PATH} characters"
+            raise _MistakeError(Diagnostic("SD113", span, message, "write such as base.yaml"))
         try:
             return file_in_project(written.strip(), source.file, root_of(self.siblings[0].file))
         except OutsideError as error:

@@ -45,7 +45,7 @@ class BodyMaker:
     def brick(self, brick: Brick, position: Vec3, orientation: Quaternion, rounded: bool) -> None:
         """A new body of a brick, with sharp or rounded edges."""
         half = scale(0.5 * self.bodies.scale, as_box(brick.shape, "PyBullet").size)
-        radius = self.bodies.scale * self._edge_radius(brick)
+        radius = self.bodies.scale * self.edge_radius(brick)
         shape = self.solids.rounded_box(half, radius) if radius and rounded else self.solids.box(half)
         body = self._body(brick.mass, shape, position, orientation)
         self._enter(body, brick.id, self._own_friction())
@@ -67,7 +67,7 @@ class BodyMaker:
         self._enter(body, name, self._own_friction())
         self._weigh(body, group.mass, group.moments)
 
-    def _edge_radius(self, brick: Brick) -> float:
+    def edge_radius(self, brick: Brick) -> float:
         """How much the edges of a brick are rounded [m]."""
         return self.settings.edge_rounding * brick.shape.least_thickness
 

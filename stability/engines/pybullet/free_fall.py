@@ -71,7 +71,7 @@ class FreeFall:
 
     def _lift(self, speed: float) -> None:
         """Throw what was let go upwards [m/s]."""
-        for name in sorted(self._let_go):
+        for name in sorted(self._let_go, key=self.bodies.numbers.__getitem__):
             (vx, vy, vz), angular_velocity = self.bodies.raw_motion(name)
             lifted = (vx, vy, vz + speed * sqrt(self.bodies.scale))
             self.bodies.set_raw_motion(name, lifted, angular_velocity)

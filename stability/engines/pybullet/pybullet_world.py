@@ -14,6 +14,7 @@ from stability.engines.pybullet.body_making import BodyMaker
 from stability.engines.pybullet.brick_bodies import BrickBodies
 from stability.engines.pybullet.client_bodies import ClientBodies
 from stability.engines.pybullet.free_fall import FreeFall
+from stability.engines.pybullet.fresh_contacts import FreshContacts
 from stability.engines.pybullet.friction_cones import FrictionCones
 from stability.engines.pybullet.guided_bricks import GuidedBricks
 from stability.engines.pybullet.joined_groups import JoinedGroups
@@ -74,7 +75,8 @@ class PyBulletWorld:
         stepper = Stepper(bodies.client, settings, FreeFall(bodies, gravity, settings.exact_fall))
         bricks = BrickBodies(own, bodies, maker, Planes(maker, own.planes), stepper)
         groups = JoinedGroups(bricks)
-        return cls(settings, bricks, groups, EdgeWatch(bricks, reshaper(bricks, groups)), FrictionCones(bricks))
+        edges = EdgeWatch(bricks, reshaper(bricks, groups), FreshContacts(bricks, groups))
+        return cls(settings, bricks, groups, edges, FrictionCones(bricks))
 
     def close(self) -> None:
         pybullet.disconnect(self.bodies.client)

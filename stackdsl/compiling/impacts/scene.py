@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import fsum
+from math import fsum, hypot
 
 from stability.geometry.separation import Block
 from stability.model import BodyId, Brick, Plane, Pose, Quaternion, Vec3
@@ -56,6 +56,16 @@ class Scene:
     def resting(self) -> list[Standing]:
         """The bricks whose place is known."""
         return [brick for brick in self.bricks if brick.is_there(self.moment) and not brick.let_go]
+
+
+def on_the_way(moving: Block, direction: Vec3, scene: Scene) -> Iterator[Standing]:
+    """The bricks that a block may meet which goes in a unit direction: of a tower, most lie beside the way."""
+    (px, py, pz), (dx, dy, dz), own = moving.p_WC, direction, hypot(*moving.half)
+    for brick in scene.resting:
+        shape = brick.shape
+        x, y, z = shape.p_WC[0] - px, shape.p_WC[1] - py, shape.p_WC[2] - pz
+        if hypot(y * dz - z * dy, z * dx - x * dz, x * dy - y * dx) <= own + hypot(*shape.half):
+            yield brick
 
 
 class MissError(MistakeError):
