@@ -1,7 +1,7 @@
 """The 522 pallets that come with the package `pallet-sim`: what statics says of each, and how long it takes to say so.
 
 Each pallet is read by `stackdsl.importing`, compared with what the package's own reader gives, and set down at once,
-cold, with a friction of 0.4: after each box was lowered until it touched, and where gaps of up to 5 mm are contact. Then
+cold, with a friction of 0.4: after each box was lowered until it touched, and where gaps up to 5 mm are contact. Then
 the same box by box: how long one placement takes. Times are of the processor. It needs
 `pip install --no-deps pallet-sim`.
 
