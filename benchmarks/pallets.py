@@ -79,9 +79,9 @@ def main() -> None:
 
 def read(order: Order) -> Iterator[tuple[ImportedLoad, int]]:
     """Each pallet of an order, and how many of its boxes are other ones to the package's own reader."""
-    for number, (_, *theirs) in zip(order.pallets(), read_by_package(order), strict=True):
+    for (number, data), (_, *theirs) in zip(order.pallets(), read_by_package(order), strict=True):
         asked = Import.model_validate({"file": order.name, "format": "pallet-sim", "load": number})
-        load = read_load(order.data, order.name, asked)
+        load = read_load(data, order.name, asked)
         pairs = zip(load.boxes, theirs, strict=True)
         yield load, sum(not _is_same(box.centre, box.size, box.mass, other) for box, other in pairs)
 
