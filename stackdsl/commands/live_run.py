@@ -132,8 +132,10 @@ class _Playing:
         """Preview, play and judge all cases; False if something else was there to be played before that was done."""
         able = [number for number, case in enumerate(self.cases) if self._is_playable(number, case)]
         self.page.tell_doing("playing" if able else "")
+        for number in able:
+            self.page.note(number, [])  # what was said was of another structure
         for number in able[:1]:  # who works on several looks at the first
-            self._preview(number, self.cases[number])
+            self.page.show(number, preview(self.cases[number]))
         tasks = [Task(played_or_blocked, (played, self.cases[number]), LONGEST_LIMIT) for number in able]
         tasks += [Task(margin_lines, (self.cases[number],), LONGEST_MARGINS) for number in able]
         pool = run_supervised(tasks, 2, lambda place, result: self._done(able, place, result), self._look)
@@ -150,10 +152,6 @@ class _Playing:
             self.found[number] = set_aside(case) if case.skip is not None else skipped(case, why)
             self.page.note(number, [f"{case.name} is skipped: {why}"])
         return not why
-
-    def _preview(self, number: int, case: Case) -> None:
-        self.page.show(number, preview(case))
-        self.page.note(number, [])
 
     def _look(self) -> None:
         if self.is_overtaken():
