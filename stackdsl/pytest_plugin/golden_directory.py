@@ -11,7 +11,7 @@ from stackdsl.project_file import ProjectError, project_of
 def golden_directory(config: pytest.Config, test: Path) -> Path:
     """The directory of the golden files for a test in this file. Raises UsageError where the project is mistaken."""
     if named := config.getini("golden_directory"):
-        return config.rootpath / named
+        return config.rootpath / str(named)
     try:
         project = project_of([test.parent])
     except ProjectError as error:
