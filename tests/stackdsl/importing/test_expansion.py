@@ -149,6 +149,13 @@ def test_a_corner_of_a_box_that_is_turned_is_asked_for() -> None:
     assert len(case(SCENARIO.replace("corner", "centre")).timeline.placements) == 1
 
 
+def test_a_key_that_is_written_twice_is_told_at_the_second() -> None:
+    write("order.json", PALLET.replace('"orderID": "1"', '"orderID": "1",\n "orderID": "2"'))
+    found = mistake(importing(file="order.json"))
+    assert (found.code, found.message) == ("SD114", "'orderID' is written twice in one object")
+    assert found.span.line == 3
+
+
 def test_a_table_may_be_a_list_of_objects() -> None:
     row = {"length/mm": 400, "width/mm": 300, "height/mm": 200, "mass/kg": 5.2, "x_m": 0, "y_m": 0, "z_m": 0}
     write("load.csv", json.dumps([row]))
