@@ -12,6 +12,9 @@ import click
 
 from stackdsl.checking.gathering import SUFFIXES
 from stackdsl.commands.terminal import tell
+from stackdsl.reading.project import root_of
+
+WATCHED = (*SUFFIXES, ".obj")  # not loads in CSV and JSON: reports that a check itself writes may be those
 
 
 def watch(paths: Sequence[Path], html: Path | None) -> int:
@@ -43,13 +46,14 @@ def _watch(paths: Sequence[Path], on_checked: Callable[[], None] = lambda: None)
     if missing:
         raise click.UsageError(f"{missing[0]} is not there to be watched")
     command = [sys.executable, "-m", "stackdsl", *(word for word in sys.argv[1:] if word != "--watch")]
-    folders = {path if path.is_dir() else path.parent for path in paths}
-    files = {path.resolve() for path in paths if not path.is_dir()}
+    # A scenario may be made of any file of its project; what does not concern it is known from memory, and costs little.
+    folders = {Path(root_of(str(path / "any" if path.is_dir() else path))) for path in paths}
 
     def is_meant(_: object, name: str) -> bool:
         path = Path(name)
-        inside = any(path.resolve().is_relative_to(folder.resolve()) for folder in paths if folder.is_dir())
-        return path.suffix.lower() in SUFFIXES and (inside or path.resolve() in files)
+        own = [path.relative_to(folder).parts for folder in folders if path.is_relative_to(folder)]
+        hidden = all(any(part.startswith(".") for part in parts) for parts in own)
+        return not hidden and path.suffix.lower() in WATCHED
 
     code = 0
     try:

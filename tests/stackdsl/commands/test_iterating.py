@@ -166,3 +166,20 @@ def test_a_watch_checks_again_when_a_scenario_is_saved(folder: Path) -> None:
     finally:
         process.terminate()
         process.communicate(timeout=AMPLE)
+
+
+def test_a_watch_of_a_file_notices_what_the_file_is_made_of(folder: Path) -> None:
+    (folder / "stackdsl.toml").write_text("", encoding="utf-8")
+    base = folder / "base.yaml"
+    base.write_text(GOOD, encoding="utf-8")
+    write(folder, "extends: base.yaml\nscenario: derived\n")
+    process = started(folder, "check", "scene.yaml", "--watch", "-q")
+    assert process.stdout is not None
+    try:
+        assert "1 passed" in next(line for line in process.stdout if "variant" in line)
+        time.sleep(1.0)
+        base.write_text(BAD, encoding="utf-8")
+        assert "1 failed" in next(line for line in process.stdout if "variant" in line)
+    finally:
+        process.terminate()
+        process.communicate(timeout=AMPLE)
