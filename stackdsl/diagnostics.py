@@ -11,6 +11,7 @@ from itertools import islice
 from typing import Final
 
 MOST_TOLD: Final = 100  # mistakes of a variant; nobody reads more
+MOST_COMPARED: Final = 300  # choices with a word: some milliseconds, which each of a hundred mistakes may take
 EXCERPT_WIDTH: Final = 200  # [characters] of a long line that are kept around the column
 
 CODES = {
@@ -37,6 +38,8 @@ CODES = {
     "SD111": "more mistakes than are told",
     "SD112": "a variable that is used nowhere",
     "SD113": "a file that cannot be included",
+    "SD114": "an imported file that is not as its format says",
+    "SD115": "an imported file that leaves something open",
     "SD201": "a brick is placed inside another body",
     "SD202": "a brick is placed in the air",
     "SD203": "two bricks or two scenarios share a name",
@@ -45,6 +48,8 @@ CODES = {
     "SD206": "the scenario is too large",
     "SD207": "what is thrown, dropped or pushed does not meet what it is aimed at",
     "SD208": "when its time comes, another brick has moved to where a brick is placed",
+    "SD209": "what a hand is to do cannot be done: its way is not free, or it finds the brick in another hand",
+    "SD210": "a hand presses bricks together that have nowhere to go",
 }
 
 
@@ -152,7 +157,15 @@ def _excerpt(line: str, column: int) -> tuple[str, int]:
 
 def did_you_mean(word: str, choices: Sequence[str]) -> str:
     """A hint that names the closest choice, or else all of them if they are few."""
-    close = get_close_matches(word, choices, n=1, cutoff=0.6)
+    close = get_close_matches(word, _compared(word, choices), n=1, cutoff=0.6)
     if close:
         return f"did you mean '{close[0]}'?"
     return f"choose from: {', '.join(choices)}" if 0 < len(choices) <= 16 else ""  # noqa: PLR2004 -- what fits a line
+
+
+def _compared(word: str, choices: Sequence[str]) -> Iterable[str]:
+    """The choices that a word is compared with; of very many, those that begin or end like it."""
+    if len(choices) <= MOST_COMPARED:
+        return choices
+    begins, ends = word[:2], word[-2:]
+    return islice((choice for choice in choices if choice.startswith(begins) or choice.endswith(ends)), MOST_COMPARED)

@@ -41,12 +41,23 @@ def project_of(paths: Sequence[Path]) -> Project:
 
     Raises ProjectError.
     """
-    start = _common(paths) if paths else Path.cwd()
+    found = _marked(_common(paths) if paths else Path.cwd())
+    return Project() if found is None else _project(*found)
+
+
+def root_around(folder: Path) -> Path | None:
+    """The root of the project around a folder; None where nothing marks one. Raises ProjectError."""
+    found = _marked(folder)
+    return None if found is None else found[0]
+
+
+def _marked(start: Path) -> tuple[Path, Path, Mapping[str, object]] | None:
+    """The nearest folder upwards that is marked as the root of a project, the file that says so, and its settings."""
     for folder in (start, *start.parents):
         found = _settings(folder)
         if found is not None:
-            return _project(folder, *found)
-    return Project()
+            return folder, *found
+    return None
 
 
 def _common(paths: Sequence[Path]) -> Path:

@@ -15,4 +15,5 @@ class Margins:
     friction: float | None = None  # the least Coulomb coefficient, of every contact, with which it stands
     placement: float | None = None  # how far every brick may be placed beside where it is [m]
     joint: tuple[BodyId, BodyId] | None = None  # the contact that limits it, lower body first
+    guaranteed: bool | None = None  # whether rest is the only thing that can happen, rather than one that can
     gives_way: str = ""  # how it begins to come down under the least acceleration, in words

@@ -3,13 +3,14 @@
 Frame W: z up against gravity. A tilted scene is turned as a whole, so gravity always points down.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from itertools import groupby
 from typing import TypeAlias
 
 from stability.mechanics.ground_motion import GroundMotion
+from stability.mechanics.hand_course import HandCourse
 from stability.model import AT_REST, BodyId, Brick, Plane, Pose, Vec3
 
 
@@ -27,6 +28,7 @@ class Arrival(StrEnum):
 
     SET_DOWN = "set down"
     SLID_IN = "slid in"  # into what stands by then, rather than built on
+    BY_HAND = "by hand"  # in one, which lowers it to where it is to stay, and lets it go there
     LET_GO = "let go"  # in the air, to fall onto what stands by then and be a part of it
     DROPPED = "dropped"  # by an impact, onto what stands by then
     THROWN = "thrown"  # by an impact, at what stands by then
@@ -44,6 +46,7 @@ class Placement:
     velocity_W: Vec3 = AT_REST  # with which it comes [m/s]
     flight: float = 0.0  # until what an impact drops or throws meets what it is aimed at [s]
     step: str = ""  # of the build, such as `step 5`, where several build its level
+    came: Pose | None = None  # where a hand comes with it, if one does; it lets it go at `pose`
 
     @property
     def at_rest(self) -> bool:
@@ -53,7 +56,7 @@ class Placement:
     @property
     def builds(self) -> bool:
         """Whether it is built on, rather than slid in or flying."""
-        return self.arrival in (Arrival.SET_DOWN, Arrival.LET_GO)
+        return self.arrival in (Arrival.SET_DOWN, Arrival.LET_GO, Arrival.BY_HAND)
 
     @property
     def hits(self) -> bool:
@@ -87,8 +90,37 @@ class Shake:
     motion: GroundMotion
 
 
-Action: TypeAlias = Placement | Removal | Push | Shake
-Moment: TypeAlias = tuple[Placement, ...] | Removal | Push | Shake  # what is done together
+@dataclass(frozen=True, slots=True)
+class Move:
+    """A hand moves a brick: it carries it, and holds it at rest from the end of the way on, or slides it."""
+
+    time: float  # [s]
+    brick: BodyId
+    course: HandCourse
+    free_W: Vec3 | None = None  # unit; along it what is slid moves by itself, and may tilt; None if it is carried
+    lowers: bool = False  # whether it came in this hand, through air in which it meets nothing
+
+
+@dataclass(frozen=True, slots=True)
+class Hold:
+    """Hands hold bricks at rest from now on, as firmly as the ground; where some are in a hand already, these."""
+
+    time: float  # [s]
+    bricks: tuple[BodyId, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class LetGo:
+    """Hands let bricks go, all at once, and withdraw."""
+
+    time: float  # [s]
+    bricks: tuple[BodyId, ...]
+
+
+Handled: TypeAlias = Move | Hold | LetGo
+Done: TypeAlias = Removal | Push | Shake | Handled
+Action: TypeAlias = Placement | Done
+Moment: TypeAlias = tuple[Placement, ...] | Done  # what is done together
 
 
 def time_of_arrival(action: Action) -> float:
@@ -99,8 +131,15 @@ def time_of_arrival(action: Action) -> float:
 
 
 def leaves_to_engine(action: Action) -> bool:
-    """Whether something is dropped, thrown, pushed or shaken, which only an engine can follow."""
-    return isinstance(action, Push | Shake) or (isinstance(action, Placement) and not action.at_rest)
+    """Whether something is dropped, thrown, pushed, shaken or in a hand, which only an engine can follow."""
+    return isinstance(action, Push | Shake | Handled) or (isinstance(action, Placement) and not action.at_rest)
+
+
+def _ends_bringing(action: Action, let_go: Mapping[BodyId, float]) -> bool:
+    """Whether it is a part of how hands bring bricks, which they let go at these times [s]."""
+    if isinstance(action, Move):
+        return action.lowers and action.brick in let_go
+    return isinstance(action, LetGo) and all(let_go.get(brick) == action.time for brick in action.bricks)
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,12 +164,32 @@ class Timeline:
         return tuple(action for action in self.actions if isinstance(action, Placement))
 
     def moments(self) -> Iterator[Moment]:
-        """What is done together: the bricks set down at one time, or one removal, push or shaking."""
+        """What is done together: the bricks set down at one time, or else one action."""
         for (_, placing), group in groupby(self.actions, key=lambda action: (action.time, type(action) is Placement)):
             if placing:
                 yield tuple(action for action in group if isinstance(action, Placement))
             else:
                 yield from (action for action in group if not isinstance(action, Placement))
+
+    def as_set_down(self) -> "Timeline":
+        """The same for statics: what a hand brings, and does not hold, is set down when it is let go."""
+        held = {brick for action in self.actions if isinstance(action, Hold) for brick in action.bricks}
+        brought = {each.brick.id for each in self.placements if each.arrival is Arrival.BY_HAND} - held
+        let_go = {
+            brick: action.time
+            for action in reversed(self.actions)
+            if isinstance(action, LetGo)
+            for brick in action.bricks
+            if brick in brought
+        }
+        actions: list[Action] = []
+        for action in self.actions:
+            if isinstance(action, Placement) and action.brick.id in let_go:
+                time = let_go[action.brick.id]
+                actions.append(replace(action, time=time, arrival=Arrival.SET_DOWN, came=None))
+            elif not _ends_bringing(action, let_go):
+                actions.append(action)
+        return replace(self, actions=tuple(sorted(actions, key=lambda action: action.time))) if let_go else self
 
     @property
     def built(self) -> float:

@@ -26,11 +26,13 @@ class EventKind(StrEnum):
     REMOVED = "removed"
     PUSHED = "pushed"
     SHAKEN = "shaken"  # the ground, which is no brick
+    TAKEN = "taken"  # by a hand, which moves it or holds it
+    LET_GO = "let go"  # by a hand that has moved or held it
     COLLAPSED = "collapsed"
 
 
 # What the scenario does; all else comes of it.
-ACTIONS = frozenset({EventKind.PLACED, EventKind.REMOVED, EventKind.PUSHED, EventKind.SHAKEN})
+ACTIONS = frozenset(EventKind) - {EventKind.FROZEN, EventKind.WOKEN, EventKind.COLLAPSED}
 
 
 @dataclass(frozen=True, slots=True)

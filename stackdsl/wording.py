@@ -5,6 +5,7 @@ from math import ceil, floor, log10
 from typing import Final, TypeVar
 
 from stability.mechanics.ground_motion import GroundMotion
+from stability.mechanics.hand_course import HandCourse
 
 MILLIMETRES: Final = 1000.0  # in a metre
 MOST_NAMES: Final = 6  # that are written out; more fill the line and tell nothing
@@ -33,6 +34,11 @@ def shaking_text(motion: GroundMotion) -> str:
     """How the ground shakes: `by up to 4.9 m/s2 for 2 s`."""
     most = max(map(abs, motion.extremes(motion.begins)))
     return f"by up to {most:.4g} m/s2 for {motion.course.duration:g} s"
+
+
+def moving_text(course: HandCourse) -> str:
+    """How a hand moves a brick: `moved by 50 mm in 1.9 s`."""
+    return f"moved by {mm(course.length)} in {course.duration:.3g} s"
 
 
 def shortened(names: Sequence[Name], least: int = 2) -> tuple[Sequence[Name], int]:

@@ -30,6 +30,7 @@ LAYERS = {
         {"exits", "diagnostics", "entry_points", "project_file", "proof_margins", "timeline", "wording"},
         {"reading", "trace"},  # a claim judges a trace, so what happened is plain data below the language
         {"language"},
+        {"importing"},
         {"compiling", "systems", "recording"},
         {"observations", "playing"},
         {"outcome"},

@@ -40,7 +40,7 @@ SCALARS: Final = {"integer": "int", "number": "float", "boolean": "bool", "strin
 def texts() -> Iterator[tuple[Path, str]]:
     """The path and the text of each module."""
     made = models()
-    step = _fields(made.BuildStep, [*LAYOUTS, "bricks"])
+    step = _fields(made.BuildStep, [*LAYOUTS, "bricks", "import"])
     yield API / "layouts.py", _module("Layouts, each a step of the build.", LAYOUTS, "params", step)
     yield API / "impacts.py", _module("Impacts.", IMPACTS, "model", _fields(made.Impact, IMPACTS))
     told = _fields(made.Expectation, CLAIMS) | _fields(made.Truth, CLAIMS)

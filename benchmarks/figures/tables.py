@@ -75,6 +75,21 @@ TABLES: Mapping[str, Table] = {
             Column("it stands from friction", "{card_house_friction:.3f}"),
         ),
     ),
+    "pallets": Table(
+        "pallets",
+        "settled",
+        (
+            Column("settled", "`{row}`"),
+            Column("stable", "{stable}"),
+            Column("of these guaranteed", "{guaranteed}"),
+            Column("possible", "{possible}"),
+            Column("unstable", "{unstable}"),
+            Column("undecided", "{undecided}"),
+            Column("all, s", "{seconds:sig2}"),
+            Column("the slowest, s", "{worst_s:sig2}"),
+            Column("one placement, 99 of 100, ms", "{placement_99_ms:sig2}"),
+        ),
+    ),
     "recording": Table(
         "recording",
         "runs",

@@ -29,7 +29,7 @@ def touching(
         far = 0.0
         for k in range(3):
             far += half_b[k] * abs(between[axis, k]) if axis < 3 else half_a[k] * abs(between[k, axis - 3])
-        gap = abs(np.dot(apart, own)) - far - (half_a[axis] if axis < 3 else half_b[axis - 3])
+        gap = abs(dot(apart, own)) - far - (half_a[axis] if axis < 3 else half_b[axis - 3])
         if gap > reach:
             return 0
         if gap > best:
@@ -39,16 +39,16 @@ def touching(
     for i in range(3):
         for j in range(3):
             own = np.cross(turn_a[:, i], turn_b[:, j])
-            size = np.sqrt(np.dot(own, own))
+            size = np.sqrt(dot(own, own))
             if size < PARALLEL:
                 continue
             own = own / size
-            away = np.dot(apart, own)
+            away = dot(apart, own)
             if away < 0.0:
                 own, away = -own, -away
             gap = away
             for k in range(3):
-                gap -= half_a[k] * abs(np.dot(turn_a[:, k], own)) + half_b[k] * abs(np.dot(turn_b[:, k], own))
+                gap -= half_a[k] * abs(dot(turn_a[:, k], own)) + half_b[k] * abs(dot(turn_b[:, k], own))
             if gap > reach:
                 return 0
             if gap > best + TIE:
@@ -70,13 +70,13 @@ def _edges(
     on_a, on_b = p_a.copy(), p_b.copy()
     for k in range(3):
         if k != i:
-            on_a += turn_a[:, k] * (half_a[k] if np.dot(turn_a[:, k], normal) > 0.0 else -half_a[k])
+            on_a += turn_a[:, k] * (half_a[k] if dot(turn_a[:, k], normal) > 0.0 else -half_a[k])
         if k != j:
-            on_b -= turn_b[:, k] * (half_b[k] if np.dot(turn_b[:, k], normal) > 0.0 else -half_b[k])
+            on_b -= turn_b[:, k] * (half_b[k] if dot(turn_b[:, k], normal) > 0.0 else -half_b[k])
     along_a, along_b = turn_a[:, i], turn_b[:, j]
-    cosine = np.dot(along_a, along_b)
+    cosine = dot(along_a, along_b)
     off = on_b - on_a
-    reached = (np.dot(off, along_a) - cosine * np.dot(off, along_b)) / (1.0 - cosine * cosine)
+    reached = (dot(off, along_a) - cosine * dot(off, along_b)) / (1.0 - cosine * cosine)
     found[0, 0:3] = on_a + reached * along_a + 0.5 * gap * normal
     found[0, 3:6] = normal
     found[0, 6] = gap
@@ -90,14 +90,14 @@ def _faces(
 ) -> int:  # fmt: skip
     """What of the nearest face of box i lies over the face of box r that `axis` is the normal of."""
     away = p_i - p_r
-    outwards = 1.0 if np.dot(away, turn_r[:, axis]) > 0.0 else -1.0
+    outwards = 1.0 if dot(away, turn_r[:, axis]) > 0.0 else -1.0
     normal = outwards * turn_r[:, axis]
     facing, least = 0, 2.0
     for k in range(3):
-        cosine = np.dot(turn_i[:, k], normal)
+        cosine = dot(turn_i[:, k], normal)
         if -abs(cosine) < least:
             least, facing = -abs(cosine), k
-    side = -1.0 if np.dot(turn_i[:, facing], normal) > 0.0 else 1.0
+    side = -1.0 if dot(turn_i[:, facing], normal) > 0.0 else 1.0
     u, v = (facing + 1) % 3, (facing + 2) % 3
     middle = p_i + side * half_i[facing] * turn_i[:, facing]
     first, second = (axis + 1) % 3, (axis + 2) % 3
@@ -105,9 +105,9 @@ def _faces(
     for k in range(4):
         a, b = (1.0 if k in (0, 3) else -1.0), (1.0 if k < 2 else -1.0)
         corner = middle + a * half_i[u] * turn_i[:, u] + b * half_i[v] * turn_i[:, v] - p_r
-        corners[k, 0] = np.dot(corner, turn_r[:, first])
-        corners[k, 1] = np.dot(corner, turn_r[:, second])
-        corners[k, 2] = np.dot(corner, normal) - half_r[axis]
+        corners[k, 0] = dot(corner, turn_r[:, first])
+        corners[k, 1] = dot(corner, turn_r[:, second])
+        corners[k, 2] = dot(corner, normal) - half_r[axis]
     count = 4
     for k in range(4):
         along, limit, way = k // 2, half_r[first if k < 2 else second], 1.0 if k % 2 else -1.0
@@ -137,3 +137,9 @@ def _faces(
             found[filled, 6] = gap
             filled += 1
     return filled
+
+
+@njit(cache=True)
+def dot(one: Array, other: Array) -> float:
+    """Of two vectors of three, wherever they lie: the library's own wants them in one piece."""
+    return one[0] * other[0] + one[1] * other[1] + one[2] * other[2]

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numba import njit
 
-from benchmarks.moreau.box_contacts import MOST, Array, touching
+from benchmarks.moreau.box_contacts import MOST, Array, dot, touching
 from benchmarks.moreau.impact_law import solve
 from stability.model import Pose, Vec3
 from stability.shapes.box import Box
@@ -117,7 +117,7 @@ def _step(
         other = np.zeros(3)
         other[least] = 1.0
         first = np.cross(normal, other)
-        first = first / np.sqrt(np.dot(first, first))
+        first = first / np.sqrt(dot(first, first))
         frames[c, 0], frames[c, 1], frames[c, 2] = normal, first, np.cross(normal, first)
         for s in range(2):
             if pairs[c, s] >= 0:
@@ -128,8 +128,8 @@ def _step(
         for k in range(len(kept)):
             if kept[k, 0] == pairs[c, 0] and kept[k, 1] == pairs[c, 1]:
                 off = kept[k, 2:5] - points[c, 0:3]
-                if np.dot(off, off) < nearest:
-                    nearest, found = np.dot(off, off), k
+                if dot(off, off) < nearest:
+                    nearest, found = dot(off, off), k
         if found >= 0:
             impulses[c] = frames[c] @ kept[found, 5:8]
     sweeps = solve(
@@ -155,8 +155,8 @@ def _contacts(
     around, reaches = np.zeros((bodies, 3)), np.zeros(bodies)
     for b in range(bodies):
         around[b] = np.abs(turns[b]) @ halves[b]
-        radius = np.sqrt(np.dot(halves[b], halves[b]))
-        speed = np.sqrt(np.dot(speeds[b, :3], speeds[b, :3])) + radius * np.sqrt(np.dot(speeds[b, 3:], speeds[b, 3:]))
+        radius = np.sqrt(dot(halves[b], halves[b]))
+        speed = np.sqrt(dot(speeds[b, :3], speeds[b, :3])) + radius * np.sqrt(dot(speeds[b, 3:], speeds[b, 3:]))
         reaches[b] = NEAR + 1.5 * speed * duration
     found = np.zeros((MOST, 7))
     for b in range(bodies):
@@ -191,7 +191,7 @@ def _contacts(
 @njit(cache=True)
 def _turned(by: Array) -> Array:
     """The matrix of a rotation vector (Rodrigues)."""
-    angle = np.sqrt(np.dot(by, by))
+    angle = np.sqrt(dot(by, by))
     k = np.array([[0.0, -by[2], by[1]], [by[2], 0.0, -by[0]], [-by[1], by[0], 0.0]])
     if angle < 1e-12:
         return np.eye(3) + k

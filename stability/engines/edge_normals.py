@@ -25,6 +25,7 @@ FACE_ON = cos(radians(5.0))  # of the angle between a normal and that of a face:
 LOADED = 0.01  # share of the weight of the lighter brick that a contact must carry to matter
 ROUNDS = 60  # of going to and fro between two boxes: parallel edges need two, edges that cross at 20 deg fifty
 BEFORE = (0.0, 0.5, 1.0)  # shares of a time step since contacts may have been found
+TURNS = 0.15  # share of the rounding by which two edges may slide across each other: normals turn by 4 deg
 NEAR = 0.01  # share of the rounding by which the nearest point may still move
 
 # The middle of a box without its rounding, and along each of its axes half of what it measures.
@@ -139,6 +140,43 @@ def _agreements(
         normal = true_normal(block(box_a.size, Pose(where, state_a.pose.orientation)), resting, middle_W, radius)
         if normal is not None:
             yield dot(normal, point.normal_BA_W)
+
+
+@dataclass(frozen=True, slots=True)
+class Agreement:
+    """How well the normal of a contact fits two boxes as they are."""
+
+    cosine: float  # of the angle to the true one; 1 if there is none, as the boxes lie too deep in each other
+    holds_for: float  # so far the boxes may slide along each other before the true one may be another [m]
+
+
+def agreement(point: ContactPoint, a: tuple[Box, Pose], b: tuple[Box, Pose], rounding: float) -> Agreement:
+    """How well the normal of a contact of two boxes fits, with edges that are rounded by so much [m]."""
+    (box_a, pose_a), (box_b, pose_b) = a, b
+    radius = max(rounding, -point.gap)
+    middle_W = add_scaled(point.position_W, 0.5 * point.gap, point.normal_BA_W)
+    block_a, block_b = block(box_a.size, pose_a), block(box_b.size, pose_b)
+    within = max(_within_face(point.normal_BA_W, middle_W, each) for each in (block_a, block_b))
+    if within > 2.0 * radius:
+        return Agreement(1.0, within)
+    normal = true_normal(block_a, block_b, middle_W, radius)
+    if normal is None:
+        return Agreement(1.0, radius)
+    on_face = any(abs(dot(axis, normal)) > FACE_ON for axis in (*block_a.axes_W, *block_b.axes_W))
+    return Agreement(dot(normal, point.normal_BA_W), radius if on_face else TURNS * radius)
+
+
+def _within_face(normal_W: Vec3, touching_W: Vec3, box: Block) -> float:
+    """How far from the rim a contact across a face is; less than 0 of one beyond it, or askew to all faces [m]."""
+    across = max(range(3), key=lambda i: abs(dot(box.axes_W[i], normal_W)))
+    if abs(dot(box.axes_W[across], normal_W)) < FACE_ON:
+        return -1.0
+    from_middle = subtract(touching_W, box.p_WC)
+    return min(
+        dot(half_edge, axis) - abs(dot(from_middle, axis))
+        for i, (axis, half_edge) in enumerate(zip(box.axes_W, box.half_edges_W, strict=True))
+        if i != across
+    )
 
 
 def velocity_at(state: BodyState, point_W: Vec3) -> Vec3:

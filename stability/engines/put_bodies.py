@@ -80,5 +80,6 @@ class PutBodies:
         for name in entering:
             if name in self._moving:
                 world.set_state(name, self._moving[name])
-        for name in sorted(self.frozen.intersection(entering)):
-            world.freeze(name)
+        for name in entering:
+            if name in self.frozen:
+                world.freeze(name)

@@ -37,6 +37,10 @@ class ResizedWorld:
 
     def step(self) -> None:
         self.engine.prescribed.acceleration_W = scale(self.factor, self.prescribed.acceleration_W)
+        self.engine.prescribed.guided = {
+            name: replace(each, velocity_W=scale(self.factor, each.velocity_W))
+            for name, each in self.prescribed.guided.items()
+        }
         self.engine.step()
 
     def limit_travel(self, fastest: float) -> None:

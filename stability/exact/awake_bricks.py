@@ -1,6 +1,6 @@
 """The bricks that an engine moves: which of them have come to rest, and when it is worth judging them."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 
 from stability.engines.protocol import Engine
@@ -25,6 +25,7 @@ class AwakeBricks(BrickObserver):
     rest_poses: RestPoses = field(default_factory=RestPoses, init=False)  # of those that were disturbed
     names: set[BodyId] = field(default_factory=set, init=False)
     announced: set[BodyId] = field(default_factory=set, init=False)  # set down since the last pass
+    _ranks: dict[BodyId, int] = field(default_factory=dict, init=False)  # who came before whom
     _stillness: Stillness = field(init=False)
     _refusals: Refusals = field(init=False)
     _observers: Observers = field(init=False)
@@ -38,6 +39,7 @@ class AwakeBricks(BrickObserver):
         """What is set down is announced: it is judged in the next pass."""
         self.announced.update(bricks)
         self.names |= self.announced
+        self._rank(bricks)
         self._observers.set_down(self.announced)
 
     def frozen(self, bricks: Collection[BodyId]) -> None:
@@ -59,11 +61,24 @@ class AwakeBricks(BrickObserver):
     def notice(self, bricks: Collection[BodyId], frozen: Collection[BodyId]) -> None:
         """All bricks of the engine but the frozen ones are awake, whoever has put them there."""
         self.names = set(bricks).difference(frozen)
+        self._rank(bricks)
+
+    def _rank(self, bricks: Iterable[BodyId]) -> None:
+        for brick in bricks:
+            self._ranks.setdefault(brick, len(self._ranks))
+
+    def in_order(self, bricks: Iterable[BodyId]) -> list[BodyId]:
+        """These bricks in the order in which they came: an engine told of them by name would round by their names."""
+        return sorted(bricks, key=self._ranks.__getitem__)
 
     def no_longer_new(self) -> set[BodyId]:
         """Say that a pass has looked at the announced bricks; returns their names."""
         announced, self.announced = self.announced, set()
         return announced
+
+    def handled(self, bricks: Collection[BodyId]) -> None:
+        """Bricks that hands may move are not judged, as long as they are named here."""
+        self._stillness.handled = bricks
 
     def refuse(self, poses: Mapping[BodyId, Pose]) -> None:
         """Bricks were not proven, each where it is: they are not asked about again until something is new."""
@@ -79,7 +94,7 @@ class AwakeBricks(BrickObserver):
 
     def follow(self) -> Mapping[BodyId, BodyState]:
         """Read the states of the awake bricks; a rigid group is represented by its first brick."""
-        states = self.engine.states(self.rigid_groups.watched(self.names))
+        states = self.engine.states(self.rigid_groups.watched(self.in_order(self.names)))
         self._stillness.follow(self.engine.time(), states)
         return states
 
@@ -103,7 +118,10 @@ class AwakeBricks(BrickObserver):
         if not slow.issuperset(woken):
             slow = {brick for brick in slow if brick not in self.rigid_groups}
         ridden = [
-            member for brick in sorted(slow) if brick in self.rigid_groups for member in self.rigid_groups.part(brick)
+            member
+            for brick in self.in_order(slow)
+            if brick in self.rigid_groups
+            for member in self.rigid_groups.part(brick)
         ]
         single = [brick for brick in slow if brick not in ridden]
-        return dict(solids(self.engine, self.engine.states(sorted([*single, *ridden]))))
+        return dict(solids(self.engine, self.engine.states(self.in_order([*single, *ridden]))))

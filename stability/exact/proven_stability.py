@@ -90,7 +90,7 @@ class ProvenStability:
 
     def landed(self, bricks: Iterable[BodyId]) -> Update:
         """Say that these bricks have come to rest: they are judged at once, though nothing was set down."""
-        coming = self._clear(dict(solids(self.engine, self.engine.states(sorted(bricks)))))
+        coming = self._clear(dict(solids(self.engine, self.engine.states(self._awake.in_order(bricks)))))
         if not coming:
             return Update()
         return self._carry_out(self._judged(coming, names_smallest=False), [each.brick.id for each in coming], set())
@@ -178,9 +178,14 @@ class ProvenStability:
 
     def _notice_new(self) -> None:
         bricks = self.engine.masses()
+        apart = self._apart()
         # Without a guard nobody else adds bricks, so that counting them is enough.
-        if self.guard or len(bricks) != len(self._awake.names) + len(self.assembly.bricks):
-            self._awake.notice(bricks.keys(), self.assembly.bricks.keys())
+        if self.guard or len(bricks) != len(self._awake.names) + len(self.assembly.bricks) + len(apart):
+            self._awake.notice(bricks.keys() - set(apart), self.assembly.bricks.keys())
+
+    def _apart(self) -> Collection[BodyId]:
+        """The bricks that are neither moved by the engine alone nor judged."""
+        return ()
 
     def _clear(self, resting: Mapping[BodyId, Placed]) -> list[Placed]:
         """The resting bricks that touch nothing that statics does not know."""
@@ -190,7 +195,9 @@ class ProvenStability:
             return list(resting.values())
         tables = (table.brick.id for table in self.assembly.tables)
         known = {*self.assembly.bricks, *tables, *(plane.id for plane in self.assembly.planes)}
-        clear = clear_of_strangers(self.engine, resting, known, self.engine.states(sorted(self._awake.names)))
+        clear = clear_of_strangers(
+            self.engine, resting, known, self.engine.states(self._awake.in_order(self._awake.names))
+        )
         if not clear:
             self._awake.wait()
         return clear

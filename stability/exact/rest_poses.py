@@ -17,6 +17,7 @@ from stability.watching.life_cycle import BrickObserver
 # moved nothing; if something did move, only what the engine's creep has moved goes back.
 HIT_NOTHING = 0.04
 CREPT = 0.0026
+DRIVEN = 5e-4  # 4 micrometres: what a hand may have moved and did not move further has crept; hands push slowly
 NOTHING = 1e-4  # a micrometre: what was struck and did not move even so far was not moved
 
 
@@ -26,6 +27,7 @@ class RestPoses(BrickObserver):
 
     _poses: dict[BodyId, Pose] = field(default_factory=dict, init=False)
     _struck: set[BodyId] = field(default_factory=set, init=False)  # those of them that were pushed along the ground
+    _driven: set[BodyId] = field(default_factory=set, init=False)  # those that a hand may have moved, by however little
 
     def remember(self, poses: Mapping[BodyId, Pose], struck: Collection[BodyId] = ()) -> None:
         """Remember where bricks stand that a hit wakes, and which of them it meant to move along the ground.
@@ -35,11 +37,17 @@ class RestPoses(BrickObserver):
         self._poses = {**poses, **self._poses}
         self._struck.update(struck)
 
+    def remember_driven(self, poses: Mapping[BodyId, Pose]) -> None:
+        """The same of bricks that a hand may move: what it pushes keeps its shift, however little that is."""
+        self.remember(poses)
+        self._driven.update(poses)
+
     def frozen(self, bricks: Collection[BodyId]) -> None:
         """Where bricks are frozen again is where they stand."""
         for brick in bricks:
             self._poses.pop(brick, None)
         self._struck.difference_update(bricks)
+        self._driven.difference_update(bricks)
 
     def gone(self, bricks: Collection[BodyId]) -> None:
         """What is gone has no place to go back to."""
@@ -53,6 +61,7 @@ class RestPoses(BrickObserver):
         moves = {placed.brick.id: self._moved(placed) for placed in coming if placed.brick.id in self._poses}
         limit = HIT_NOTHING if all(move <= HIT_NOTHING for move in moves.values()) else CREPT
         limits = {brick: NOTHING if brick in self._struck else limit for brick in moves}
+        limits |= {brick: min(DRIVEN, limits[brick]) for brick in moves if brick in self._driven}
         return [
             replace(placed, pose=self._poses[placed.brick.id])
             if placed.brick.id in moves and moves[placed.brick.id] <= limits[placed.brick.id]

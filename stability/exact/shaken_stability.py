@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from math import atan2, inf, pi
 from typing import NamedTuple
 
-from stability.exact.proven_stability import ProvenStability
+from stability.exact.handled_stability import HandledStability
 from stability.graph import components
 from stability.mechanics.ground_motion import GroundMotion
 from stability.model import BodyId
@@ -53,8 +53,8 @@ def borne(assembly: Assembly, bricks: frozenset[BodyId], motion: GroundMotion) -
 
 
 @dataclass
-class ShakenStability(ProvenStability):
-    """Watches the bricks of one engine whose ground may shake; see `ProvenStability`."""
+class ShakenStability(HandledStability):
+    """Watches the bricks of one engine whose ground may shake; see `HandledStability`."""
 
     _motion: GroundMotion | None = field(default=None, init=False)
     _known: Mapping[BodyId, Placed] = field(default_factory=dict, init=False)  # what `_parts` are of

@@ -34,7 +34,7 @@ class RigidGroup:
 
 def grouped(bricks: Iterable[tuple[Brick, Pose]]) -> RigidGroup:
     """Bricks at their poses, taken together."""
-    placed = sorted(bricks, key=lambda one: one[0].id)
+    placed = list(bricks)
     mass = sum(brick.mass for brick, _ in placed)
     centre = (0.0, 0.0, 0.0)
     for brick, pose in placed:

@@ -77,14 +77,15 @@ class FallingParts:
             self.end()
         self._awake = self._awake or awake
 
-    def advance(self, steps: int, shaken: bool = False) -> int:
+    def advance(self, steps: int, driven: bool = False) -> int:
         """Let up to so many time steps of the world pass; returns how many did before an engine has to take one.
 
-        Where the ground is `shaken`, one has to take them all: no equation here knows of that.
+        Where the ground shakes or hands are at work, it is `driven`, and one has to take them all: no equation here
+        knows of that.
         """
-        if shaken and self._known is not None:
+        if driven and self._known is not None:
             self.end()
-        elif self._awake and not shaken:
+        elif self._awake and not driven:
             self._known = self._begun()
         self._awake, self._gave_way, self._coming, self.landed = (), False, None, ()
         passed = self._followed(self._known, steps) if self._known is not None else 0

@@ -47,6 +47,7 @@ class StackStability:
     stack: dict[BodyId, StackedBrick] = field(default_factory=dict, init=False)
     leaning: dict[BodyId, LeaningBrick] = field(default_factory=dict, init=False)  # those of the stack that lean
     loads: dict[BodyId, Load] = field(default_factory=dict, init=False)
+    in_hands: set[BodyId] = field(default_factory=set, init=False)  # of somebody who moves them: no part of the stack
     _stillness: Stillness = field(init=False)
     _held: HeldBodies = field(init=False)
     _friction: Friction = field(init=False)
@@ -65,7 +66,8 @@ class StackStability:
 
     def awake(self) -> list[BodyId]:
         """The bricks that the engine moves, by name."""
-        return sorted(brick for brick in self.engine.masses() if brick not in self.stack)
+        known = (self.stack, self.in_hands)
+        return sorted(brick for brick in self.engine.masses() if not any(brick in each for each in known))
 
     def riding(self) -> Collection[BodyId]:
         """None: the method lets every brick that it wakes move by itself."""

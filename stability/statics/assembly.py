@@ -20,12 +20,12 @@ from stability.model import EARTH, GROUND, BodyId, Brick, Plane, Pose
 from stability.statics.admission import admit_brick, admit_names, admit_site
 from stability.statics.brick_graph import brick_graph, rests_on
 from stability.statics.certificate import Tally, tallied, total_forces
-from stability.statics.facts import Contact, Forces, Placed, Problem, Stability, Stage, Tolerances, Verdict
+from stability.statics.facts import Contact, Forces, Placed, Problem, Stability, Stage, Tolerances, Verdict, by_place
 from stability.statics.prover import Prover
+from stability.statics.rounding import rounded
 from stability.statics.structure import Structure
 
 LEVEL_GROUND = Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), friction=0.5)
-LOST_DIGITS = 1e-15  # share of a coordinate, a few times the error of one rounding
 
 
 class Assembly:
@@ -90,7 +90,7 @@ class Assembly:
             admit_brick(placed)
         admit_names([placed.brick.id for placed in bricks], self._structure.bricks)
         admit_names([placed.brick.id for placed in bricks], self._fixed)
-        coming = sorted(bricks, key=_by_height) if len(bricks) > 1 else bricks
+        coming = sorted(bricks, key=by_place) if len(bricks) > 1 else bricks
         self._prover.put(coming)
         return self._judged(started, [placed.brick.id for placed in coming], names_smallest)
 
@@ -189,7 +189,7 @@ class Assembly:
 
         problem = self.problem()
         forces = total_forces(self._structure, self._prover.ledger, list(problem.contacts))
-        check = check_forces(problem, forces, _rounded(problem, self._structure.tolerances))
+        check = check_forces(problem, forces, rounded(problem, self._structure.tolerances))
         if not check.holds:
             raise ArithmeticError(f"the proof of the assembly does not hold: {check}")
         return forces
@@ -211,14 +211,3 @@ class Assembly:
     def all_shares(self, bricks: Collection[BodyId] | None = None) -> Mapping[BodyId, Mapping[BodyId, float]]:
         """The shares of all bricks, or of some as if nothing else were there."""
         return brick_graph(self._structure, self._prover.ledger, self._structure.bricks if bricks is None else bricks)
-
-
-def _by_height(placed: Placed) -> tuple[float, BodyId]:
-    return placed.pose.position_W[2], placed.brick.id
-
-
-def _rounded(problem: Problem, tolerances: Tolerances) -> Tolerances:
-    """Tolerances, with what is lost of a residual because coordinates far from the origin are rounded."""
-    furthest = max((abs(part) for p in problem.bricks.values() for part in p.pose.position_W), default=0.0)
-    smallest = min((p.brick.shape.length for p in problem.bricks.values()), default=1.0)
-    return replace(tolerances, residual=tolerances.residual + LOST_DIGITS * furthest / smallest)

@@ -9,7 +9,7 @@ What checks a proof or solves a program is imported where it is first asked: it 
 than most scenes take to judge, and what stands on load cores needs neither.
 """
 
-from collections.abc import Callable, Collection, Iterator, Sequence, Set
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -22,7 +22,8 @@ from stability.statics.overlaps import overlap_in_words
 from stability.statics.propagation import Failure, propagate
 from stability.statics.solvers.fall_words import described
 from stability.statics.structure import Structure
-from stability.statics.tipping import Fall, tipping
+from stability.statics.tipping import Fall
+from stability.statics.upper_falls import LITTLE, fall_of, fall_on_top, little_fall
 from stability.statics.upright_forces import landings_of, upright_group, vertical_forces
 
 if TYPE_CHECKING:
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
 
 SPREAD = 4  # times more levels, or bricks, each time that a group grows
 SEARCHED = 300  # bricks: in a tipping body up to this size the smallest part that tips by itself is looked for
-CUT = 60  # bricks: in a falling group up to this size the smallest upper part that falls as one body is looked for
 TOLD = 20  # moving bricks that are tested for lying deep in another body, for the reason of a verdict
 SMALL = 60  # bricks: a program of so many is still cheap
 MUCH_LESS = 0.5  # share of a group: so much less is asked first
@@ -52,10 +52,13 @@ class _Falling:
     motion: Motion
 
 
-def judge(structure: Structure, brick: BodyId, partners: "Partners", names_smallest: bool) -> Answer:
+def judge(
+    structure: Structure, brick: BodyId, partners: "Partners", names_smallest: bool, doubted: Collection[BodyId]
+) -> Answer:
     """Prove that a brick stands, or that something falls, or say why neither can be proven.
 
-    With `names_smallest` the friction cones name as few bricks as are found to fall without the rest, which is dear.
+    With `names_smallest` as few bricks are named as are found to fall without the rest; first those are looked for that
+    fall with one of the `doubted`, which have no proof.
     """
     fallen = _tips(structure, brick)
     if fallen is not None:
@@ -68,6 +71,10 @@ def judge(structure: Structure, brick: BodyId, partners: "Partners", names_small
         if passed is None or not passed.hinders:
             break
         group, levels = partners.of(_grown(structure, group, passed.hinders, levels)), levels * SPREAD
+    if names_smallest and (whole := len(partners.of({brick} | structure.below([brick])))) > LITTLE:
+        little = little_fall(structure, doubted, brick, int(MUCH_LESS * whole))
+        if little is not None:
+            return _falls(structure, _Falling(*little), names_smallest)
     answer = _programs(structure, brick, group, partners)
     return answer if isinstance(answer, Answer) else _falls(structure, answer, names_smallest)
 
@@ -142,7 +149,7 @@ class Partners:
 
 def _tips(structure: Structure, brick: BodyId) -> Answer | None:
     """Whether a brick, or a smaller part of what it carries, tips as one body with all above it."""
-    fall = _fall_of(structure, brick)
+    fall = fall_of(structure, brick)
     if fall is None:
         return None
     if 1 < len(fall.bricks) <= SEARCHED:
@@ -161,34 +168,7 @@ def _reason(structure: Structure, problem: Problem, motion: Motion) -> str:
 def _smaller_falls(structure: Structure, fall: Fall) -> Iterator[Fall | None]:
     """The falls of parts of what tips, the smallest part first, ties by name."""
     parts = sorted((len(structure.with_all_above([name])), name) for name in fall.bricks)
-    return (_fall_of(structure, name) for size, name in parts if size < len(fall.bricks))
-
-
-def _fall_of(structure: Structure, brick: BodyId) -> Fall | None:
-    """The fall of a brick and all that it can carry as one body, if plain arithmetic agrees."""
-    return _fall_as_one(structure, structure.with_all_above([brick]))
-
-
-def _fall_on_top(structure: Structure, bricks: Collection[BodyId]) -> Fall | None:
-    """The smallest upper part of falling bricks that falls as one body: all, or those above one, with it or without."""
-    if len(bricks) > CUT:
-        return None
-    above = {frozenset(bricks)} | {frozenset(structure.with_all_above([name])) for name in bricks}
-    above |= {frozenset(structure.with_all_above(structure.carried[name])) for name in bricks}
-    parts = sorted((part for part in above if part and part <= set(bricks)), key=lambda part: (len(part), min(part)))
-    return next((fall for part in parts if (fall := _fall_as_one(structure, part)) is not None), None)
-
-
-def _fall_as_one(structure: Structure, moving: Set[BodyId]) -> Fall | None:
-    bricks = {name: structure.bricks[name] for name in moving}
-    contacts = structure.contacts_of(sorted(moving))
-    fall = tipping(bricks, [c for c in contacts if (c.lower in moving) != (c.upper in moving)])
-    if fall is None:
-        return None
-    from stability.statics.proof import check_motion  # noqa: PLC0415 -- it brings numpy
-
-    checked = check_motion(structure.problem(fall.bricks, contacts), fall.motion, structure.tolerances)
-    return fall if checked.holds else None
+    return (fall_of(structure, name) for size, name in parts if size < len(fall.bricks))
 
 
 # --- weight propagation -----------------------------------------------------------------------------------------------
@@ -261,7 +241,7 @@ def _falls(structure: Structure, falling: _Falling, names_smallest: bool) -> Ans
 
     problem, least = falling.problem, falling.motion
     if names_smallest:
-        whole = _fall_on_top(structure, least.velocity.keys())
+        whole = fall_on_top(structure, least.velocity.keys())
         least = whole.motion if whole is not None else smallest_mechanism(problem, least, structure.tolerances)
     reason = _reason(structure, problem, least)
     return Answer(verdict=Verdict(Stability.UNSTABLE, Stage.CONES, reason, tuple(sorted(least.velocity)), least))

@@ -23,6 +23,12 @@ class Placed:
     pose: Pose
 
 
+def by_place(placed: Placed) -> tuple[float, float, float]:
+    """Sorts bricks upwards, by their places alone: neither names nor the order in which they are given decide."""
+    x, y, z = placed.pose.position_W
+    return z, x, y
+
+
 @dataclass(frozen=True, slots=True)
 class Wrench:
     """A force on a brick [N], and its torque about the brick's centre of mass [N m]."""

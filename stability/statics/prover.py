@@ -90,7 +90,7 @@ class Prover:
 
     def _asked(self, name: BodyId, names_smallest: bool) -> Verdict | None:
         """The verdict of the cascade on a brick that it cannot prove; it is remembered until something near changes."""
-        answer = judge(self.structure, name, self._partners, names_smallest)
+        answer = judge(self.structure, name, self._partners, names_smallest, self._unproven)
         if answer.group is not None:
             self._enter(answer.group)
             return None

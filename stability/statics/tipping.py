@@ -49,6 +49,13 @@ def tipping(bricks: Mapping[BodyId, Placed], border: Sequence[Contact]) -> Fall 
     return None
 
 
+def lies_over(bricks: Mapping[BodyId, Placed], border: Sequence[Contact]) -> bool:
+    """Whether the common centre of mass lies over an area of contacts below: one brick that does is held by these."""
+    points = [point for c in border if c.upper in bricks and carries_upright(c) for point in c.points_W]
+    centre = centre_of_mass(bricks.values())
+    return len(convex_hull([point[:2] for point in points])) > 2 and not _edges_hung_over(centre, points)  # noqa: PLR2004
+
+
 def centre_of_mass(bricks: Collection[Placed]) -> Vec3:
     """The common centre of mass [m, in W]."""
     total = sum(placed.brick.mass for placed in bricks)

@@ -81,6 +81,23 @@ class JudgesLandings(Protocol):
 
 
 @runtime_checkable
+class FeelsHands(Protocol):
+    """An extension that knows of hands, which move bricks or hold them, whatever these meet."""
+
+    def taken(self, brick: BodyId) -> Update:
+        """Say that a hand takes a brick: it is none of the bricks that are judged, and what stands by it is woken."""
+
+    def held(self, bricks: Collection[BodyId]) -> Update:
+        """Say that bricks are held at rest from now on, as firmly as the ground; hands may have taken them before."""
+
+    def let_go(self, bricks: Collection[BodyId], set_down: bool) -> Update:
+        """Say that hands let bricks go; `set_down` if they brought them, so that they are judged at once."""
+
+    def handled(self, bricks: Collection[BodyId], reason: str) -> Update:
+        """Say which bricks hands may move or press on by now: they are woken, and not judged while they are named."""
+
+
+@runtime_checkable
 class FeelsShaking(Protocol):
     """An extension that knows what the ground does to what it holds."""
 

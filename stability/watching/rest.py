@@ -79,6 +79,7 @@ class Stillness(BrickObserver):
     """How long each brick that the engine moves has been slow, and whether it may be judged by now."""
 
     limits_of: Callable[[BodyId], RestLimits]
+    handled: Collection[BodyId] = field(default=(), init=False)  # that hands may move: they are not judged
     _activity: dict[BodyId, Activity] = field(default_factory=dict, init=False)
     _slow_since: dict[BodyId, float] = field(default_factory=dict, init=False)
 
@@ -95,6 +96,8 @@ class Stillness(BrickObserver):
 
     def may_be_judged(self, brick: BodyId, now: float) -> bool:
         """Whether a brick has been slow for long enough."""
+        if brick in self.handled:
+            return False
         long_ago = now - self.limits_of(brick).dwell + ROUNDING
         return self._slow_since.get(brick, inf) <= long_ago and self._activity.get(brick) is not Activity.UNSTABLE
 

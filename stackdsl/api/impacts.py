@@ -147,3 +147,51 @@ def drop(
     """
     what_is_written = {"name": name, "brick": brick, "onto": onto, "height": height, "rotate": rotate}
     return written({"drop": what_is_written, "at": when, "after": after, "every": every})
+
+
+def move(
+    *,
+    brick: str | None = None,
+    by: Sequence[int | str] | None = None,
+    path: Sequence[Sequence[int | str]] | None = None,
+    speed: str | None = None,
+    held: int | str | None = None,
+    slid: bool | None = None,
+    when: int | str | None = None,
+    after: str | None = None,
+    every: str | None = None,
+) -> Written:
+    """Move a brick by hand.
+
+    brick: the brick
+    by: how far, straight, as [x, y, z] in the axes of the scene
+    path: the places it goes to, one after another, each from where it is at first; it stops in each
+    speed: the most on the way; it sets out and stops smoothly
+    held: how long it is held at the end before it is let go
+    slid: pushed along level rather than carried: it keeps its weight, and may tip
+    when: when the step begins; default: after the previous step
+    after: the event that the step begins after
+    every: from one repetition to the next; default: all at one time
+    """
+    what_is_written = {"brick": brick, "by": by, "path": path, "speed": speed, "held": held, "slid": slid}
+    return written({"move": what_is_written, "at": when, "after": after, "every": every})
+
+
+def hold(
+    *,
+    brick: str | None = None,
+    for_: str | None = None,
+    when: int | str | None = None,
+    after: str | None = None,
+    every: str | None = None,
+) -> Written:
+    """Hold a brick where it is.
+
+    brick: the brick
+    for_: how long it is held
+    when: when the step begins; default: after the previous step
+    after: the event that the step begins after
+    every: from one repetition to the next; default: all at one time
+    """
+    what_is_written = {"brick": brick, "for": for_}
+    return written({"hold": what_is_written, "at": when, "after": after, "every": every})

@@ -4,7 +4,7 @@ Written by `make words` from the models of the language; docs/language.md says m
 None, is not written, and has its default there. Quantities are texts with their units, as in YAML: "12 mm".
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from stackdsl.api.written import Written, written
 
@@ -22,6 +22,7 @@ def four_stack(
     brick: str | object | None = None,
     every: str | None = None,
     until: str | None = None,
+    place: str | Mapping[str, object] | None = None,
 ) -> Written:
     """Two parallel planks a level, turned by 90 deg each level.
 
@@ -36,6 +37,7 @@ def four_stack(
     brick: what this step is built of; default: the scenario's brick
     every: time for each brick; default: all at one time
     until: goes on until the structure falls
+    place: by hand, one brick after another; default: set down as if from nowhere
     """
     what_is_written = {"origin": origin, "heading": heading, "levels": levels, "step": step, "spacing": spacing}
     return written(
@@ -47,6 +49,7 @@ def four_stack(
             "brick": brick,
             "every": every,
             "until": until,
+            "place": place,
         }
     )
 
@@ -63,6 +66,7 @@ def column(
     brick: str | object | None = None,
     every: str | None = None,
     until: str | None = None,
+    place: str | Mapping[str, object] | None = None,
 ) -> Written:
     """One flat plank a level, each shifted by the same step along its length.
 
@@ -76,6 +80,7 @@ def column(
     brick: what this step is built of; default: the scenario's brick
     every: time for each brick; default: all at one time
     until: goes on until the structure falls
+    place: by hand, one brick after another; default: set down as if from nowhere
     """
     what_is_written = {"origin": origin, "heading": heading, "levels": levels, "step": step}
     return written(
@@ -87,6 +92,7 @@ def column(
             "brick": brick,
             "every": every,
             "until": until,
+            "place": place,
         }
     )
 
@@ -104,6 +110,7 @@ def wall(
     brick: str | object | None = None,
     every: str | None = None,
     until: str | None = None,
+    place: str | Mapping[str, object] | None = None,
 ) -> Written:
     """Planks end to end along x in running bond, closed at both ends.
 
@@ -118,6 +125,7 @@ def wall(
     brick: what this step is built of; default: the scenario's brick
     every: time for each brick; default: all at one time
     until: goes on until the structure falls
+    place: by hand, one brick after another; default: set down as if from nowhere
     """
     what_is_written = {"origin": origin, "heading": heading, "levels": levels, "bricks": bricks, "gap": gap}
     return written(
@@ -129,6 +137,7 @@ def wall(
             "brick": brick,
             "every": every,
             "until": until,
+            "place": place,
         }
     )
 
@@ -145,6 +154,7 @@ def harmonic(
     brick: str | object | None = None,
     every: str | None = None,
     until: str | None = None,
+    place: str | Mapping[str, object] | None = None,
 ) -> Written:
     """The overhanging stack: from the top, each plank leans out by 1/2, 1/4, 1/6 ... of a length, towards +x.
 
@@ -158,6 +168,7 @@ def harmonic(
     brick: what this step is built of; default: the scenario's brick
     every: time for each brick; default: all at one time
     until: goes on until the structure falls
+    place: by hand, one brick after another; default: set down as if from nowhere
     """
     what_is_written = {"origin": origin, "heading": heading, "bricks": bricks, "share": share}
     return written(
@@ -169,6 +180,7 @@ def harmonic(
             "brick": brick,
             "every": every,
             "until": until,
+            "place": place,
         }
     )
 
@@ -186,6 +198,7 @@ def tower(
     brick: str | object | None = None,
     every: str | None = None,
     until: str | None = None,
+    place: str | Mapping[str, object] | None = None,
 ) -> Written:
     """Rings of planks, each ring turned by half a pitch, so that every plank bridges two of the ring below.
 
@@ -200,6 +213,7 @@ def tower(
     brick: what this step is built of; default: the scenario's brick
     every: time for each brick; default: all at one time
     until: goes on until the structure falls
+    place: by hand, one brick after another; default: set down as if from nowhere
     """
     what_is_written = {"origin": origin, "heading": heading, "levels": levels, "bricks": bricks, "overlap": overlap}
     return written(
@@ -211,6 +225,7 @@ def tower(
             "brick": brick,
             "every": every,
             "until": until,
+            "place": place,
         }
     )
 
@@ -228,6 +243,7 @@ def card_house(
     brick: str | object | None = None,
     every: str | None = None,
     until: str | None = None,
+    place: str | Mapping[str, object] | None = None,
 ) -> Written:
     """Inverted Vs of two planks, flat planks on each two neighbouring peaks, further Vs on these, up to a single one.
 
@@ -242,6 +258,7 @@ def card_house(
     brick: what this step is built of; default: the scenario's brick
     every: time for each brick; default: all at one time
     until: goes on until the structure falls
+    place: by hand, one brick after another; default: set down as if from nowhere
     """
     what_is_written = {"origin": origin, "heading": heading, "levels": levels, "angle": angle, "spacing": spacing}
     return written(
@@ -253,6 +270,7 @@ def card_house(
             "brick": brick,
             "every": every,
             "until": until,
+            "place": place,
         }
     )
 
@@ -270,6 +288,7 @@ def leaning_structure(
     brick: str | object | None = None,
     every: str | None = None,
     until: str | None = None,
+    place: str | Mapping[str, object] | None = None,
 ) -> Written:
     """A four-stack whose levels are all shifted the same way, to be built on until it falls.
 
@@ -284,6 +303,7 @@ def leaning_structure(
     brick: what this step is built of; default: the scenario's brick
     every: time for each brick; default: all at one time
     until: goes on until the structure falls
+    place: by hand, one brick after another; default: set down as if from nowhere
     """
     what_is_written = {"origin": origin, "heading": heading, "levels": levels, "step": step, "spacing": spacing}
     return written(
@@ -295,6 +315,7 @@ def leaning_structure(
             "brick": brick,
             "every": every,
             "until": until,
+            "place": place,
         }
     )
 
@@ -315,6 +336,7 @@ def arch(
     brick: str | object | None = None,
     every: str | None = None,
     until: str | None = None,
+    place: str | Mapping[str, object] | None = None,
 ) -> Written:
     """Stones with radial joints, all set down at one moment, as no part of an arch stands by itself.
 
@@ -332,6 +354,7 @@ def arch(
     brick: what this step is built of; default: the scenario's brick
     every: time for each brick; default: all at one time
     until: goes on until the structure falls
+    place: by hand, one brick after another; default: set down as if from nowhere
     """
     what_is_written = {
         "origin": origin,
@@ -352,6 +375,7 @@ def arch(
             "brick": brick,
             "every": every,
             "until": until,
+            "place": place,
         }
     )
 
@@ -373,6 +397,7 @@ def flat_arch(
     brick: str | object | None = None,
     every: str | None = None,
     until: str | None = None,
+    place: str | Mapping[str, object] | None = None,
 ) -> Written:
     """Two abutments, and wedges between them, level below and above, all set down at one moment.
 
@@ -391,6 +416,7 @@ def flat_arch(
     brick: what this step is built of; default: the scenario's brick
     every: time for each brick; default: all at one time
     until: goes on until the structure falls
+    place: by hand, one brick after another; default: set down as if from nowhere
     """
     what_is_written = {
         "origin": origin,
@@ -412,5 +438,6 @@ def flat_arch(
             "brick": brick,
             "every": every,
             "until": until,
+            "place": place,
         }
     )

@@ -8,7 +8,8 @@ import yaml
 from stackdsl.api.run import Run, ScenarioError, play
 from stackdsl.api.written import Written, copied, spans_of, written
 from stackdsl.checking.gathering import Case, cases_of
-from stackdsl.reading.composing import Library, composed
+from stackdsl.importing.expansion import whole
+from stackdsl.reading.composing import Library
 from stackdsl.reading.source import Loaded, Source
 from stackdsl.trace import Event
 
@@ -74,7 +75,7 @@ class Scenario:
     @property
     def cases(self) -> tuple[Case, ...]:
         """Every variant on every system. Raises ScenarioError."""
-        cases, mistakes = cases_of(composed(Loaded((self._source(),), ()), Library()))
+        cases, mistakes = cases_of(whole(Loaded((self._source(),), ()), Library()))
         if mistakes:
             raise ScenarioError(mistakes)
         return tuple(cases)

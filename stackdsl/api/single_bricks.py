@@ -1,4 +1,4 @@
-"""Bricks one by one, and the step of the build that sets them down."""
+"""Bricks one by one or out of a file, and the step of the build that sets them down."""
 
 from collections.abc import Mapping, Sequence
 
@@ -44,6 +44,37 @@ def bricks(
     name: str | None = None,
     brick: str | Mapping[str, object] | None = None,
     every: str | None = None,
+    place: str | Mapping[str, object] | None = None,
 ) -> Written:
     """A step of the build that sets down bricks one by one; the keys are those of any step."""
-    return written({"bricks": each, "at": when, "after": after, "name": name, "brick": brick, "every": every})
+    what = {"bricks": each, "name": name, "brick": brick}
+    return written({**what, "at": when, "after": after, "every": every, "place": place})
+
+
+def imported(
+    file: str,
+    *,
+    format: str | None = None,
+    load: str | None = None,
+    settle: str | None = None,
+    point: str | None = None,
+    units: Mapping[str, str] | None = None,
+    ignore: Sequence[str] | None = None,
+    when: str | None = None,
+    after: str | None = None,
+    name: str | None = None,
+    every: str | None = None,
+) -> Written:
+    """A step of the build with the boxes of a file that another program wrote, as seen from the calling file.
+
+    format: what it is; default: what it cannot but be
+    load: which of several loads: number of the pallet, or of the order
+    settle: how boxes come to touch what is below them: as written, down, or such as within 5 mm
+    point: of a table: what x, y, z are of a box, its lower corner or its centre
+    units: of a table: units of columns whose headers say none
+    ignore: what the file has beside, and is not to be taken: columns, keys, or bodies
+    """
+    kept = {"file": file, "format": format, "load": load, "settle": settle}
+    of_table = {"point": point, "units": units, "ignore": ignore}
+    step = {"at": when, "after": after, "name": name, "every": every}
+    return written({"import": written({**kept, **of_table}), **step})

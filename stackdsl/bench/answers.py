@@ -54,7 +54,7 @@ class Answer:
 
 def answer_of(scenario: Scenario, timeline: Timeline) -> Answer | None:
     """The answer, if anything but a run can give one."""
-    answer, moves = _from_truth(scenario), any(leaves_to_engine(action) for action in timeline.actions)
+    answer, moves = _from_truth(scenario), any(leaves_to_engine(action) for action in timeline.as_set_down().actions)
     if answer is None and not moves:
         answer = _from_statics(timeline)
     return replace(answer, undisturbed=not moves) if answer is not None else None

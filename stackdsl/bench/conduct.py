@@ -90,14 +90,21 @@ class Bench:
 
 
 def jobs_of(cases: Iterable[Case], systems: Sequence[str], factors: Sequence[float]) -> list[Job]:
-    """Every case on every system at every time step that it has, whatever systems its scenario names."""
+    """Every case on every system at every time step that it has, whatever systems its scenario names.
+
+    But for those that its author wants skipped. `xfail` says nothing here: it is of expectations, and no known answer.
+    """
     jobs = []
     for _, same in groupby(cases, key=lambda case: (case.scenario.scenario, case.variant.parameters)):
         case = next(same)
         case = replace(case, timeline=_until_answered(case))
         named, runs = case_name(case), [(name, f) for name in systems for f in entrant_named(name).factors(factors)]
-        jobs += [Job(case, named, system, factor) for system, factor in runs]
+        jobs += [Job(case, named, system, factor) for system, factor in runs if not _is_skipped(case, system)]
     return jobs
+
+
+def _is_skipped(case: Case, system: str) -> bool:
+    return case.scenario.skip is not None and case.scenario.skip.is_of(system)
 
 
 def _until_answered(case: Case) -> Timeline:

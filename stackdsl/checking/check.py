@@ -16,7 +16,7 @@ from stackdsl.checking.survey import Listed
 from stackdsl.checking.worker import Task, TaskResult
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.judging.known import known_of
-from stackdsl.outcome import Outcome, Report, RunStatus, VariantResult
+from stackdsl.outcome import GoldenStatus, Outcome, Report, RunStatus, VariantResult
 from stackdsl.snapshots.file_names import golden_file
 from stackdsl.snapshots.golden import content, obsolete, remove_obsolete, text_digest
 from stackdsl.snapshots.pending import Waiting
@@ -182,6 +182,9 @@ def check(
         played.play()
     finally:
         terms.memory.settle()
+    if terms.waiting is not None:  # also of what is remembered, and so was not played
+        goldens = [result.golden for result in played.results.values() if result.golden is not None]
+        terms.waiting.forget(golden.file for golden in goldens if golden.status is GoldenStatus.SAME)
     if played.interrupted:
         unused = ()
     moved = {result.golden.renamed_from for result in played.results.values() if result.golden is not None}

@@ -11,13 +11,15 @@ from typing import Final
 
 from stackdsl.compiling.compiler import bricks_at_most, compile_timeline
 from stackdsl.diagnostics import Diagnostic, Span, once
+from stackdsl.importing.expansion import whole
 from stackdsl.language.choices import compact
 from stackdsl.language.schema import Scenario
 from stackdsl.language.validation import validate
 from stackdsl.language.variants import Variant, expand
 from stackdsl.reading.characters import visible
-from stackdsl.reading.composing import Library, composed
+from stackdsl.reading.composing import Library
 from stackdsl.reading.source import MAX_BYTES, Loaded, Source, load, parsed
+from stackdsl.reading.uncollected import uncollected
 from stackdsl.snapshots.record import Identity
 from stackdsl.timeline import Timeline
 
@@ -106,7 +108,7 @@ def gather(paths: Iterable[Path]) -> Gathered:
     cases: list[Case] = []
     meant, diagnostics = files_under(paths)
     library = Library()
-    files = [composed(loaded_from(path), library) for path in meant]
+    files = [whole(loaded_from(path), library) for path in meant]
     first = _first_of_shared_names(source for loaded in files for source in loaded.sources)
     for loaded in files:
         found, mistakes = cases_of(loaded)
@@ -194,6 +196,7 @@ def _is_named_alike(path: Path) -> bool:
     return path.suffix.lower() in SUFFIXES
 
 
+@uncollected()
 def cases_of(loaded: Loaded) -> tuple[list[Case], list[Diagnostic]]:
     """The cases of the scenarios of one file that are without a mistake, and the mistakes of the others."""
     cases: list[Case] = []

@@ -7,6 +7,7 @@ from stackdsl.checking.gathering import STDIN_SHOWN, Case
 from stackdsl.checking.why import why_of
 from stackdsl.checking.worker import TaskResult, TaskStatus
 from stackdsl.compiling.compiler import where_placed
+from stackdsl.compiling.origins import origin_of
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.judging.judge import compare_with_truth, judge
 from stackdsl.judging.numerical import Refinement
@@ -19,6 +20,7 @@ from stackdsl.snapshots.stamp import current_stamp
 from stackdsl.systems.known_systems import system_named
 from stackdsl.systems.modification import as_played
 from stackdsl.systems.systems import SYSTEMS
+from stackdsl.timeline import Move
 from stackdsl.trace import Trace
 from stackdsl.wording import mm
 
@@ -82,6 +84,8 @@ def _unfinished(case: Case, status: RunStatus, message: str) -> VariantResult:
 
 
 def _in_the_way(case: Case, blocked: Blocked) -> Diagnostic:
+    if blocked.pressed is not None:
+        return _pressed(case, blocked)
     finer = ", at half the step and twice the iterations," if blocked.refined else ""
     message = (
         f"brick '{blocked.brick}' cannot be placed at {blocked.time:g} s: by then{finer} brick '{blocked.by}' has "
@@ -90,6 +94,15 @@ def _in_the_way(case: Case, blocked: Blocked) -> Diagnostic:
     elsewhere = "let it come from elsewhere" if blocked.thrown else "place it elsewhere"
     hint = f"{elsewhere}, or earlier, or pull '{blocked.by}' out before"
     return Diagnostic("SD208", where_placed(blocked.brick, case.scenario, case.source), message, hint)
+
+
+def _pressed(case: Case, blocked: Blocked) -> Diagnostic:
+    """Of a hand whose way leads through what cannot give way."""
+    moves = (a for a in case.timeline.actions if isinstance(a, Move) and a.brick == blocked.brick)
+    begun = [move for move in moves if move.time <= blocked.time]
+    origin = origin_of(begun[-1], case.scenario, case.source) if begun else None
+    span = origin.span if origin is not None else where_placed(blocked.brick, case.scenario, case.source)
+    return Diagnostic("SD210", span, blocked.in_words(), "end its way before that, or make room for what it moves")
 
 
 def _compared(case: Case, trace: Trace, goldens: Goldens) -> VariantResult:

@@ -1,6 +1,7 @@
 """Paths -> what cases there are, without reading again what is remembered of files that are as they were."""
 
 import json
+import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -11,9 +12,12 @@ from typing import TypeAlias
 from stackdsl.checking.gathering import STDIN, Case, cases_of, files_under, gather, identity_of, loaded_from
 from stackdsl.checking.memory import Memory
 from stackdsl.diagnostics import Diagnostic
+from stackdsl.importing.expansion import whole
+from stackdsl.importing.load_formats import MAX_IMPORTED
 from stackdsl.reading.characters import visible
-from stackdsl.reading.composing import Library, composed
-from stackdsl.reading.source import MAX_BYTES, Loaded
+from stackdsl.reading.composing import Library
+from stackdsl.reading.project import root_of
+from stackdsl.reading.source import Loaded
 from stackdsl.snapshots.record import Identity
 
 FIELDS = ("scenario_name", "parameters", "system", "tags", "lines")
@@ -25,21 +29,22 @@ class ChangedMeanwhileError(RuntimeError):
 
 @dataclass
 class _Parts(Library):
-    """The files that one file takes from, and what they held."""
+    """The files that one file takes from, what they held, and where in the project they truly are."""
 
+    root: str = ""
     digests: dict[str, str] = field(default_factory=dict)  # by the path that was asked for, links and all
 
     def read(self, path: str) -> Loaded:
         """What a file holds; that it was asked for is noted."""
         loaded = super().read(path)
-        self.digests[path] = loaded.digest
+        self.digests[path] = _digest_there(path, self.root, loaded.digest)
         return loaded
 
-    def read_text(self, path: str) -> str:
-        """The text of a file that is no scenario; that it was asked for is noted."""
-        text = super().read_text(path)
-        self.digests[path] = _digest_of(Path(path))
-        return text
+    def bytes_of(self, path: str, most: int) -> bytes:
+        """What a file of another program holds; that it was asked for is noted."""
+        data = super().bytes_of(path, most)
+        self.digests[path] = _digest_there(path, self.root, sha256(data).hexdigest())
+        return data
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +52,7 @@ class _Made:
     """Which texts a file's scenarios were made of."""
 
     own: str  # digest of the file itself
+    root: str = ""  # of the project, beyond which no file leads
     parts: Mapping[str, str] = field(default_factory=dict)  # of the others, by path
 
     @property
@@ -57,15 +63,16 @@ class _Made:
     @property
     def is_current(self) -> bool:
         """Whether the others are as they were."""
-        return all(_digest_of(Path(path)) == digest != "" for path, digest in self.parts.items())
+        now = {path: _digest_there(path, self.root, _digest_of(Path(path))) for path in self.parts}
+        return now == self.parts and all(now.values())
 
 
 def _compiled(path: Path) -> tuple[Loaded, _Made, list[Case], list[Diagnostic]]:
     """What a file holds, which texts that is made of, and its cases and mistakes."""
-    parts = _Parts()
+    parts = _Parts(root=root_of(str(path)))
     read = loaded_from(path)
-    loaded = composed(read, parts)
-    return loaded, _Made(read.digest, parts.digests), *cases_of(loaded)
+    loaded = whole(read, parts)
+    return loaded, _Made(read.digest, parts.root, parts.digests), *cases_of(loaded)
 
 
 @dataclass
@@ -165,10 +172,15 @@ def _digest_of(path: Path) -> str:
         return ""
     try:
         with path.open("rb") as stream:
-            data = stream.read(MAX_BYTES + 1)
+            data = stream.read(MAX_IMPORTED + 1)
     except OSError:
         return ""
     return sha256(data).hexdigest()
+
+
+def _digest_there(path: str, root: str, digest: str) -> str:
+    """A digest of what a file holds and of where in the project it is; empty where it cannot be read."""
+    return f"{digest} {os.path.relpath(os.path.realpath(path), root)}" if digest else ""
 
 
 def _record(case: Case) -> list[object]:
@@ -179,7 +191,7 @@ def _recalled(value: object, path: Path, own: str) -> list[Entry]:
     """The cases that a record tells of, if what they took from other files is as it was; none if it tells of none."""
     if not isinstance(value, dict):
         return []
-    file = _File(path, _Made(own, value["parts"]))
+    file = _File(path, _Made(own, root_of(str(path)), value["parts"]))
     return list(_entries(value["cases"], file)) if file.made.is_current else []
 
 

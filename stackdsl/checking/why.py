@@ -11,15 +11,28 @@ from stackdsl.compiling.origins import origin_of
 from stackdsl.outcome import Why
 from stackdsl.systems.known_systems import system_named
 from stackdsl.systems.systems import Method
-from stackdsl.timeline import Action, Arrival, Placement, Push, Removal, Shake, Timeline, time_of_arrival
+from stackdsl.timeline import (
+    Action,
+    Arrival,
+    Hold,
+    LetGo,
+    Move,
+    Placement,
+    Push,
+    Removal,
+    Shake,
+    Timeline,
+    time_of_arrival,
+)
 from stackdsl.trace import Event, EventKind, Trace
-from stackdsl.wording import mm, names_text, shaking_text
+from stackdsl.wording import mm, moving_text, names_text, shaking_text
 
 NOTICED = 1e-6  # [m] what shifted by less has not moved, as far as people are concerned
 EARLY = 0.05  # [s] how much before its aim what is thrown or dropped may meet the structure
 ARRIVALS = {
     Arrival.SET_DOWN: "set down",
     Arrival.SLID_IN: "slid in",
+    Arrival.BY_HAND: "brought by hand",
     Arrival.LET_GO: "let go",
     Arrival.DROPPED: "dropped",
     Arrival.THROWN: "thrown",
@@ -125,6 +138,12 @@ def _done(together: Sequence[Action]) -> str:
             return f"{push.brick} pushed at {push.time:g} s"
         case Shake() as shake:
             return f"the ground shaken {shaking_text(shake.motion)} from {shake.time:g} s on"
+        case Move() as move:
+            return f"{move.brick} {moving_text(move.course)} by hand from {move.time:g} s on"
+        case Hold() as hold:
+            return f"{names_text(hold.bricks)} held from {hold.time:g} s on"
+        case LetGo() as let_go:
+            return f"{names_text(let_go.bricks)} let go at {let_go.time:g} s"
         case Placement() as first:
             level = f", level {first.level}" if first.level and len(together) == 1 else ""
             names = [placed.brick.id for placed in together if isinstance(placed, Placement)]

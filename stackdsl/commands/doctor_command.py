@@ -15,6 +15,7 @@ import click
 from stackdsl.commands.new_command import SCHEMA
 from stackdsl.commands.terminal import write
 from stackdsl.exits import ExitCode
+from stackdsl.project_file import ProjectError, project_of
 from stackdsl.systems.known_systems import KNOWN, needs_of
 
 LIBRARIES: Final = ("stackdsl", "numpy", "scipy", "clarabel", "pydantic", "pyyaml", "click", "rich")
@@ -45,7 +46,7 @@ class Finding:
 @click.pass_context
 def doctor_command(context: click.Context) -> None:
     """Tell what is installed, what is missing and how to get it, and whether this directory is in order."""
-    findings = [*_libraries(), *_engines(), *_optional(), *_reading(), *_project(Path())]
+    findings = [*_libraries(), *_engines(), *_optional(), *_reading(), *_project()]
     write("\n".join(f"{each.state:5}  {each.text}" for each in findings))
     context.exit(ExitCode.FAILED if any(each.state is State.WRONG for each in findings) else ExitCode.OK)
 
@@ -87,18 +88,27 @@ def _reading() -> Iterator[Finding]:
         yield Finding(State.NOTE, "the variable CI is set: golden files are compared and never written")
 
 
-def _project(home: Path) -> Iterator[Finding]:
-    """Of the directory that this was called from."""
-    scenarios, golden, schema = home / "scenarios", home / "golden", home / SCHEMA
+def _project() -> Iterator[Finding]:
+    """Of the project around the directory that this was called from, or else of that directory."""
+    try:
+        project = project_of(())
+    except ProjectError as error:
+        yield Finding(State.WRONG, str(error))
+        return
+    scenarios, golden = project.scenarios, project.golden
+    schema = (project.root or Path()) / SCHEMA
+    if project.root is not None:
+        yield Finding(State.OK, f"the root of the project is {project.root.resolve()}")
     if not scenarios.is_dir():
-        yield Finding(State.NOTE, "there is no directory scenarios here; begin one by: stackdsl init")
+        there = "scenarios here" if scenarios == Path("scenarios") else str(scenarios)
+        yield Finding(State.NOTE, f"there is no directory {there}; begin one by: stackdsl init")
         return
     count = sum(path.suffix.lower() in (".yaml", ".yml") for path in scenarios.rglob("*"))
     yield Finding(State.OK, f"{count} files in {scenarios}")
     if golden.is_dir() and not os.access(golden, os.W_OK):
         yield Finding(State.WRONG, f"{golden} cannot be written, so --update cannot accept anything; let it be written")
     elif not golden.is_dir():
-        yield Finding(State.NOTE, "there are no golden files yet; write them by: stackdsl check --update")
+        yield Finding(State.NOTE, "there are no golden files yet; write them by: stackdsl check")
     current = files("stackdsl").joinpath(SCHEMA).read_text(encoding="utf-8")
     if schema.is_file() and schema.read_text(encoding="utf-8", errors="replace") != current:
         yield Finding(State.NOTE, f"{schema} is of another version; write it anew by: stackdsl schema > {schema}")

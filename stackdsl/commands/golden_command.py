@@ -16,6 +16,7 @@ from stackdsl.commands.check_command import project_around
 from stackdsl.commands.options import FilePath
 from stackdsl.commands.terminal import paper, tell, write
 from stackdsl.exits import ExitCode
+from stackdsl.reading.characters import visible
 from stackdsl.report.blocks import blocks_text, line, table
 from stackdsl.snapshots.file_names import golden_file
 from stackdsl.snapshots.golden import GoldenWriteRefusedError, obsolete, refuse_in_ci, remove_obsolete
@@ -41,8 +42,13 @@ class Place:
         except KeywordError as error:
             raise click.UsageError(str(error)) from error
         own = os.path.relpath(self.golden, self.waiting.home)
-        below = [each for each in self.waiting.all() if Path(each.golden).is_relative_to(own)]
+        below = [each for each in self.waiting.all() if all(_is_below(own, file) for file in each.files)]
         return [each for each in below if is_meant(each.case.casefold())]
+
+
+def _is_below(folder: str, file: str) -> bool:
+    """Whether a path leads into a folder: what waits may come from whoever sent the whole directory."""
+    return Path(os.path.normpath(file)).is_relative_to(folder)
 
 
 ON_CASES = click.option("-k", "keyword", default="", help="Only cases whose name contains this, as of check.")
@@ -72,13 +78,13 @@ def status(context: click.Context, keyword: str) -> None:
 
 
 def _named(pending: Pending) -> str:
-    return f"{pending.case}: {pending.golden}"
+    return visible(f"{pending.case}: {pending.golden}")
 
 
 def _summary(pending: Pending, place: Place) -> str:
     count = len(pending.differences(place.waiting.home))
     told = [f"{count} difference{'s' * (count != 1)}"] if count else []
-    told += [f"was {pending.renamed_from}"] if pending.renamed_from else []
+    told += [f"was {visible(pending.renamed_from)}"] if pending.renamed_from else []
     told += [f"fails {len(pending.failed)} of its expectations"] if pending.failed else []
     told += ["the golden file has changed since: check again"] if pending.is_stale(place.waiting.home) else []
     return ", ".join(told) or "nothing is locked yet"
@@ -101,10 +107,10 @@ def review(context: click.Context, keyword: str) -> None:
         with _told():
             if key in "aA":
                 place.waiting.accept(pending)
-                write(f"accepted: {pending.golden}")
+                write(f"accepted: {visible(pending.golden)}")
             elif key == "r":
                 place.waiting.reject(pending)
-                write(f"rejected: {pending.golden} stays as it is")
+                write(f"rejected: {visible(pending.golden)} stays as it is")
     waiting = len(place.pending(keyword))
     write(f"{waiting} waiting")
     context.exit(ExitCode.GOLDEN if waiting else ExitCode.OK)
@@ -116,7 +122,7 @@ def _shown(pending: Pending, place: Place) -> str:
         :MOST_SHOWN
     ]
     head = [line(f"{pending.status}: {_named(pending)}", "bold"), line(f"  {_summary(pending, place)}")]
-    failed = [line(f"  fails: {text}") for text in pending.failed]
+    failed = [line(f"  fails: {visible(text)}") for text in pending.failed]
     more = [line(f"and {len(found) - len(rows)} more")] if len(found) > len(rows) else []
     drawn = [table(rows, left=tuple(rows[0]))] if rows else []
     return blocks_text([[*head, *failed, *drawn, *more]], *paper())
@@ -146,13 +152,14 @@ def accept(context: click.Context, keyword: str, though_it_fails: bool) -> None:
     refused = 0
     for pending in place.pending(keyword):
         if pending.failed and not though_it_fails:
-            why = f"fails: {pending.failed[0]}; --though-it-fails accepts it all the same"
+            why = f"fails: {visible(pending.failed[0])}; --though-it-fails accepts it all the same"
             tell(f"not accepted: {_named(pending)}: {why}")
             refused += 1
             continue
         with _told() as told:
             place.waiting.accept(pending)
-            write(f"accepted: {pending.golden}" + (f", was {pending.renamed_from}" if pending.renamed_from else ""))
+            was = f", was {visible(pending.renamed_from)}" if pending.renamed_from else ""
+            write(f"accepted: {visible(pending.golden)}{was}")
         refused += len(told)
     context.exit(ExitCode.GOLDEN if refused else ExitCode.OK)
 
@@ -166,7 +173,7 @@ def reject(context: click.Context, keyword: str) -> None:
     for pending in place.pending(keyword):
         with _told():
             place.waiting.reject(pending)
-            write(f"rejected: {pending.golden} stays as it is")
+            write(f"rejected: {visible(pending.golden)} stays as it is")
 
 
 @golden_command.command("prune")

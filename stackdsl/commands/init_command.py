@@ -62,7 +62,7 @@ def init_command(directory: Path) -> None:
         told.append(f"wrote  {path}")
     write("\n".join(told))
     where = f"cd {directory}, then: " if directory != Path() else ""
-    write(f"next: {where}stackdsl check --update, which writes the first golden file; look at it, and commit it all")
+    write(f"next: {where}stackdsl check, which writes the first golden file; look at it, and commit it all")
 
 
 def _texts(directory: Path) -> Mapping[Path, str]:

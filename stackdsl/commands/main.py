@@ -27,6 +27,7 @@ COMMANDS: Final[Mapping[str, str]] = {
     "doctor": "Tell what is installed, what is missing and how to get it, and whether this directory is in order.",
     "explain": "Print what FILE was compiled to, and what statics says of it; or what a CODE such as SD104 means.",
     "golden": "Say what differs from its golden file, and accept it or not.",
+    "import": "Print a scenario with the boxes of FILE, which another program wrote; and tell what was moved.",
     "init": "Write what a new project in DIRECTORY (default: this one) needs; never over an existing file.",
     "new": "Write a scenario called NAME to start from; never over an existing file.",
     "picture": "Play one case of FILE, and draw it: at the end, at a time, as a strip, or moving.",

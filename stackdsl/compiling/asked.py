@@ -31,6 +31,8 @@ def asked_of(scenario: Scenario) -> Asked:
         followed=scenario.watch or AFTERMATH,
         watched=scenario.watch is not None
         or scenario.world.shake is not None
+        or any(step.place is not None for step in scenario.build)
+        or any(impact.done.lasts for impact in scenario.impacts)
         or not scenario.expect
         or not all(claim.needs_statics for claim in claims),
         margins=tuple(sorted({margin for claim in claims for margin in claim.needed_margins})),

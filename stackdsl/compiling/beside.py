@@ -3,17 +3,14 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import cos, fsum, sin
-from typing import Final
 
 from stability.geometry.rotations import inverse, rotate
 from stability.geometry.vectors import dot, subtract
 from stability.model import GROUND, BodyId, ConvexShape, Plane, Pose, Quaternion, Vec3
 from stability.shapes.apart import in_place
-from stackdsl.compiling.naming import footings_of, levels_of, names_of
+from stackdsl.compiling.standing import Standing
 from stackdsl.compiling.written_bricks import DIGITS, NowhereError, WrittenBrick
 from stackdsl.language.bricks import SetBrick
-
-MAX_NAMED: Final = 200_000  # bricks whose names are worked out on the way, again and again; some seconds
 
 
 @dataclass(slots=True)
@@ -21,10 +18,12 @@ class Surroundings:
     """What bricks may be placed by: all that the author put before them."""
 
     planes: Sequence[Plane]
-    named: dict[BodyId, int] = field(default_factory=dict)  # by the author, or by place as far as that is known
+    standing: Standing = field(init=False)
+    named: dict[BodyId, int] = field(default_factory=dict)  # by the author
     seen: int = 0  # bricks whose own names are known
-    known: int = 0  # and those whose names by place are
-    cost: int = 0  # bricks whose names were worked out by place
+
+    def __post_init__(self) -> None:
+        self.standing = Standing(self.planes)
 
     def place_of(
         self, brick: SetBrick, shape: ConvexShape, turned: Quaternion, before: Sequence[WrittenBrick]
@@ -54,16 +53,12 @@ class Surroundings:
             if (own := before[number].name) is not None:
                 self.named.setdefault(own, number)
         self.seen = len(before)
-        if name not in self.named and self.known < len(before):
-            self.cost += len(before)
-            if self.cost > MAX_NAMED:
-                raise NowhereError(name, too_dear=True)
-            names = names_of(before, levels_of(before, footings_of(before, self.planes)))
-            self.named = {called: number for number, called in reversed(list(enumerate(names)))}
-            self.known = len(before)
-        if name not in self.named:
+        if name in self.named:
+            return self.named[name]
+        self.standing.take_in(before, name)
+        if name not in self.standing.named:
             raise NowhereError(name)
-        return self.named[name]
+        return self.standing.named[name]
 
 
 def _reach(shape: ConvexShape, turned: Quaternion, direction: Vec3) -> float:

@@ -41,7 +41,7 @@ def built_of(scenario: Scenario, source: Source) -> Built:
     bricks = built_bricks(scenario, planes)
     schedule = scheduled(bricks, scenario, source)
     return Built(
-        bricks=[_timed(brick, placed, schedule) for brick, placed in zip(bricks, schedule.bricks, strict=True)],
+        bricks=[_timed(brick, number, schedule) for number, brick in enumerate(bricks)],
         missiles=missiles_of(scenario),
         impacts=schedule.impacts,
         shaken=schedule.shaken,
@@ -62,6 +62,6 @@ def missiles_of(scenario: Scenario) -> dict[int, Brick]:
     return found
 
 
-def _timed(brick: BuiltBrick, placed: Moment, schedule: Schedule) -> BuiltBrick:
+def _timed(brick: BuiltBrick, number: int, schedule: Schedule) -> BuiltBrick:
     gone = None if brick.removed_in is None else schedule.impacts[brick.removed_in]
-    return replace(brick, placed=placed, gone=gone)
+    return replace(brick, placed=schedule.bricks[number], gone=gone, in_hand=schedule.in_hands[number])

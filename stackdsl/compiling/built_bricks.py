@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from stability.model import BodyId, Plane
 from stackdsl.compiling.beside import Surroundings
@@ -10,6 +11,17 @@ from stackdsl.compiling.moment import START, Moment
 from stackdsl.compiling.naming import footings_of, levels_of, names_of
 from stackdsl.compiling.written_bricks import WrittenBrick, bricks_of
 from stackdsl.language.schema import Scenario
+
+
+class InHand(NamedTuple):
+    """When a brick comes, is in its place, and is left to itself [s]: all at once, unless a hand brings it."""
+
+    begins: float
+    arrives: float
+    let_go: float
+
+
+AT_ONCE = InHand(0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,6 +35,7 @@ class BuiltBrick:
     removed_in: int | None  # the impact that pulls it out, by number
     placed: Moment = START
     gone: Moment | None = None  # when it is pulled out
+    in_hand: InHand = AT_ONCE
 
 
 def built_bricks(scenario: Scenario, planes: Sequence[Plane]) -> list[BuiltBrick]:

@@ -12,9 +12,12 @@ from stability.model import BodyId, Brick, Quaternion
 from stackdsl.compiling.asked import asked_of
 from stackdsl.compiling.built import Built, built_of, missiles_of
 from stackdsl.compiling.built_bricks import BuiltBrick, built_bricks
+from stackdsl.compiling.by_hand import bringing, brought, hands_that_bring, placed_by_hand
 from stackdsl.compiling.contradictions import beyond_what_is_built, contradictions
+from stackdsl.compiling.hands_apart import hands_apart, ways_through_planes
 from stackdsl.compiling.impacts.doing import Done, done
 from stackdsl.compiling.impacts.removals import missing_bricks
+from stackdsl.compiling.misfits import crowded
 from stackdsl.compiling.moment import Moment
 from stackdsl.compiling.name_checks import (
     bricks_that_hit,
@@ -24,6 +27,7 @@ from stackdsl.compiling.name_checks import (
     shared_with_missiles,
     unknown_bricks,
 )
+from stackdsl.compiling.naming import CrowdedBrickError
 from stackdsl.compiling.neighbour_checks import nowhere, out_of_place
 from stackdsl.compiling.shakes import shakes
 from stackdsl.compiling.site import planes_of, tilt_of, turned_plane, turned_pose
@@ -34,6 +38,7 @@ from stackdsl.reading.source import Source
 from stackdsl.timeline import Action, Arrival, Placement, Timeline, World
 
 MAX_BRICKS = 50_000  # in all steps together; some seconds of compiling
+MAX_MEETINGS = 600_000  # bricks that each thrown or dropped one may meet, of all of these; some seconds
 
 Check: TypeAlias = Callable[[Built, Scenario, Source], Iterable[Diagnostic]]
 
@@ -49,7 +54,13 @@ CHECKS: Final[Sequence[Check]] = (
     beyond_what_is_built,
     contradictions,
 )
-CHECKS_IN_TIME: Final[Sequence[Check]] = (missing_bricks, out_of_place)  # without the right times, nothing fits
+CHECKS_IN_TIME: Final[Sequence[Check]] = (
+    missing_bricks,
+    out_of_place,
+    hands_that_bring,
+    hands_apart,
+    ways_through_planes,
+)  # without the right times, nothing fits
 
 
 def compile_timeline(scenario: Scenario, source: Source) -> tuple[Timeline | None, tuple[Diagnostic, ...]]:
@@ -57,7 +68,10 @@ def compile_timeline(scenario: Scenario, source: Source) -> tuple[Timeline | Non
     too_many = tuple(_too_many(scenario, source))
     if too_many:
         return None, too_many
-    built = built_of(scenario, source)
+    try:
+        built = built_of(scenario, source)
+    except CrowdedBrickError as error:
+        return None, (crowded(error.brick, source),)
     if lost := first_of(nowhere(built, scenario, source)):
         return None, tuple(lost)
     checks = CHECKS if built.mistimed else (*CHECKS, *CHECKS_IN_TIME)
@@ -93,20 +107,30 @@ def _too_many(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     if bricks > MAX_BRICKS:
         message = f"the scenario has {bricks} bricks, and {MAX_BRICKS} is the most"
         yield Diagnostic("SD206", source.key_span_of(("build",)), message, "make it smaller")
+    flying = sum(impact.done.missile is not None for impact in scenario.impacts)
+    if flying * bricks > MAX_MEETINGS:
+        message = f"{flying} bricks are thrown or dropped where {bricks} may be in the way of each"
+        hint = f"let one times the other be at most {MAX_MEETINGS}"
+        yield Diagnostic("SD206", source.key_span_of(("impacts",)), message, hint)
 
 
 def _timeline(built: Built, impacts: Iterable[tuple[Moment, Action]], scenario: Scenario) -> Timeline:
     tilt, asked = tilt_of(scenario), asked_of(scenario)
     planes = tuple(turned_plane(plane, tilt) for plane in built.planes)
     steps = _steps_by_level(built)
-    placements = [
-        (brick.placed, _placement(brick, tilt, step_text(brick, scenario, steps))) for brick in built.in_order
-    ]
+    placed = {brick.name: _placement(brick, tilt, step_text(brick, scenario, steps)) for brick in built.in_order}
+    in_hands = brought(built, scenario)
+    placed |= {one.brick.name: placed_by_hand(placed[one.brick.name], one, tilt) for one in in_hands}
+    alone = placed.keys() - {one.brick.name for one in in_hands}
+    placements = [(brick.placed, placed[brick.name]) for brick in built.in_order if brick.name in alone]
     return Timeline(
         World(scenario.world.gravity, scenario.friction, planes),
         tuple(
             action
-            for _, action in sorted((*placements, *impacts, *shakes(built, scenario)), key=lambda timed: timed[0])
+            for _, action in sorted(
+                (*placements, *bringing(in_hands, placed, tilt), *impacts, *shakes(built, scenario)),
+                key=lambda timed: timed[0],
+            )
         ),
         hold=asked.hold,
         watched=asked.watched,

@@ -16,6 +16,18 @@ OVERLAP = 1e-4
 TWO_SIDES = 2
 LEAST_UPWARD = 0.05  # z of a contact normal that carries something; less is a touch of two upright faces
 
+# Pairs that are held against each other, in all and on average; in what is tidy, a brick has some ten near it.
+MAX_PAIRS, MAX_PAIRS_EACH = 100_000, 20
+MOST_INSIDE = 200  # boxes inside others that are kept; more mistakes than anybody is told
+
+
+class CrowdedError(Exception):
+    """Boxes lie so close together that it takes too long to say how they fit."""
+
+    def __init__(self, index: int) -> None:
+        super().__init__(index)
+        self.index = index  # of the box that was too much
+
 
 @dataclass(frozen=True, slots=True)
 class Sited:
@@ -56,22 +68,21 @@ def fits(boxes: Sequence[Sited], planes: Sequence[Plane]) -> list[Fit]:
     """The fit of every box; `boxes` are in order of time. One that is taken away makes room for those put then.
 
     Those put at the same time may rest on one another. Of two that overlap, the later one in the order is blamed.
+    Raises CrowdedError.
     """
-    blocks = [in_place(box.shape, box.pose) for box in boxes]
-    site = _Site(blocks)
+    site = Site([in_place(box.shape, box.pose) for box in boxes], planes)
     found: list[Fit] = []
     going = sorted((index for index, box in enumerate(boxes) if box.until < inf), key=lambda index: -boxes[index].until)
     gathered = 0
     for index, box in enumerate(boxes):
         while going and boxes[going[-1]].until <= box.time:
-            gone = going.pop()
-            if gone in site.there:
-                site.there.remove(gone)
+            site.take_away(going.pop())
         while gathered < len(boxes) and boxes[gathered].time <= box.time:
-            if boxes[gathered].until > box.time:
-                site.there.add(gathered, blocks[gathered].low_W, blocks[gathered].high_W)
+            site.put(gathered)
+            if boxes[gathered].until <= box.time:
+                site.take_away(gathered)
             gathered += 1
-        found.append(_fit(index, site, planes))
+        found.append(site.fit(index))
     return found
 
 
@@ -97,43 +108,82 @@ class _Near:
         return -self.apart.gap > min(LIMIT_ITSELF * OVERLAP, self.reach)
 
 
-def _fit(index: int, site: "_Site", planes: Sequence[Plane]) -> Fit:
-    own = site.blocks[index]
-    reach = reach_between(own.thickness)
-    on_planes = [_Near(n, above_plane(own, plane), reach) for n, plane in enumerate(planes)]
-    for near in on_planes:
-        if near.overlaps:
-            return Fit(overlaps_plane=near.number, depth=-near.apart.gap)
-    on_boxes = []
-    for near in site.near(index, reach):  # one by one: where many lie in one place, the first says it all
-        if near.overlaps and near.number < index:
-            return Fit(overlaps_box=near.number, depth=-near.apart.gap)
-        on_boxes.append(near)
-    below = [near for near in (*on_planes, *on_boxes) if near.is_below]
-    if not any(near.touches for near in below):  # in the air; how far above what is of interest only here
-        below += [near for near in site.near(index, 2.0 * hypot(*own.reach)) if near.is_below]
-    nearest = min(below, key=lambda near: near.apart.gap, default=None)
-    return Fit(
-        on_boxes=tuple(near.number for near in on_boxes if near.touches and near.is_below),
-        on_planes=tuple(near.number for near in on_planes if near.touches and near.is_below),
-        beside_boxes=tuple(near.number for near in on_boxes if near.touches and not near.is_below),
-        beside_planes=tuple(near.number for near in on_planes if near.touches and not near.is_below),
-        clearance=nearest.apart.gap if nearest is not None else inf,
-        reach=nearest.reach if nearest is not None else 0.0,
-    )
-
-
 @dataclass
-class _Site:
-    """All boxes, and which of them are there by now."""
+class Site:
+    """Boxes and planes, and which of the boxes are there by now.
 
-    blocks: Sequence[InPlace]
-    there: Neighbours[int] = field(default_factory=Neighbours)
+    Of those that are inside others, only the first are kept: however many lie in one place, none is held against all.
+    """
 
-    def near(self, index: int, margin: float) -> Iterator[_Near]:
-        """Those whose bounds come as close to a box as a margin [m], in order."""
+    blocks: list[InPlace]
+    planes: Sequence[Plane]
+    _there: Neighbours[int] = field(default_factory=Neighbours)
+    _overlaps: dict[int, Fit] = field(default_factory=dict)
+    _pairs: int = 0  # that were held against each other
+
+    def put(self, index: int) -> None:
+        """Let a box be there, after all with a lower number that come at its time. Raises CrowdedError."""
+        overlap = self._overlap(index)
+        if overlap is not None:
+            self._overlaps[index] = overlap
+        if overlap is None or len(self._overlaps) <= MOST_INSIDE:
+            self._there.add(index, self.blocks[index].low_W, self.blocks[index].high_W)
+
+    def take_away(self, index: int) -> None:
+        """Let a box be gone, if it was there."""
+        if index in self._there:
+            self._there.remove(index)
+
+    def fit(self, index: int) -> Fit:
+        """How a box that is there sits among the others. Raises CrowdedError."""
+        if index in self._overlaps:
+            return self._overlaps[index]
+        reach, on_planes = reach_between(self.blocks[index].thickness), list(self._planes_near(index))
+        on_boxes = list(self._near(index, reach))
+        return self._fit_among(index, on_planes, on_boxes)
+
+    def touching(self, index: int) -> list[int]:
+        """The boxes that touch one that is there."""
+        near = self._near(index, reach_between(self.blocks[index].thickness))
+        return [each.number for each in near if each.touches]
+
+    def _overlap(self, index: int) -> Fit | None:
+        """The fit of a box that is inside a plane or a box before it; None of one that is not."""
+        for near in self._planes_near(index):
+            if near.overlaps:
+                return Fit(overlaps_plane=near.number, depth=-near.apart.gap)
+        for near in self._near(index, reach_between(self.blocks[index].thickness)):
+            if near.overlaps and near.number < index:
+                return Fit(overlaps_box=near.number, depth=-near.apart.gap)
+        return None
+
+    def _planes_near(self, index: int) -> Iterator[_Near]:
+        own = self.blocks[index]
+        reach = reach_between(own.thickness)
+        return (_Near(n, above_plane(own, plane), reach) for n, plane in enumerate(self.planes))
+
+    def _fit_among(self, index: int, on_planes: Sequence[_Near], on_boxes: Sequence[_Near]) -> Fit:
+        below = [near for near in (*on_planes, *on_boxes) if near.is_below]
+        if not any(near.touches for near in below):  # in the air; how far above what is of interest only here
+            margin = 2.0 * hypot(*self.blocks[index].reach)
+            below += [near for near in self._near(index, margin) if near.is_below]
+        nearest = min(below, key=lambda near: near.apart.gap, default=None)
+        return Fit(
+            on_boxes=tuple(near.number for near in on_boxes if near.touches and near.is_below),
+            on_planes=tuple(near.number for near in on_planes if near.touches and near.is_below),
+            beside_boxes=tuple(near.number for near in on_boxes if near.touches and not near.is_below),
+            beside_planes=tuple(near.number for near in on_planes if near.touches and not near.is_below),
+            clearance=nearest.apart.gap if nearest is not None else inf,
+            reach=nearest.reach if nearest is not None else 0.0,
+        )
+
+    def _near(self, index: int, margin: float) -> Iterator[_Near]:
+        """Those whose bounds come as close to a box as a margin [m], in order. Raises CrowdedError."""
         own, blocks = self.blocks[index], self.blocks
-        for other in self.there.around(own.low_W, own.high_W, margin):
+        for other in self._there.around(own.low_W, own.high_W, margin):
             if other != index:
+                self._pairs += 1
+                if self._pairs > MAX_PAIRS + MAX_PAIRS_EACH * len(blocks):
+                    raise CrowdedError(index)
                 between = reach_between(own.thickness, blocks[other].thickness)
                 yield _Near(other, bodies_apart(own, blocks[other]), between)

@@ -5,7 +5,8 @@ from math import inf
 
 from stackdsl.compiling.built import Built
 from stackdsl.compiling.built_bricks import BuiltBrick
-from stackdsl.compiling.fitting import Fit, Sited, fits
+from stackdsl.compiling.fitting import MOST_INSIDE, CrowdedError, Fit, Sited, fits
+from stackdsl.compiling.written_bricks import WrittenBrick
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.language.schema import Scenario
 from stackdsl.reading.source import Path, Source
@@ -18,11 +19,24 @@ def misfits(built: Built, _scenario: Scenario, source: Source) -> Iterator[Diagn
     """Bricks inside others or in the air; one of a kind for each place in the file, since a layout fails as a whole."""
     told: set[tuple[str, Path]] = set()
     bricks = built.in_order
-    for brick, fit in zip(bricks, fits(_sited(bricks, built), built.planes), strict=True):
-        mistake = _misfit(fit, brick, bricks, built)
+    try:
+        found = fits(_sited(bricks, built), built.planes)
+    except CrowdedError as error:
+        yield crowded(bricks[error.index].written, source)
+        return
+    unclear = sum(fit.overlaps for fit in found) > MOST_INSIDE  # what lies on the others
+    for brick, fit in zip(bricks, found, strict=True):
+        mistake = _misfit(fit, brick, bricks, built) if fit.overlaps or not unclear else None
         if mistake is not None and (mistake[0], brick.written.path) not in told:
             told.add((mistake[0], brick.written.path))
             yield Diagnostic(mistake[0], source.span_of(brick.written.path), *mistake[1:])
+
+
+def crowded(brick: WrittenBrick, source: Source) -> Diagnostic:
+    """That too many bricks lie around one of them to be held against each other."""
+    message = "so many bricks lie so close together here that it takes too long to say which of them touch"
+    hint = "build fewer, or let long ones lie along the axes: what is compared is what the boxes around them share"
+    return Diagnostic("SD206", source.span_of(brick.path), message, hint)
 
 
 def _sited(bricks: Sequence[BuiltBrick], built: Built) -> list[Sited]:

@@ -3,11 +3,12 @@
 from collections.abc import Iterator, Mapping
 
 from stability.model import BodyId
-from stackdsl.compiling.beside import MAX_NAMED, later_names
+from stackdsl.compiling.beside import later_names
 from stackdsl.compiling.built import Built
 from stackdsl.compiling.built_bricks import BuiltBrick
 from stackdsl.compiling.misfits import misfits
 from stackdsl.compiling.moment import Moment
+from stackdsl.compiling.standing import MAX_NAMED
 from stackdsl.diagnostics import Diagnostic, Span, did_you_mean, first_of
 from stackdsl.language.named import named_in
 from stackdsl.language.schema import Scenario
@@ -25,7 +26,7 @@ def nowhere(built: Built, _scenario: Scenario, source: Source) -> Iterator[Diagn
         error, span = brick.written.lost, _span(brick, source)
         assert error is not None  # as it was looked for
         if error.too_dear:
-            message = f"to find '{error.name}' by its place, more than {MAX_NAMED} names have to be worked out"
+            message = f"to find '{error.name}' by its place, more than {MAX_NAMED} names have to be worked out anew"
             yield Diagnostic("SD206", span, message, "give the bricks names that others are placed by")
             return
         elif error.name in later:

@@ -8,7 +8,9 @@ from stackdsl.compiling.built import built_of
 from stackdsl.diagnostics import Span
 from stackdsl.language.schema import Scenario
 from stackdsl.reading.source import Path, Source
-from stackdsl.timeline import Action, Push, Removal, Shake
+from stackdsl.timeline import Action, Hold, LetGo, Placement, Push, Removal, Shake
+
+ROUNDING = 1e-9  # [s] of times that are worked out from others
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,14 +28,18 @@ def origin_of(action: Action, scenario: Scenario, source: Source) -> Origin | No
     if isinstance(action, Shake):
         return None
     built = built_of(scenario, source)
-    if isinstance(action, Removal | Push):
-        named = set(action.bricks if isinstance(action, Removal) else (action.brick,))
+    if not isinstance(action, Placement):
+        named = set(action.bricks if isinstance(action, Removal | Hold | LetGo) else (action.brick,))
         for number, (impact, begins) in enumerate(zip(scenario.impacts, built.impacts, strict=True)):
             struck = {*impact.done.struck, *(each.name for each in impact.done.pulled_out)}
-            if begins.time == action.time and named & struck:
+            ends = begins.time + impact.done.lasts
+            if begins.time - ROUNDING <= action.time <= ends + ROUNDING and named & struck:
                 return _impact(number, scenario, source)
-        return None
-    brick = action.brick.id
+        if isinstance(action, Removal | Push):
+            return None
+        brick = next(iter(named))  # a hand brought it
+    else:
+        brick = action.brick.id
     for number, missile in built.missiles.items():
         if missile.id == brick:
             return _impact(number, scenario, source)

@@ -4,11 +4,12 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from stackdsl.compiling.built_bricks import BuiltBrick
+from stackdsl.compiling.built_bricks import BuiltBrick, InHand
 from stackdsl.compiling.moment import BUILD, Moment
 from stackdsl.compiling.written_bricks import WrittenBrick
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.language.anchors import Anchor
+from stackdsl.language.hand_words import ByHand
 from stackdsl.language.schema import Scenario
 from stackdsl.language.shaking import Shake
 from stackdsl.reading.source import Path, Source
@@ -20,8 +21,18 @@ class Schedule:
 
     bricks: list[Moment] = field(default_factory=list)  # in the author's order
     impacts: list[Moment] = field(default_factory=list)
+    in_hands: list[InHand] = field(default_factory=list)  # when each brick comes, and is left to itself
+    over: list[float] = field(default_factory=list)  # when each impact is [s]
     shaken: Moment | None = None  # when the ground begins to move
     mistakes: list[Diagnostic] = field(default_factory=list)
+    latest: dict[tuple[str, str], float] = field(default_factory=dict)  # of all that an anchor may name [s]
+
+    def place(self, brick: BuiltBrick, moment: Moment, let_go: float) -> None:
+        """Let a brick be placed at a moment, and be left to itself at a time [s]."""
+        self.bricks.append(moment)
+        events = [("level", str(brick.level)), ("brick", brick.name), *[("built", "")] * (not brick.written.inserted)]
+        for event in events:
+            self.latest[event] = max(self.latest.get(event, let_go), let_go)
 
 
 def scheduled(bricks: Sequence[BuiltBrick], scenario: Scenario, source: Source) -> Schedule:
@@ -34,29 +45,47 @@ def scheduled(bricks: Sequence[BuiltBrick], scenario: Scenario, source: Source) 
         path: Path = ("impacts", turn - 1) if turn else ("build", number)
         start = next_start if step.at is None else step.at
         if step.after is not None:
-            event = _event_time(step.after, found, bricks)
+            event = _event_time(step.after, found)
             if isinstance(event, str):
                 found.mistakes.append(Diagnostic("SD205", source.span_of((*path, "after")), event, _ANCHOR_HINT))
             else:
                 start = event + step.after.offset
         every = (scenario.build[number].every or 0.0) if turn == BUILD else 0.0
-        found.bricks += [Moment(start + index * every, turn) for index in turns[number]]
+        hand = scenario.build[number].place if turn == BUILD else None
+        in_hands = _in_hands(hand, start, turns[number], every)
+        first = len(found.bricks)
+        for brick, each in zip(bricks[first : first + len(in_hands)], in_hands, strict=True):
+            found.place(brick, Moment(each.arrives, turn), each.let_go)
+        found.in_hands += in_hands
         if turn:
             found.impacts.append(Moment(start, turn))
-        last = max(last, start + max(turns[number], default=0) * every)
+            found.over.append(start + scenario.impacts[turn - 1].done.lasts)
+        ends = [each.let_go for each in in_hands] if turn == BUILD else found.over[-1:]
+        last = max(last, start, *ends)
         next_start = last + every
     shake = scenario.world.shake
     if shake is not None:
-        found.shaken = Moment(_shaken_at(shake, found, bricks, source) + shake.delay, len(scenario.impacts) + 1)
+        found.shaken = Moment(_shaken_at(shake, found, source) + shake.delay, len(scenario.impacts) + 1)
     return found
 
 
-def _shaken_at(shake: Shake, found: Schedule, bricks: Sequence[BuiltBrick], source: Source) -> float:
+def _in_hands(hand: ByHand | None, start: float, turns: Sequence[int], every: float) -> list[InHand]:
+    """When the bricks of a step come, which begins at a time [s]; `turns`: which comes when, counted from 0."""
+    if hand is None:
+        return [InHand(time, time, time) for time in (start + index * every for index in turns)]
+    comes, lasts = hand.course.duration, hand.lasts
+    begins = [start]
+    for _ in range(max(turns, default=0)):  # from when a brick is let go, to the very same digit
+        begins.append((begins[-1] + lasts) + every)
+    return [InHand(begins[index], begins[index] + comes, begins[index] + lasts) for index in turns]
+
+
+def _shaken_at(shake: Shake, found: Schedule, source: Source) -> float:
     """When the ground is to shake [s]: after the build, unless it is said."""
     if shake.at is not None:
         return shake.at
     anchor = shake.after or Anchor("built")
-    event = _event_time(anchor, found, bricks)
+    event = _event_time(anchor, found)
     if isinstance(event, str):
         span = source.span_of(("world", "shake", "after"))
         found.mistakes.append(
@@ -79,25 +108,16 @@ SHAKEN_HINT = "wait for something that the build or an impact does"
 _ANCHOR_HINT = "only what earlier steps do can be waited for"
 
 
-def _event_time(anchor: Anchor, found: Schedule, known: Sequence[BuiltBrick]) -> float | str:
+def _event_time(anchor: Anchor, found: Schedule) -> float | str:
     """When an event of the steps so far is over [s], or why it never happens."""
     if anchor.event == "start":
         return 0.0
     if anchor.event == "impact":
         number = int(anchor.name)
         if number <= len(found.impacts):
-            return found.impacts[number - 1].time
+            return found.over[number - 1]
         return f"this step waits for impact {number}, and there are {len(found.impacts)} before it"
-    meant = [
-        moment.time
-        for moment, brick in zip(found.bricks, known, strict=False)  # of later steps, none are known yet
-        if (anchor.event == "built" and not brick.written.inserted) or anchor.name == _place(anchor, brick)
-    ]
-    if meant:
-        return max(meant)
+    if (time := found.latest.get((anchor.event, anchor.name))) is not None:
+        return time
     what = {"built": "anything", "level": f"level {anchor.name}", "brick": f"brick '{anchor.name}'"}[anchor.event]
     return f"this step waits for {what}, and no earlier step builds it"
-
-
-def _place(anchor: Anchor, brick: BuiltBrick) -> str:
-    return brick.name if anchor.event == "brick" else str(brick.level)

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Problem, Stability
+from stability.statics.margins.guarantee import guarantee
 from stability.statics.margins.summary import acceleration, least_friction, placement, tilt
 from stability.statics.solvers.fall_words import described
 from stackdsl.proof_margins import Margins
@@ -35,6 +36,8 @@ def margins_of_assembly(assembly: Assembly, wanted: Collection[str] = ALL) -> Ma
         planes = [plane.id for plane in assembly.planes]
         placed = placement(problem, planes=planes)
         found = replace(found, placement=placed.value, joint=placed.limit)
+    if "guaranteed" in wanted:
+        found = replace(found, guaranteed=guarantee(problem, assembly.forces()) is not None)
     return found
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from stability.model import BodyId
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability, Stage, Verdict
-from stackdsl.timeline import Push, Removal, Shake, Timeline, leaves_to_engine
+from stackdsl.timeline import Handled, Push, Removal, Shake, Timeline, leaves_to_engine
 from stackdsl.trace import Trace
 
 DISPROVED = "statics prove that it stands"
@@ -41,13 +41,13 @@ def proofs_of(timeline: Timeline, names_smallest: bool = True) -> Proofs:
     assembly = Assembly(timeline.world.planes, timeline.world.friction, timeline.world.gravity)
     judged: list[Judged] = []
     done = 0
-    for moment in timeline.moments():
+    for moment in timeline.as_set_down().moments():
         if isinstance(moment, Removal):
             done += 1
             if assembly.remove(moment.bricks, names_smallest=names_smallest).stability is not Stability.STABLE:
                 break
             continue
-        if isinstance(moment, Push | Shake):
+        if isinstance(moment, Push | Shake | Handled):
             break
         set_down = [placement for placement in moment if placement.at_rest]
         if set_down:
@@ -88,6 +88,7 @@ def verdict_until(timeline: Timeline, time: float) -> Verdict:
 
     UNDECIDED from the first thing on that only an engine can follow: what is dropped, thrown or pushed.
     """
+    timeline = timeline.as_set_down()
     done = tuple(action for action in timeline.actions if action.time <= time)
     if not done or any(leaves_to_engine(action) for action in done):
         return Verdict(

@@ -1,6 +1,6 @@
 """Which combinations of values a scenario is played with: `matrix:`, `cases:` and `exclude:`."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 from math import prod
@@ -81,6 +81,9 @@ def _rows(matrix: Plain, mistakes: Mistakes) -> dict[str, list[Plain]]:
     if not isinstance(matrix, dict):
         add(mistakes, ("matrix",), MistakeError("SD103", "expected a mapping", "write {step: [10 mm, 12 mm]}"))
         return {}
+    if len(matrix) > MAX_VARIANTS:
+        add(mistakes, ("matrix",), MistakeError("SD206", f"the matrix has more than {MAX_VARIANTS} rows", _FEWER))
+        return {}
     return {name: _row(name, row, mistakes) for name, row in matrix.items()}
 
 
@@ -143,13 +146,15 @@ def _check_case(number: int, case: Mapping[str, Plain], first: Mapping[str, Plai
         path: Path = ("cases", number, name)
         try:
             if name not in first:
-                raise NameMistakeError(
-                    "SD101", f"unknown variable '{name}'", did_you_mean(name, tuple(first)) or "give it to all cases"
-                )
+                raise _unknown("SD101", name, tuple(first), "give it to all cases")
             check_name(name)
             value_of(written)
         except MistakeError as mistake:
             add(mistakes, path, mistake)
+
+
+def _unknown(code: str, name: str, known: Sequence[str], otherwise: str = "") -> MistakeError:
+    return NameMistakeError(code, f"unknown variable '{name}'", lambda: did_you_mean(name, known) or otherwise)
 
 
 def _kept(made: list[Choice], exclude: Plain, names: frozenset[str], mistakes: Mistakes) -> list[Choice]:
@@ -193,7 +198,7 @@ def _excluded(
     for name, written in each.items():
         try:
             if name not in names:
-                raise NameMistakeError("SD109", f"unknown variable '{name}'", did_you_mean(name, sorted(names)))
+                raise _unknown("SD109", name, sorted(names))
             yield name, value_of(written)
         except MistakeError as mistake:
             add(mistakes, ("exclude", number, name), mistake)
@@ -227,4 +232,4 @@ def _meaning(name: str) -> str:
 
 def add(mistakes: Mistakes, path: Path, mistake: MistakeError) -> None:
     """Note a mistake of the value, or the key, at a path."""
-    mistakes[path, mistake.message] = mistake
+    mistakes[path, mistake.message] = mistake.with_traceback(None)  # whose frames would keep all that they knew

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Iterator
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any, Final
 
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
@@ -97,10 +97,19 @@ def description_at(path: Path) -> str:
 
 def nodes_at(path: Path) -> Iterator[JsonSchemaValue]:
     """The parts of the schema that speak of a path, the nearest first."""
+    yield from _nodes_at(tuple(0 if isinstance(each, int) else each for each in path), models().Scenario)
+
+
+@lru_cache(maxsize=1000)  # whoever makes one mistake in all of a hundred bricks asks for one place again and again
+def _nodes_at(path: Path, scenario: type[Scenario]) -> tuple[JsonSchemaValue, ...]:
+    return tuple(_found_at(path, scenario))
+
+
+def _found_at(path: Path, scenario: type[Scenario]) -> Iterator[JsonSchemaValue]:
     if not path:
         yield from _alternatives(json_schema())
         return
-    for parent in nodes_at(path[:-1]):
+    for parent in _nodes_at(path[:-1], scenario):
         within = parent.get("items") if isinstance(path[-1], int) else parent.get("properties", {}).get(path[-1])
         within = within or next(
             iter(parent.get("patternProperties", {}).values()), None

@@ -11,13 +11,15 @@ Python. Values are exact fractions, so that `floor(0.3 m / 0.1 m)` is 3. Roots a
 import ast
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from typing import TYPE_CHECKING, Final, TypeAlias, cast
 
 from stackdsl.diagnostics import did_you_mean
 from stackdsl.language.mistakes import MistakeError, shown
-from stackdsl.language.quantities import NUMBER, UNIT, UNITS, quantity_text, registry, unit_amount
+from stackdsl.language.quantities import NUMBER, REMEMBERED, UNIT, UNITS, quantity_text, registry, unit_amount
 from stackdsl.reading.source import MAX_EXACT, Plain
 
 if TYPE_CHECKING:
@@ -76,7 +78,28 @@ class EarlierMistakeError(Exception):
     """The value cannot be known, for reasons already told."""
 
 
-def _mistake(message: str, hint: str = "") -> MistakeError:
+@dataclass(frozen=True, slots=True)
+class Inner(Mapping[str, "Value | None"]):
+    """Variables of a part, over those of what is around it; nothing is copied, as either may be many."""
+
+    own: "Names"
+    around: "Names"
+
+    def __getitem__(self, name: str) -> "Value | None":
+        return self.own[name] if name in self.own else self.around[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.own or name in self.around
+
+    def __iter__(self) -> Iterator[str]:
+        yield from self.own
+        yield from (name for name in self.around if name not in self.own)
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
+
+
+def _mistake(message: str, hint: str | Callable[[], str] = "") -> MistakeError:
     return MistakeError("SD109", message, hint)
 
 
@@ -103,6 +126,13 @@ def variables_in(text: str) -> set[str]:
 
 def evaluate(expression: str, names: "Names") -> "Amount":
     """The value of what stands between `${` and `}`."""
+    tree, literals = _parsed(expression)
+    return _value(tree, Inner(literals, names) if literals else names)
+
+
+@lru_cache(maxsize=REMEMBERED)
+def _parsed(expression: str) -> "tuple[ast.expr, Mapping[str, Amount]]":
+    """The tree of an expression, and its numbers and quantities by the names that they have there."""
     if len(expression) > MAX_LENGTH:  # which also keeps its nesting far from Python's limits
         raise _mistake(f"the expression is longer than {MAX_LENGTH} characters", "split it by variables of `let`")
     grouped, literals = _grouped(expression)
@@ -110,7 +140,7 @@ def evaluate(expression: str, names: "Names") -> "Amount":
         tree = ast.parse(f"({grouped})", mode="eval")
     except SyntaxError as error:
         raise _mistake(f"cannot read the expression '{expression.strip()}'", PLAIN) from error
-    return _value(tree.body, {**names, **literals})
+    return tree.body, literals
 
 
 def _grouped(expression: str) -> tuple[str, "dict[str, Amount]"]:
@@ -156,14 +186,18 @@ def _variable(name: str, names: "Names") -> "Amount":
     if name == "pi":
         return unit_amount("") * PI
     if name not in names:
-        known = [known for known in names if not known.startswith("_")]
-        raise _mistake(f"unknown variable '{name}'", did_you_mean(name, known) or "define it above, under `let`")
+        raise _mistake(f"unknown variable '{name}'", lambda: _called_alike(name, names))
     value = names[name]
     if value is None:
         raise EarlierMistakeError
     if isinstance(value, str):
         raise _mistake(f"'{name}' is the word '{value}', and no number", f"a word stands alone: ${{{name}}}")
     return value
+
+
+def _called_alike(name: str, names: "Names") -> str:
+    known = [known for known in names if not known.startswith("_")]
+    return did_you_mean(name, known) or "define it above, under `let`"
 
 
 def _operation(operator: ast.operator, left: "Amount", right: "Amount") -> "Amount":
@@ -232,10 +266,17 @@ def _wave(name: str, angle: "Amount") -> "Amount":
 def constant(written: Plain, hint: str = "write such as 12 or 13.5 mm") -> "Amount":
     """A number or a quantity, written without an expression."""
     text = str(written) if isinstance(written, int | float) and not isinstance(written, bool) else written
-    match = _CONSTANT.fullmatch(text.strip()) if isinstance(text, str) else None
-    if match is None:
+    amount = _amount(text.strip()) if isinstance(text, str) else None
+    if amount is None:
         raise _mistake(f"{shown(written)} is neither a number nor a quantity", hint)
-    return _bounded(unit_amount(match["unit"] or "") * Fraction(match["number"]))
+    return amount
+
+
+@lru_cache(maxsize=REMEMBERED)
+def _amount(text: str) -> "Amount | None":
+    """A number or a quantity; None if the text is neither."""
+    match = _CONSTANT.fullmatch(text)
+    return None if match is None else _bounded(unit_amount(match["unit"] or "") * Fraction(match["number"]))
 
 
 def value_of(written: Plain, known: "Iterable[str]" = (), hint: str = "write such as 12, 13.5 mm, or kapla") -> "Value":

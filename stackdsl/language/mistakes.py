@@ -1,12 +1,22 @@
 """Mistakes as whoever reads one value raises them; where in the file that value stands is not known there."""
 
+from collections.abc import Callable
+
 
 class MistakeError(ValueError):
-    """A mistake of the author in one value; a `ValueError`, so that pydantic carries it."""
+    """A mistake of the author in one value; a `ValueError`, so that pydantic carries it.
 
-    def __init__(self, code: str, message: str, hint: str = "") -> None:
+    A hint that takes long to find, such as what else is called alike, is looked for only where the mistake is told.
+    """
+
+    def __init__(self, code: str, message: str, hint: str | Callable[[], str] = "") -> None:
         super().__init__(message)
-        self.code, self.message, self.hint = code, message, hint
+        self.code, self.message, self._hint = code, message, hint
+
+    @property
+    def hint(self) -> str:
+        """What to do about it."""
+        return self._hint if isinstance(self._hint, str) else self._hint()
 
 
 class EchoError(ValueError):

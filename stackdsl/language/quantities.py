@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from decimal import Decimal
 from fractions import Fraction
-from functools import cache
+from functools import cache, lru_cache
 from math import inf, nextafter, prod, radians
 from typing import TYPE_CHECKING, Final, TypeAlias
 
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from pint.facets.plain import PlainQuantity
 
     Amount: TypeAlias = PlainQuantity[Fraction]  # in SI base units; an angle is a dimension of its own
+
+REMEMBERED: Final = 10_000  # texts with what they mean: in long scenarios the same ones stand again and again
 
 # What pint is told, and nothing more: no prefixes, no long names.
 UNITS: Final[Mapping[str, str]] = {
@@ -193,6 +195,7 @@ def _everyday_unit(unit: str, magnitude: Fraction | float) -> str:
     return small if abs(float(magnitude)) < limit else unit
 
 
+@lru_cache(maxsize=REMEMBERED)
 def exact_quantity(text: str, dimension: Dimension) -> Fraction:
     """A quantity in SI, exactly."""
     match = QUANTITY.fullmatch(text)
@@ -201,10 +204,16 @@ def exact_quantity(text: str, dimension: Dimension) -> Fraction:
     unit = match["unit"] or ""
     if not unit and dimension.needs_unit and Fraction(match["number"]) != 0:  # which is the same in every unit
         raise MistakeError("SD105", f"{shown(text)} lacks the unit of {dimension.noun}", advice(dimension))
-    if unit and unit.translate(_SPELLINGS) not in {known.translate(_SPELLINGS) for known in dimension.units}:
+    if unit and unit.translate(_SPELLINGS) not in _spelled(dimension):
         hint = did_you_mean(unit, dimension.units) or advice(dimension)
-        raise MistakeError("SD106", f"'{unit}' is not a unit of {dimension.noun}", hint)
+        raise MistakeError("SD106", f"{shown(unit)} is not a unit of {dimension.noun}", hint)
     return Fraction(match["number"]) * in_si(unit)
+
+
+@cache
+def _spelled(dimension: Dimension) -> frozenset[str]:
+    """The units of a dimension, each in the one spelling that all others are brought to."""
+    return frozenset(unit.translate(_SPELLINGS) for unit in dimension.units)
 
 
 def parse_quantity(written: object, dimension: Dimension) -> float:

@@ -18,8 +18,10 @@ from stackdsl.language.author_types import MAX_BRICKS
 from stackdsl.language.bricks import BrickKind, BrickTypes, PlacedBrick
 from stackdsl.language.claims.claim import Claim, Expectation, Truth
 from stackdsl.language.claims.claim_kind import CLAIMS, KindOfClaim
+from stackdsl.language.hand_words import ByHand
 from stackdsl.language.impacts.impact import Impact
 from stackdsl.language.impacts.impact_kind import IMPACTS, KindOfImpact
+from stackdsl.language.imports import Import
 from stackdsl.language.kinds import with_kinds
 from stackdsl.language.layouts.registry import LAYOUTS, Layout, LayoutParams
 from stackdsl.language.marks import Skip, Xfail
@@ -73,15 +75,19 @@ class BuildStep(Timed):
     bricks: Annotated[tuple[PlacedBrick, ...], Field(min_length=1, max_length=MAX_BRICKS)] | None = Field(
         None, description="bricks in any pose, one by one"
     )
+    imported: Import | None = Field(None, alias="import", description="the boxes of a file that another program wrote")
     name: t.BrickName | None = Field(None, description="goes before the names of the bricks of this step")
     brick: BrickKind | None = Field(None, description="what this step is built of; default: the scenario's brick")
     every: t.PositiveDuration | None = Field(None, description="time for each brick; default: all at one time")
     until: Literal["collapse"] | None = Field(None, description="goes on until the structure falls")
+    place: ByHand | None = Field(
+        None, description="by hand, one brick after another; default: set down as if from nowhere"
+    )
 
     @property
     def layout(self) -> tuple[str, LayoutParams] | None:
         """Name and parameters of the layout, unless the step lists its bricks."""
-        return None if self.bricks is not None else (self.kind, getattr(self, self.kind))
+        return None if self.kind in {"bricks", "imported"} else (self.kind, getattr(self, self.kind))
 
     @model_validator(mode="before")
     @classmethod
@@ -98,9 +104,16 @@ class BuildStep(Timed):
             return self
         if self.layout is None:
             raise MistakeError("SD108", "`until: collapse` goes on with a layout, and this step has none", "write one")
-        if self.every is None:
+        if self.every is None and self.place is None:
             message = "`until: collapse` needs `every`: all at once, nothing is left to add when it falls"
             raise MistakeError("SD102", message, "add such as every: 1 s")
+        return self
+
+    @model_validator(mode="after")
+    def _let_go_in_one_way(self) -> Self:
+        if self.place is not None and any(brick.drop for brick in self.bricks or ()):
+            message = "a hand lets a brick go in its place, and `drop` in the air"
+            raise MistakeError("SD108", message, "leave out one of them, or take two steps")
         return self
 
     @classmethod
@@ -197,7 +210,7 @@ def _models_of(
     claims: tuple[tuple[str, KindOfClaim], ...],
     impacts: tuple[tuple[str, KindOfImpact], ...],
 ) -> Models:
-    step = with_kinds(BuildStep, {key: (kind.params, kind.summary) for key, kind in layouts}, "bricks")
+    step = with_kinds(BuildStep, {key: (kind.params, kind.summary) for key, kind in layouts}, "bricks", "imported")
     impact = with_kinds(Impact, {key: (kind.model, kind.summary) for key, kind in impacts})
     claim = with_kinds(Claim, {key: (kind.model, kind.summary) for key, kind in claims})
     # Of two bases, the fields of the second come first.

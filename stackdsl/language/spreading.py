@@ -11,7 +11,7 @@ from math import prod
 from typing import TYPE_CHECKING, Final
 
 from stackdsl.language.choices import Mistakes, add, check_name
-from stackdsl.language.expressions import EarlierMistakeError, interpolate, value_of
+from stackdsl.language.expressions import EarlierMistakeError, Inner, interpolate, value_of
 from stackdsl.language.mistakes import MistakeError, shown
 from stackdsl.language.ranges import values_of
 from stackdsl.reading.places import Places
@@ -132,7 +132,7 @@ class _Spreading:
         first, start = int(new[-1]), new[:-1]
         for number, (own, words) in enumerate(self._turns(item[REPEAT], old, new, scope.names)):
             place = (*start, first + number)
-            inner = _Scope({**scope.names, **own}, ", ".join(filter(None, [scope.told, words])))
+            inner = _Scope(Inner(own, scope.names), ", ".join(filter(None, [scope.told, words])))
             self.scopes[place] = own
             written, sources = rest, dict[str, str]()
             if old[0] == "impacts" and number and "every" in rest:

@@ -75,6 +75,12 @@ def validate(source: Source, variant: Variant) -> tuple[Scenario | None, tuple[D
     return (None if mistakes else scenario), mistakes
 
 
+def mistakes_at(error: ValidationError, source: Source, path: Path) -> tuple[Diagnostic, ...]:
+    """The mistakes of a value that is validated by itself, and stands at a path of the source."""
+    details = error.errors(include_url=False)
+    return _in_order(_diagnostic(source, {**detail, "loc": (*path, *detail["loc"])}) for detail in details)
+
+
 def _in_order(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
     return tuple(sorted(set(diagnostics), key=reading_order))
 

@@ -5,9 +5,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
-from stackdsl.diagnostics import Diagnostic, once, reading_order
+from stackdsl.diagnostics import Diagnostic, first_of, reading_order
 from stackdsl.language.choices import Choice, Mistakes, NameMistakeError, add, check_name, choices_of
-from stackdsl.language.expressions import EarlierMistakeError, interpolate, value_of, variables_in
+from stackdsl.language.expressions import EarlierMistakeError, Inner, interpolate, value_of, variables_in
 from stackdsl.language.mistakes import MistakeError
 from stackdsl.language.spreading import REPEAT, Budget, TooMuchError, spread
 from stackdsl.reading.source import Path, Plain, Source
@@ -38,7 +38,7 @@ def expand(source: Source) -> tuple[tuple[Variant, ...], tuple[Diagnostic, ...]]
     A value whose expression is mistaken stays as written, so that the rest of its variant can still be validated.
     """
     choices = choices_of(source.values)
-    found = dict.fromkeys(_diagnostics(source, choices.mistakes))
+    found = [(source, choices.mistakes)]
     work = len(choices.all) * sum(map(_expressions, source.values.values()))
     if work > MAX_EXPRESSIONS:
         return (), (_too_many(source, f"the variants have {work} expressions in all"),)
@@ -47,13 +47,13 @@ def expand(source: Source) -> tuple[tuple[Variant, ...], tuple[Diagnostic, ...]]
         for choice in choices.all:
             variant, mistakes, done = _variant(source, choice, budget, left)
             variants.append(variant)
-            found |= dict.fromkeys(once(_diagnostics(variant.source, mistakes)))
+            found.append((variant.source, mistakes))
             left -= done
     except TooMuchError as much:
         return (), (Diagnostic("SD206", source.key_span_of(much.path), much.message, "make several scenarios of it"),)
-    if not found:
-        found = dict.fromkeys(_unused(source))
-    return tuple(variants), tuple(sorted(once(found), key=reading_order))
+    mistaken = any(mistakes for _, mistakes in found)
+    told = first_of(_diagnostics(found) if mistaken else _unused(source))
+    return tuple(variants), tuple(sorted(told, key=reading_order))
 
 
 def _too_many(source: Source, what: str) -> Diagnostic:
@@ -63,10 +63,10 @@ def _too_many(source: Source, what: str) -> Diagnostic:
 
 
 def _expressions(value: Plain) -> int:
-    """How many texts with expressions there are in a value."""
+    """How many expressions there are in a value."""
     if isinstance(value, dict | list):
         return sum(map(_expressions, value.values() if isinstance(value, dict) else value))
-    return isinstance(value, str) and "${" in value
+    return value.count("${") if isinstance(value, str) else 0
 
 
 def repeated(written: Plain, filled: Plain) -> Plain:
@@ -82,11 +82,15 @@ def repeated(written: Plain, filled: Plain) -> Plain:
     return float(f"{filled:.6g}") if isinstance(filled, float) else filled
 
 
-def _diagnostics(source: Source, mistakes: Mistakes) -> Iterable[Diagnostic]:
-    for (path, _), mistake in mistakes.items():
-        if mistake.code:  # or else it follows from another
-            span = source.key_span_of(path) if isinstance(mistake, NameMistakeError) else source.span_of(path)
-            yield Diagnostic(mistake.code, span, mistake.message, mistake.hint)
+def _diagnostics(found: Iterable[tuple[Source, Mistakes]]) -> Iterable[Diagnostic]:
+    """What each source has of mistakes; of those that several variants share, that of the first."""
+    told: set[tuple[Path, str]] = set()
+    for source, mistakes in found:
+        for (path, message), mistake in mistakes.items():
+            if mistake.code and (path, message) not in told:  # without a code, it follows from another
+                told.add((path, message))
+                span = source.key_span_of(path) if isinstance(mistake, NameMistakeError) else source.span_of(path)
+                yield Diagnostic(mistake.code, span, message, mistake.hint)
 
 
 # --- one variant ------------------------------------------------------------------------------------------------------
@@ -155,14 +159,14 @@ class _Filling:
     def of(self, value: Plain, path: Path, names: "Names") -> Plain:
         """A value with its expressions worked out."""
         if path in self.scopes:
-            names = {**names, **self.scopes[path]}
+            names = Inner(self.scopes[path], names)
         if isinstance(value, dict):
             return {key: self.of(member, (*path, key), names) for key, member in value.items()}
         if isinstance(value, list):
             return [self.of(item, (*path, index), names) for index, item in enumerate(value)]
         if not isinstance(value, str) or "${" not in value:
             return value
-        self.done += 1
+        self.done += value.count("${")
         if self.done > self.most:
             message = f"the variants and their repeats have more than {MAX_EXPRESSIONS} expressions in all"
             raise TooMuchError(path[:1], message)

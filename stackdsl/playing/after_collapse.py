@@ -4,16 +4,16 @@ from collections.abc import Container
 from dataclasses import replace
 
 from stability.model import BodyId
-from stackdsl.timeline import Moment, Push, Removal, Shake, time_of_arrival
+from stackdsl.timeline import Hold, LetGo, Moment, Move, Push, Removal, Shake, time_of_arrival
 
 
 def after_collapse(moment: Moment, present: Container[BodyId]) -> Moment | None:
     """The part of it that still takes place with the bricks that are there; None if none does."""
     match moment:
-        case Removal():
+        case Removal() | Hold() | LetGo():
             there = tuple(brick for brick in moment.bricks if brick in present)
             return replace(moment, bricks=there) if there else None
-        case Push():
+        case Push() | Move():
             return moment if moment.brick in present else None
         case Shake():
             return moment

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from stability.model import BodyId
 from stability.watching.extension import Extension, Update
 from stackdsl.playing.watch import Watch
-from stackdsl.trace import Edge, Event, EventKind
+from stackdsl.trace import ACTIONS, Edge, Event, EventKind
 
 OnEvent = Callable[[Event], None]
 
@@ -40,7 +40,7 @@ class EventLog:
         if extension.awake():
             return  # what still moves has no margin, and who carries whom is about to change
         for index in range(len(self.events) - 1, -1, -1):
-            if self.events[index].kind in (EventKind.REMOVED, EventKind.PUSHED, EventKind.SHAKEN):
+            if self.events[index].kind in ACTIONS - {EventKind.PLACED}:
                 return  # the bricks placed before it were looked at when it came
             if self.events[index].kind is EventKind.PLACED:
                 placed = self.events[index].bricks

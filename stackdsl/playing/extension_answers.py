@@ -9,7 +9,7 @@ from stability.mechanics.ground_motion import GroundMotion
 from stability.model import BodyId, Vec3
 from stability.motion.known_motion import FallingParts
 from stability.statics.facts import Stability, Verdict
-from stability.watching.extension import Extension, FeelsShaking, JudgesLandings, Update
+from stability.watching.extension import Extension, FeelsHands, FeelsShaking, JudgesLandings, Update
 from stackdsl.playing.event_log import EventLog
 from stackdsl.playing.measuring import Measures
 from stackdsl.playing.update_clock import UpdateClock
@@ -61,6 +61,28 @@ class Answers:
         if isinstance(self.extension, FeelsShaking):
             self.extension.shaken(motion)
             self.judge()
+
+    def taken(self, brick: BodyId) -> None:
+        """A hand takes a brick."""
+        if isinstance(self.extension, FeelsHands):
+            self._tell(self.clock.timed(self.extension.taken, brick))
+
+    def held(self, bricks: Collection[BodyId]) -> None:
+        """Hands hold bricks at rest."""
+        if isinstance(self.extension, FeelsHands):
+            self._hear(self.clock.timed(self.extension.held, bricks))
+
+    def handled(self, bricks: Collection[BodyId], reason: str) -> None:
+        """Hands may move these bricks by now, and no others."""
+        if isinstance(self.extension, FeelsHands):
+            self._tell(self.clock.timed(self.extension.handled, bricks, reason))
+
+    def let_go_by_hands(self, bricks: Collection[BodyId], set_down: bool) -> None:
+        """Hands let bricks go; `set_down` if they brought them."""
+        if isinstance(self.extension, FeelsHands):
+            self._hear(self.clock.timed(self.extension.let_go, bricks, set_down))
+            while self.judge():
+                pass
 
     def still_for(self) -> float:
         """How long nothing can move, while nothing can [s]; inf if that is for good."""

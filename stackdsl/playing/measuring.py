@@ -67,12 +67,12 @@ class Measures:
         """A brick has come."""
         self.watch.add(placement)
         self.motion.add(placement.brick)
-        state = BodyState(placement.pose, placement.velocity_W)
+        state = BodyState(placement.came or placement.pose, placement.velocity_W)
         self._see(placement.time, {placement.brick.id: state})
         if self.recorder is not None:
             self.recorder.add(placement.time, placement.brick, state)
         if self.overlap is not None:
-            self.overlap.see(placement.time, self.watch.made_of, {placement.brick.id: placement.pose})
+            self.overlap.see(placement.time, self.watch.made_of, {placement.brick.id: state.pose})
 
     def remove(self, time: float, bricks: Iterable[BodyId]) -> None:
         """These were pulled out at a time [s]."""
@@ -106,12 +106,14 @@ class Measures:
         self.watch.freeze(frozen)
         self.motion.stopped(frozen)
 
-    def look(self, time: float, states: Mapping[BodyId, BodyState]) -> None:
-        """Take in all that moves."""
+    def look(self, time: float, states: Mapping[BodyId, BodyState], in_hands: bool = False) -> None:
+        """Take in all that moves; `in_hands` if hands may be at work on it."""
         self.watch.see(time, states)
         self._see(time, states)
         self._record(time, states)
         self.energy.look(self.motion.see(time, states))
+        if in_hands:
+            self.energy.start()  # what hands do is told from what an engine adds only once they have let go
         if self.sway is not None:
             self.sway.see(time, states)
         if self.overlap is not None:

@@ -25,13 +25,14 @@ from stackdsl.playing.ending import Ending, Known, nothing_is_known
 from stackdsl.playing.event_log import EventLog, OnEvent, edges_of
 from stackdsl.playing.extension_answers import Answers
 from stackdsl.playing.ground import Ground
+from stackdsl.playing.hands import Hands
 from stackdsl.playing.measuring import Measures
 from stackdsl.playing.tracks import tracks_of
 from stackdsl.playing.travel import limit_travel
 from stackdsl.systems.modification import as_played
 from stackdsl.systems.systems import System
 from stackdsl.systems.worlds import extension_for, load, opened_world
-from stackdsl.timeline import Moment, Placement, Push, Removal, Shake, Timeline
+from stackdsl.timeline import Arrival, Hold, LetGo, Moment, Move, Placement, Push, Removal, Shake, Timeline
 from stackdsl.trace import STAND, BrickState, Collapse, Cost, Event, EventKind, Trace
 from stackdsl.wording import level_text, shaking_text
 
@@ -91,6 +92,7 @@ class _Run:
         self.edges = EdgeWatch(self.world, scene.gravity)
         self.falling = FallingParts(self.world, scene.planes, scene.friction, scene.gravity)
         self.answers = Answers(self.extension, self.world, self.measures, self.log, self.falling)
+        self.hands = Hands(self.world, self.watch, self.answers, self.log, scene.planes)
 
     def play(self) -> None:
         for moment in self.moments:
@@ -128,6 +130,8 @@ class _Run:
                 self._push(moment)
             case Shake():
                 self._shake(moment)
+            case Move() | Hold() | LetGo():
+                self.hands.act(moment)
             case _:
                 self._place(moment)
         self.answers.let_go()
@@ -151,14 +155,19 @@ class _Run:
     def _place(self, group: Sequence[Placement]) -> None:
         for placement in group:
             keep_clear(placement, self.watch)
-            self.world.add_brick(placement.brick, placement.pose, placement.velocity_W)
+            self.world.add_brick(placement.brick, placement.came or placement.pose, placement.velocity_W)
             self.measures.add(placement)
-        self.log.tell(Event(group[0].time, EventKind.PLACED, tuple(placement.brick.id for placement in group)))
+            if placement.arrival is Arrival.BY_HAND:
+                self.hands.bring(placement.brick.id)
+        placed = tuple(placement.brick.id for placement in group if placement.arrival is not Arrival.BY_HAND)
+        if placed:
+            self.log.tell(Event(group[0].time, EventKind.PLACED, placed))
         self.answers.set_down(placement.brick.id for placement in group if placement.at_rest)
 
     def _remove(self, removal: Removal) -> None:
         for brick in removal.bricks:
             self.world.remove_brick(brick)
+        self.hands.gone(removal.bricks)
         self.measures.remove(removal.time, removal.bricks)
         self.forces = ForceMeter()  # what was measured before is of another structure
         self.log.tell(Event(removal.time, EventKind.REMOVED, removal.bricks))
@@ -186,11 +195,13 @@ class _Run:
         """Let time pass up to a time, or to the first collapse, or until all is known."""
         had_collapsed = self.collapse is not None
         while (left := until - self.world.time()) > 0.0:
-            if self.answers.nothing_can_move():
-                still = min(left, self.answers.still_for())
+            if self.answers.nothing_can_move() and not self.hands.steps:
+                still = min(left, self.answers.still_for(), self.hands.still_for())
                 self.world.skip(still)
                 if still == left:
                     return
+                if self.hands.busy:
+                    self._look()
                 self.answers.judge()
                 continue
             if left <= 0.5 * (step := self.world.settings.time_step):
@@ -206,11 +217,13 @@ class _Run:
 
     def _pass(self, most: int) -> None:
         """Let a time step pass, or up to so many while what moves needs no engine."""
-        passed = self.falling.advance(most, self.ground.shake())
+        shaken = self.ground.shake()
+        passed = self.falling.advance(most, driven=shaken or self.hands.busy)
         self.ticks += passed or 1
         if passed:
             self.answers.landed(self.falling.landed)
             return
+        self.hands.guide()
         self.world.step()
         self.steps += 1
         self.answers.judge()
@@ -218,10 +231,11 @@ class _Run:
     def _look(self) -> bool:
         """See all that moves; True if a collapse is known."""
         now = self.world.time()
+        self.hands.look()
         moving = self.answers.moving()
-        states = self.world.states(moving)
+        states = self.world.states(list(dict.fromkeys([*moving, *self.hands.in_hand])))
         self.one_by_one = max(self.one_by_one, len(moving) - self.answers.riding())
-        self.measures.look(now, states)
+        self.measures.look(now, states, in_hands=self.hands.busy)
         self.edges.look(now, states)
         limit_travel(self.world, states, self.ground.pull)
         if self.extension is None and now >= self._end() - FORCE_WINDOW:

@@ -12,6 +12,8 @@ from stackdsl.timeline import Placement
 from stackdsl.trace import COLLAPSE_SHARE_OF_SMALLEST_SIDE, COLLAPSE_TILT, BrickState, BrickTrack
 
 NOT_MOVING = RestLimits(speed=0.002, angular_speed=0.035, hold_off=0.1)  # on earth; a slow topple shows in that time
+VISIBLE = 1e-3  # [m]
+VISIBLE_TILT = 0.01  # [rad] 1 mm at a decimetre
 READ_BACK = 1e-12  # [m] what a position loses on its way into a scaled engine and back
 
 
@@ -30,6 +32,7 @@ class Watched:
     not_moving: RestLimits = NOT_MOVING
     left_at: float | None = None  # [s]
     removed: bool = False
+    in_hand: bool = False
 
     @property
     def collapse_shift(self) -> float:
@@ -56,7 +59,7 @@ class Watched:
     def see(self, time: float, state: BodyState) -> None:
         """Take in where the brick is now."""
         self.last = state.pose
-        if self.placement.hits:
+        if self.placement.hits or self.in_hand:
             return
         if self.rest is None:
             self._wait_for_rest(time, state)
@@ -78,6 +81,16 @@ class Watched:
         self.slow_since = time if self.slow_since is None else self.slow_since
         if time - self.slow_since >= self.not_moving.hold_off:
             self.rest = state.pose
+
+    def taken(self) -> None:
+        """A hand takes it, and nothing that happens to it from now on is a fall."""
+        self.in_hand = True
+
+    def let_go(self, state: BodyState) -> None:
+        """The hand has let it go: here it stands, or begins to fall."""
+        self.in_hand, self.rest, self.last = False, state.pose, state.pose
+        self.shift = self.tilt = 0.0
+        self.sunk = None if self.sunk is None else 0.0
 
     def state(self, frozen: bool) -> BrickState:
         """How it ended."""
@@ -121,12 +134,13 @@ class Watch:
     hit: bool = False  # whether something has hit the structure
     largest_shift: float = 0.0  # of any so far [m]
     present: dict[BodyId, None] = field(default_factory=dict)  # those that are not pulled out
+    shifted: dict[BodyId, Watched] = field(default_factory=dict)  # visibly, be it that they have not left their places
     _left: dict[BodyId, Watched] = field(default_factory=dict)  # their places
 
     def add(self, placement: Placement) -> None:
         """A brick set down at rest counts as at rest there; a dropped one does so later, and a thrown one never."""
-        rest = placement.pose if placement.at_rest else None
-        watched = Watched(placement, len(self.bricks), rest, placement.pose, not_moving=self.not_moving)
+        rest, came = (placement.pose if placement.at_rest else None), placement.came or placement.pose
+        watched = Watched(placement, len(self.bricks), rest, came, not_moving=self.not_moving)
         self.bricks[placement.brick.id] = watched
         self.made_of[placement.brick.id] = placement.brick
         self.present[placement.brick.id] = None
@@ -136,6 +150,15 @@ class Watch:
             self.struck()
         elif self.hit:
             watched.hit()
+
+    def taken(self, brick: BodyId) -> None:
+        """A hand takes a brick."""
+        self.bricks[brick].taken()
+
+    def let_go(self, bricks: Iterable[BodyId], states: Mapping[BodyId, BodyState]) -> None:
+        """Hands have let bricks go."""
+        for name in bricks:
+            self.bricks[name].let_go(states[name])
 
     def struck(self) -> None:
         """Something hits the structure."""
@@ -150,6 +173,7 @@ class Watch:
             watched.removed = True
             del self.present[name]
             self._left.pop(name, None)
+            self.shifted.pop(name, None)
             if watched in self.dropped:
                 self.dropped.remove(watched)
 
@@ -159,6 +183,8 @@ class Watch:
             watched = self.bricks[name]
             watched.see(time, state)
             self.largest_shift = max(self.largest_shift, watched.shift)
+            if watched.shift > VISIBLE or watched.tilt > VISIBLE_TILT:
+                self.shifted[name] = watched
             if watched.left_at is not None:
                 self._left[name] = watched
 
@@ -181,6 +207,7 @@ class Watch:
         return left.placement.brick.id if left is not None else None
 
     def youngest(self) -> Placement:
-        """Whose level is under construction; what hits, or is slid in below, does not count if there is another."""
-        placements = [watched.placement for watched in reversed(self.bricks.values())]
-        return next((placement for placement in placements if placement.builds), placements[0])
+        """Whose level is under construction; what hits, is in a hand or is slid in does not count if others do."""
+        watched = list(reversed(self.bricks.values()))
+        built = (each.placement for each in watched if each.placement.builds and not each.in_hand)
+        return next(built, watched[0].placement)

@@ -18,7 +18,7 @@ from syrupy.types import PropertyFilter, PropertyMatcher, SerializableData, Seri
 
 from stackdsl.outcome import GoldenStatus
 from stackdsl.pytest_plugin.other_engine import OtherEngineWarning
-from stackdsl.snapshots.canonical import canonical_text
+from stackdsl.snapshots.compact import golden_text
 from stackdsl.snapshots.file_names import golden_file
 from stackdsl.snapshots.golden import judge_text, refuse_in_ci, write_golden
 from stackdsl.snapshots.record import Identity, Snapshot
@@ -39,7 +39,7 @@ class GoldenExtension(JSONSnapshotExtension):
     ) -> SerializedData:
         if not isinstance(data, Snapshot):
             raise TypeError(f"a golden file holds a stackdsl Snapshot, not a {type(data).__name__}")
-        return canonical_text(data)
+        return golden_text(data)
 
     def matches(self, *, serialized_data: SerializableData, snapshot_data: SerializableData) -> bool:
         result = judge_text("", snapshot_data, json.loads(serialized_data))

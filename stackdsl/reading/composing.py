@@ -19,6 +19,7 @@ LISTS: Final = ("build", "impacts", "expect", "truth")  # whose items may come f
 MERGED: Final = ("world", "let", "matrix", "brick_types")  # key by key; all else is replaced
 MAX_PARTS: Final = 1000  # files that all scenarios of one file name, one by one
 MAX_TAKEN: Final = MAX_VALUES  # values that these bring, however often; a second
+LONGEST_PATH: Final = 1000  # [characters] as it is written
 MAX_TRAIL: Final = 16  # files that name one another
 
 
@@ -27,7 +28,6 @@ class Library:
     """Files that others name, each read once."""
 
     files: dict[str, Loaded] = field(default_factory=dict)  # by their true paths
-    texts: dict[str, str] = field(default_factory=dict)  # of those that bricks are made of, likewise
 
     def read(self, path: str) -> Loaded:
         """What a file holds, whatever is wrong with it."""
@@ -36,19 +36,10 @@ class Library:
             self.files[true] = load(FilePath(path))
         return self.files[true]
 
-    def read_text(self, path: str) -> str:
-        """The text of a file that is no scenario. Raises OutsideError where it cannot be read, or is too large."""
-        true = os.path.realpath(path)
-        if true not in self.texts:
-            try:
-                with open(true, "rb") as stream:
-                    data = stream.read(MAX_BYTES + 1)
-            except OSError as error:
-                raise OutsideError(f"cannot read {path}: {error.strerror}", "name a file that can be read") from error
-            if len(data) > MAX_BYTES:
-                raise OutsideError(f"{path} is larger than {MAX_BYTES >> 20} MiB", "write a simpler solid")
-            self.texts[true] = data.decode("utf-8", "replace")
-        return self.texts[true]
+    def bytes_of(self, path: str, most: int) -> bytes:
+        """What a file of another program holds, up to one byte more than `most`. Raises OSError."""
+        with FilePath(path).open("rb") as stream:
+            return stream.read(most + 1)
 
 
 class _MistakeError(Exception):
@@ -70,7 +61,7 @@ def composed(loaded: Loaded, library: Library) -> Loaded:
         except _MistakeError as mistake:
             mistakes += mistake.diagnostics
             continue
-        whole, unread = with_solid_files(whole, library.read_text)
+        whole, unread = with_solid_files(whole, library.bytes_of)
         mistakes += unread
         sources += [] if unread else [whole]
     return Loaded(tuple(sources), (*loaded.diagnostics, *sorted(dict.fromkeys(mistakes), key=reading_order)))
@@ -231,6 +222,9 @@ class _Composing:
     def _file(self, source: Source, written: Plain, span: Span) -> str:
         if not isinstance(written, str) or not written.strip() or "${" in written or "\0" in written:
             raise _MistakeError(Diagnostic("SD103", span, "expected the path of a file", "write such as base.yaml"))
+        if len(written) > LONGEST_PATH:  # no system has such; and to follow all of its folders takes seconds
+            message = f"the path of a file is longer than {LONGEST_PATH} characters"
+            raise _MistakeError(Diagnostic("SD113", span, message, "write such as base.yaml"))
         try:
             return file_in_project(written.strip(), source.file, root_of(self.siblings[0].file))
         except OutsideError as error:

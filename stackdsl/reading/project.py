@@ -4,7 +4,9 @@ import os
 from pathlib import Path as FilePath
 from typing import Final
 
-ROOT_MARKS: Final = ("stackdsl.toml", "pyproject.toml", ".git")  # any of these marks the root of a project
+from stackdsl.project_file import OWN_FILE, ProjectError, root_around
+
+OTHER_MARKS: Final = ("pyproject.toml", ".git")  # of what is no project of stackdsl by its own word
 
 
 class OutsideError(ValueError):
@@ -16,10 +18,18 @@ class OutsideError(ValueError):
 
 
 def root_of(file: str) -> str:
-    """The true path of the folder around a file that is marked as the root of a project, or else its own folder."""
+    """The true path of the root of the project around a file, to which its golden files belong as well.
+
+    Where nothing marks one, that of whatever project or repository is around it, or else its own folder. Raises
+    OutsideError where the file that marks it cannot be read.
+    """
     folder = FilePath(os.path.realpath(os.path.dirname(file) or "."))
-    marked = (each for each in (folder, *folder.parents) if any((each / mark).exists() for mark in ROOT_MARKS))
-    return str(next(marked, folder))
+    try:
+        root = root_around(folder)
+    except ProjectError as error:
+        raise OutsideError(str(error), "mend that file, so that it can be known what is inside the project") from error
+    marked = (each for each in (folder, *folder.parents) if any((each / mark).exists() for mark in OTHER_MARKS))
+    return str(root or next(marked, folder))
 
 
 def file_in_project(written: str, beside: str, root: str) -> str:
@@ -33,9 +43,7 @@ def file_in_project(written: str, beside: str, root: str) -> str:
     true = os.path.realpath(os.path.join(os.path.dirname(beside), written))
     if os.path.commonpath([true, root]) != root:
         message = f"'{written}' leads outside of the project, whose root is {os.path.relpath(root)}"
-        raise OutsideError(
-            message, f"keep all files inside, or mark a folder above as the root by a file {ROOT_MARKS[0]}"
-        )
+        raise OutsideError(message, f"keep all files inside, or mark a folder above as the root by a file {OWN_FILE}")
     if not os.path.exists(true):
         raise OutsideError(f"there is no file {path}", "check its name; it is looked for from the folder of this file")
     if not os.path.isfile(true):

@@ -30,6 +30,7 @@ from stackdsl.reading.nodes import (
     too_deep,
 )
 from stackdsl.reading.plain_scalars import MAX_EXACT, Scalar
+from stackdsl.reading.uncollected import uncollected
 from stackdsl.reading.yaml_syntax import UNKNOWN_ESCAPE, syntax_error
 
 __all__ = [
@@ -38,6 +39,7 @@ __all__ = [
     "MAX_DEPTH",
     "MAX_EXACT",
     "MAX_MISTAKES",
+    "MAX_SCENARIOS",
     "MAX_VALUES",
     "Loaded",
     "Path",
@@ -52,6 +54,7 @@ Path: TypeAlias = tuple[str | int, ...]
 Plain: TypeAlias = Scalar | list["Plain"] | dict[str, "Plain"]
 
 MAX_BYTES: Final = 1 << 20  # scenarios are written by hand, some kB each; and parsing stays within seconds
+MAX_SCENARIOS: Final = 2000  # of one file; a second
 MAX_ALIASED: Final = 20_000  # values that the aliases of one file may repeat
 
 BOM: Final = "\ufeff"
@@ -104,6 +107,7 @@ def load(path: FilePath) -> Loaded:
     return parsed(data, file)
 
 
+@uncollected()
 def parsed(data: bytes, file: str) -> Loaded:
     """What the bytes of a file hold, which is called so."""
     if len(data) > MAX_BYTES:
@@ -149,6 +153,10 @@ def _read(page: Page) -> Loaded:
             if isinstance(event, yaml.DocumentStartEvent):
                 root = document(reading, event)
                 sources += [_source(reading, root)] if root else []
+                if len(sources) > MAX_SCENARIOS:
+                    span = sources[-1].value_spans[()]
+                    message = f"the file holds more than {MAX_SCENARIOS} scenarios"
+                    raise StopReadingError(Diagnostic("SD006", span, message, "split it into several files"))
         if not sources and not reading.diagnostics:
             reading.report("SD005", page.span(0, 0), "the file holds no scenario", BEGIN)
     except StopReadingError as stop:

@@ -20,8 +20,8 @@ from stackdsl.systems.known_systems import system_named
 from stackdsl.systems.modification import as_played
 from stackdsl.systems.systems import Method
 from stackdsl.systems.worlds import settings_for
-from stackdsl.timeline import Arrival, Placement, Push, Removal, Shake, Timeline
-from stackdsl.wording import shaking_text
+from stackdsl.timeline import Arrival, Hold, LetGo, Move, Placement, Push, Removal, Shake, Timeline
+from stackdsl.wording import moving_text, shaking_text
 
 AXES: tuple[Vec3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
@@ -62,7 +62,7 @@ def _world(timeline: Timeline) -> Iterator[str]:
 
 
 def _actions(timeline: Timeline, told: Mapping[BodyId, str]) -> Iterator[str]:
-    """One line a brick set down, with what `told` says of it, and one a removal, a push or a shaking."""
+    """One line a brick set down, with what `told` says of it, and one each other action."""
     placed = timeline.placements
     width = max(len(placement.brick.id) for placement in placed)
     bricks, planes = [placement.brick for placement in placed], [plane.id for plane in timeline.world.planes]
@@ -76,6 +76,12 @@ def _actions(timeline: Timeline, told: Mapping[BodyId, str]) -> Iterator[str]:
                 yield f"  {action.time:8.3f} s  {action.brick:<{width}}  pushed by ({impulse}) mN*s"
             case Shake():
                 yield f"  {action.time:8.3f} s  {GROUND:<{width}}  shaken {shaking_text(action.motion)}"
+            case Move(lowers=False):
+                yield f"  {action.time:8.3f} s  {action.brick:<{width}}  {moving_text(action.course)} by hand"
+            case Hold():
+                yield f"  {action.time:8.3f} s  {', '.join(action.bricks):<{width}}  held"
+            case LetGo():
+                yield f"  {action.time:8.3f} s  {', '.join(action.bricks):<{width}}  let go"
             case Placement():
                 placement, fit = next(found)
                 yield (
@@ -97,7 +103,8 @@ def _footing(placement: Placement, fit: Fit, bricks: Sequence[Brick], planes: Se
     if not below:
         return "between " + ", ".join([*(bricks[index].id for index in fit.beside_boxes), *walls])
     through = _touched_through(placement.brick, boxes) if len(below) > 1 else ""
-    return f"on {', '.join(below)}{through}" + (f", against {', '.join(walls)}" if walls else "")
+    by_hand = ", brought by hand" if placement.arrival is Arrival.BY_HAND else ""
+    return f"on {', '.join(below)}{through}" + (f", against {', '.join(walls)}" if walls else "") + by_hand
 
 
 def _touched_through(brick: Brick, boxes: Sequence[Brick]) -> str:

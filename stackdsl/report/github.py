@@ -18,15 +18,19 @@ def report_github(report: Report) -> str:
     if len(found) > len(shown):
         rest = found[len(shown) :]
         lines.append(f"::error title=stackdsl::and {len(rest)} more, which the log names")
-        lines += [
-            f"{finding.file}:{finding.line}:{finding.column}: {finding.title}: {finding.text}" for finding in rest
-        ]
+        lines += [_remark(finding) for finding in rest]
     return "\n".join([*lines, closing_line(report)]) + "\n"
 
 
 def _command(finding: Finding) -> str:
     place = f"file={_value(finding.file)},line={finding.line},col={finding.column}"
     return f"::error {place},title={_value(finding.title)}::{_data(finding.text)}"
+
+
+def _remark(finding: Finding) -> str:
+    """A line of the log, and no command, whatever texts of authors are in it."""
+    told = f"{finding.file}:{finding.line}:{finding.column}: {finding.title}: {finding.text}"
+    return f"- {' '.join(told.split())}"
 
 
 def _data(text: str) -> str:

@@ -88,7 +88,7 @@ def _notes(report: Report, verbosity: int) -> Iterator[Block]:
     noted = [result for result in report.results if verbosity > 0 or result.outcomes or result.truths]
     early = [(result.name, result.early_end) for result in report.results if result.early_end is not None]
     shown = {result.name for result in report.results if verbosity > 0 or not result.passed or result.golden_failed}
-    gained = [result for result in noted if result.energy_gained]
+    gained = [result for result in report.results if result.energy_gained]
     yield titled("Skipped", list(_skipped(report)))
     yield titled("Modified scenes", list(_modified(report)))
     yield titled("Ended early", [f"{name}: {ending_text(end)}" for name, end in early if name in shown])

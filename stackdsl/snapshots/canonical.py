@@ -6,7 +6,7 @@ from dataclasses import fields, is_dataclass
 from functools import cache
 from typing import TYPE_CHECKING
 
-from stackdsl.snapshots.record import FORMAT, Placing, Pushing, Removing, Snapshot
+from stackdsl.snapshots.record import FORMAT, Snapshot
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -46,22 +46,24 @@ def canonical_text(snapshot: Snapshot) -> str:
     rest = _plain(snapshot, without=("identity", "events", "bricks"))
     head = {"format": FORMAT, **_plain(snapshot.identity), **rest}
     lines = [f"  {_json(key)}: {_json(value)}" for key, value in head.items()]
-    events = [_event_text(event) for event in snapshot.events]
+    events = [event_text(_plain(event)) for event in snapshot.events]
     bricks = [f"    {_json(brick)}: {_json(_plain(final))}" for brick, final in snapshot.bricks.items()]
-    lines.append('  "events": ' + _block("[]", events, "  "))
-    lines.append('  "bricks": ' + _block("{}", bricks, "  "))
-    return _block("{}", lines, "") + "\n"
+    lines.append('  "events": ' + block("[]", events, "  "))
+    lines.append('  "bricks": ' + block("{}", bricks, "  "))
+    return block("{}", lines, "") + "\n"
 
 
-def _event_text(event: Placing | Removing | Pushing) -> str:
-    if not isinstance(event, Placing):
-        return f"    {_json(_plain(event))}"
-    head = _plain(event, without=("placed",))
-    bricks = [f"      {_json(brick)}: {_json(_plain(placed))}" for brick, placed in event.placed.items()]
-    return f'    {_json(head)[:-1]}, "placed": ' + _block("{}", bricks, "    ") + "}"
+def event_text(event: Mapping[str, object]) -> str:
+    """An event of a document, with a line for each brick that it places."""
+    if not isinstance(placed := event.get("placed"), Mapping):
+        return f"    {_json(event)}"
+    head = {key: value for key, value in event.items() if key != "placed"}
+    bricks = [f"      {_json(brick)}: {_json(detail)}" for brick, detail in placed.items()]
+    return f'    {_json(head)[:-1]}, "placed": ' + block("{}", bricks, "    ") + "}"
 
 
-def _block(brackets: str, lines: Sequence[str], indent: str) -> str:
+def block(brackets: str, lines: Sequence[str], indent: str) -> str:
+    """Lines within brackets, or brackets alone."""
     return f"{brackets[0]}\n" + ",\n".join(lines) + f"\n{indent}{brackets[1]}" if lines else brackets
 
 

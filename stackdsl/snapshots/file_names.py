@@ -1,8 +1,8 @@
 """Which file a snapshot is kept in: `tower/step-10mm.exact.json`, a name that shells, git and Windows take as it is.
 
 A name is made so that what it was made from can be read from it again; one of which that is not so, such as one with
-capitals, which some disks take for small letters, gets a digest. So no two identities share a file, and no file is
-called otherwise because of what other variants there are.
+capitals, which some disks take for small letters, gets a digest; so does one that ends as if it had one. So no two
+identities share a file, and no file is called otherwise because of what other variants there are.
 """
 
 import re
@@ -14,6 +14,7 @@ from stackdsl.snapshots.record import Identity
 
 LONGEST_PART: Final = 60  # characters of each part of a name: disks that encrypt take 143
 DIGEST: Final = 10  # hexadecimal digits, where a name alone does not do
+ENDS_IN_DIGEST: Final = re.compile(rf".*-[0-9a-f]{{{DIGEST}}}")
 DEVICES: Final = re.compile(r"(con|prn|aux|nul|com[0-9]|lpt[0-9])(\..*)?")  # which Windows takes for no file
 OLD_NAME: Final = re.compile(r"[^\[\]]+\[[^\[\]]*\]\.json")  # such as `tower[step=10mm,exact].json`
 NEW_NAME: Final = re.compile(r"(?:[a-z0-9][a-z0-9._-]*\.)?(?:exact|thesis|tuned|stock|modified)\.json")
@@ -50,7 +51,8 @@ def _plain(name: str) -> str:
 
 def _is_plain(slug: str) -> bool:
     plain = re.fullmatch(r"[a-z0-9](?:[a-z0-9._-]*[a-z0-9])?", slug) is not None
-    return plain and len(slug) <= LONGEST_PART and not DEVICES.fullmatch(slug)
+    taken = DEVICES.fullmatch(slug) or ENDS_IN_DIGEST.fullmatch(slug)
+    return plain and len(slug) <= LONGEST_PART and not taken
 
 
 def _with_digest(slug: str, meant: str) -> str:

@@ -12,15 +12,17 @@ from secrets import token_hex
 from time import time
 
 from stackdsl.outcome import GoldenResult, GoldenStatus
-from stackdsl.snapshots.canonical import canonical_text, document
+from stackdsl.snapshots.canonical import document
+from stackdsl.snapshots.compact import golden_text
 from stackdsl.snapshots.comparison import compare_documents
 from stackdsl.snapshots.file_names import NEW_NAME, OLD_NAME, golden_file
-from stackdsl.snapshots.record import FORMAT, MalformedSnapshotError, Snapshot
+from stackdsl.snapshots.record import COMPACT_FORMAT, FORMAT, MalformedSnapshotError, Snapshot
 from stackdsl.snapshots.stamp import differ_in_engine, stamp_note
 
 WRITABLE = "make room for it, or name another directory by --golden"
 CONFLICT = re.compile(r"^(?:<{7}|>{7})(?: |$)", re.MULTILINE)  # as git leaves it
 STAMP_LINE = re.compile(r'^  "stamp": \{[^\n]*\},$', re.MULTILINE)
+FORMAT_KEY = re.compile(rb'"format":\s*(\d+)')
 TEMPORARY = ".golden.tmp"  # ends the name of a file that is being written
 HEAD = 256  # [bytes] of a golden file that say what it is
 LEFT_OVER = 3600.0  # [s] a temporary file of this age belongs to a run that was killed
@@ -52,7 +54,7 @@ def check_golden(snapshot: Snapshot, directory: Path, update: bool, lock_new: bo
     if update or lock_new:
         refuse_in_ci(os.environ)
     path = golden_file(directory, snapshot.identity)
-    text = canonical_text(snapshot)
+    text = golden_text(snapshot)
     found = content(path)
     if found == text.encode("ascii"):  # as most are; of a large scene, reading what it says takes three times as long
         return GoldenResult(GoldenStatus.SAME, path.as_posix(), digest=text_digest(found))
@@ -60,10 +62,17 @@ def check_golden(snapshot: Snapshot, directory: Path, update: bool, lock_new: bo
     if result.status is GoldenStatus.MISSING and lock_new and not update:
         return _written(path, text, result, GoldenStatus.NEW)
     agrees = result.status is GoldenStatus.SAME
-    if not update or (result.status in LEFT_ALONE and not (agrees and result.note)):
+    outgrown = agrees and isinstance(found, bytes) and _format_of(found) != _format_of(text.encode("ascii"))
+    if not update or (result.status in LEFT_ALONE and not (agrees and (result.note or outgrown))):
         return replace(result, offered="" if agrees else text)
-    was = found.decode("utf-8") if isinstance(found, bytes) and agrees else ""
+    was = found.decode("utf-8") if isinstance(found, bytes) and agrees and not outgrown else ""
     return _written(path, restamped(was, text) if agrees else text, result, GoldenStatus.WRITTEN)
+
+
+def _format_of(text: bytes) -> bytes:
+    """The format that a golden file says it has."""
+    found = FORMAT_KEY.search(text[:HEAD])
+    return found[1] if found else b""
 
 
 def _written(path: Path, text: str, result: GoldenResult, status: GoldenStatus) -> GoldenResult:
@@ -153,12 +162,13 @@ def _parsed(text: str) -> Mapping[str, object]:
     if "\\u" in text:  # an escaped half of a surrogate pair could be read but never be printed
         json.dumps(value, ensure_ascii=False).encode("utf-8")
     was = value.get("format", "none")
-    if isinstance(was, int) and not isinstance(was, bool) and was > FORMAT:
+    if isinstance(was, int) and not isinstance(was, bool) and was > COMPACT_FORMAT:
         raise NewerFormatError(
-            f"its format is {was}, which a newer version wrote; this one reads {FORMAT}; update stackdsl"
+            f"its format is {was}, which a newer version wrote; this one reads up to {COMPACT_FORMAT}; update stackdsl"
         )
-    if was is True or was != FORMAT:
-        raise MalformedSnapshotError(f"its format is {was}, this version reads {FORMAT}; write it anew with --update")
+    if was is True or was not in (FORMAT, COMPACT_FORMAT):
+        read = f"this version reads {FORMAT} and {COMPACT_FORMAT}"
+        raise MalformedSnapshotError(f"its format is {was}, {read}; write it anew with --update")
     return value
 
 
@@ -216,7 +226,8 @@ def obsolete(directory: Path, expected: Iterable[str], whole_set: bool) -> tuple
     with suppress(OSError):
         entries = list(directory.iterdir())
         names |= {entry.name for entry in entries if OLD_NAME.fullmatch(entry.name) and entry.is_file()}
-        for folder in (entry for entry in entries if entry.is_dir()):
+        # What is behind a link belongs to somebody else.
+        for folder in (entry for entry in entries if entry.is_dir() and not entry.is_symlink()):
             names |= {f"{folder.name}/{entry.name}" for entry in folder.iterdir() if _is_golden(entry)}
     return tuple((directory / name).as_posix() for name in sorted(names.difference(expected)))
 

@@ -5,7 +5,7 @@ A file each, in the directory where a project remembers things, named after the 
 
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import asdict, dataclass, fields
 from hashlib import sha256
@@ -34,6 +34,11 @@ class Pending:
     renamed_from: str  # as `golden`; empty where nothing is renamed
     failed: tuple[str, ...]  # expectations that the run did not meet
     text: str
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """The golden files that accepting it writes or removes."""
+        return tuple(filter(None, (self.golden, self.renamed_from)))
 
     def differences(self, home: Path) -> tuple[GoldenDifference, ...]:
         """What it says other than the golden file does, as far as that can be read."""
@@ -73,6 +78,14 @@ class Waiting:
             ignored = self.state / ".gitignore"
             if not ignored.exists():
                 ignored.write_text("*\n", encoding="utf-8")
+
+    def forget(self, agreeing: Iterable[str]) -> None:
+        """Let go of what no longer differs, and of what would take away a golden file that agrees."""
+        keys = {os.path.relpath(file, self.home) for file in agreeing}
+        for pending in self.all():
+            if keys & {pending.golden, pending.renamed_from}:
+                with suppress(OSError):
+                    self.reject(pending)
 
     def all(self) -> Iterator[Pending]:
         """All of it, by the names of cases; a file that is none is passed over."""

@@ -11,6 +11,7 @@ from typing import TypeAlias
 from stability.model import BodyId
 
 FORMAT = 1  # of the file; raise it whenever an older file can no longer be compared
+COMPACT_FORMAT = 2  # of one that tells of very many bricks by level; both are read
 UNCLEAR = "unclear"  # too close to call; equal to anything
 
 

@@ -224,8 +224,8 @@ def _events(trace: Trace, modelled: bool) -> Iterator[Placing | Removing | Pushi
             yield Removing(_rounded(event.time, PLACING_TIME), tuple(sorted(event.bricks)))
         elif event.kind is EventKind.PUSHED:
             yield Pushing(_rounded(event.time, PLACING_TIME), tuple(sorted(event.bricks)))
-        elif event.kind is EventKind.SHAKEN:
-            continue  # the ground is no brick, and the scenario says how it moves
+        elif event.kind in (EventKind.SHAKEN, EventKind.TAKEN, EventKind.LET_GO):
+            continue  # the scenario says how the ground and hands move
         elif modelled or _is_below(event, trace):
             yield Placing(
                 time_s=_rounded(event.time, PLACING_TIME),

@@ -74,10 +74,10 @@ def extension_for(timeline: Timeline, system: System, world: World) -> Extension
                 world, scene.planes, scene.friction, scene.gravity, limits, guard=False, joiner=world, presser=world
             )
         case Method.PUBLISHED:
+            from stability.published.handled_stack import HandledStack  # noqa: PLC0415 -- likewise
             from stability.published.readings import AS_READ  # noqa: PLC0415 -- likewise
-            from stability.published.stack_stability import StackStability  # noqa: PLC0415 -- likewise
 
-            return StackStability(
+            return HandledStack(
                 world,
                 rest_limits(timeline),
                 guard=False,

@@ -13,7 +13,7 @@ from stability.geometry.vectors import add
 from stability.model import BodyId, Vec3
 from stability.statics.assembly import Assembly
 from stability.statics.facts import ZERO, Motion, Placed, Stability, Verdict
-from stackdsl.timeline import Placement, Push, Removal, Shake, Timeline, leaves_to_engine
+from stackdsl.timeline import Handled, Placement, Push, Removal, Shake, Timeline, leaves_to_engine
 from stackdsl.trace import ACTIONS, EventKind, Trace
 
 MOST_STEPS = 40  # actions of a run of which every structure on the way is shown: each repeats all contacts
@@ -86,7 +86,7 @@ class _Structure:
 
     def __init__(self, timeline: Timeline, every: bool) -> None:
         """`every`: whether all that is built on the way is to be shown."""
-        self.timeline, self.every = timeline, every
+        self.timeline, self.every = timeline.as_set_down(), every
         self.shown: list[ShownProof] = []
         self.assembly = Assembly(timeline.world.planes, timeline.world.friction, timeline.world.gravity)
         self.begin, self.until = 0.0, inf  # while it is as it is [s]
@@ -97,7 +97,9 @@ class _Structure:
             time = moment[0].time if isinstance(moment, tuple) else moment.time
             if time > last:
                 break
-            if isinstance(moment, Push | Shake) or (isinstance(moment, tuple) and any(map(leaves_to_engine, moment))):
+            if isinstance(moment, Push | Shake | Handled) or (
+                isinstance(moment, tuple) and any(map(leaves_to_engine, moment))
+            ):
                 self.until = time
                 break
             if self.every and self.assembly.bricks and time > self.begin:

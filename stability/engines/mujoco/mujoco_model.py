@@ -8,13 +8,14 @@ Friction of a pair is the larger coefficient of both, but for what has priority,
 
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from stability.engines.mujoco.mujoco_binding import mujoco
 from stability.engines.mujoco.mujoco_settings import MuJoCoSettings
 from stability.engines.mujoco.mujoco_shapes import add_hulls, as_wxyz, geometry, weigh
+from stability.engines.prescribed import FIRM, Guided
 from stability.engines.pressing import Presses
 from stability.engines.shortest_turn import shortest_turn
 from stability.geometry.bounding_boxes import BoundingBoxes
@@ -37,6 +38,7 @@ class Body:
     bricks: tuple[tuple[Brick, Pose], ...]  # each with its place in the body
     state: BodyState
     held: bool = False
+    carried: bool = False  # moves as somebody outside says, whatever it meets
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,18 +67,29 @@ class Model:
         """Let bodies feel gravity along -z, and that all without a joint accelerates [m/s2]."""
         self.model.opt.gravity[:] = subtract((0.0, 0.0, -gravity), acceleration_W)
 
-    def step(self, duration: float, parts: int, presses: Presses) -> None:
-        """Let time pass [s], in so many steps."""
+    def step(self, duration: float, parts: int, presses: Presses, guided: Mapping[BodyId, Guided]) -> None:
+        """Let time pass [s], in so many steps, with these bodies guided."""
         self.model.opt.timestep = duration / parts
         for _ in range(parts):
             self.data.xfrc_applied[:] = 0.0
             for acting in presses.acting(self, duration / parts):
                 body = self.model.jnt_bodyid[self.free[acting.brick.id]]
                 self.data.xfrc_applied[body] = np.concatenate(acting.wrench(duration / parts))
+            self._make_firm(guided)
+            for name, each in guided.items():
+                state = self.state(name)
+                _set_state(self.data, self.free[name], BodyState(state.pose, *each.motion(state)))
             mujoco.mj_step(self.model, self.data)
         self._touching = self._bounds = None
         if self.data.warning.number.any():
             raise RuntimeError(f"MuJoCo failed: {_warnings(self.data)}")
+
+    def _make_firm(self, guided: Mapping[BodyId, Guided]) -> None:
+        """Let what is slid along the ground resist all that meets it, but upwards, by inertia without weight."""
+        for name, turn in self.free.items():
+            mass = float(self.model.body_mass[self.model.jnt_bodyid[turn]])
+            slid = name in guided and guided[name].free_W == UP
+            self.model.dof_M0[6 * turn : 6 * turn + 2] = FIRM * mass if slid else mass
 
     def state(self, name: BodyId) -> BodyState:
         """Pose and motion of a body that moves."""
@@ -172,9 +185,13 @@ def _add_body(world: mujoco.MjsBody, body: Body, scene: Scene, hulls: Mapping[Co
     added = world.add_body(pos=body.state.pose.position_W, quat=as_wxyz(body.state.pose.orientation))
     if not body.held:
         added.add_freejoint()
-    if not all(isinstance(brick.shape, Box) for brick, _ in body.bricks):
-        weigh(added, body.bricks)
-    for brick, place in body.bricks:
+    if body.carried:
+        added.gravcomp = 1.0  # share of gravity that it does not feel
+    times = FIRM if body.carried else 1.0
+    bricks = [(replace(brick, mass=times * brick.mass), place) for brick, place in body.bricks]
+    if not all(isinstance(brick.shape, Box) for brick, _ in bricks):
+        weigh(added, bricks)
+    for brick, place in bricks:
         added.add_geom(
             **geometry(brick.shape, place, hulls),
             mass=brick.mass,

@@ -60,9 +60,11 @@ class MuJoCoWorld:
         return self.own.shape(body)
 
     def step(self) -> None:
+        self.bodies.carry({name for name, each in self.prescribed.guided.items() if each.carried})
         self._stepped = self.bodies.model()
         self._stepped.pull(self.bodies.gravity, self.prescribed.acceleration_W)
-        self._stepped.step(self.settings.time_step, self.clock.pass_step(), self.presses)
+        parts = self.clock.pass_step()
+        self._stepped.step(self.settings.time_step, parts, self.presses, self.prescribed.guided)
 
     def states(self, bodies: Collection[BodyId]) -> dict[BodyId, BodyState]:
         return {body: self.bodies.state(body) for body in bodies}

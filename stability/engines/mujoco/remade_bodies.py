@@ -4,7 +4,7 @@ A model cannot be changed, so what it knows is taken over when something else ch
 needed.
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Container
 from dataclasses import dataclass, field, replace
 
 from stability.engines.mujoco.mujoco_model import Body, Model, Scene, made
@@ -57,6 +57,14 @@ class RemadeBodies:
         """Put a brick somewhere, or hold it there."""
         self.take_over()
         self._bodies[brick] = replace(self._bodies[brick], state=state, held=held)
+
+    def carry(self, bricks: Container[BodyId]) -> None:
+        """Let somebody outside carry these from now on, and no others."""
+        changed = [name for name, body in self._bodies.items() if body.carried != (name in bricks)]
+        if changed:
+            self.take_over()
+        for name in changed:
+            self._bodies[name] = replace(self._bodies[name], carried=name in bricks)
 
     def holds(self, brick: BodyId) -> bool:
         """Whether a brick is held by itself."""

@@ -35,7 +35,7 @@ class Anchors:
     def choose(self, lively: bool) -> None:
         """Hold all of them while nothing is fast."""
         self._quiet = not lively
-        self._tell(sorted(self._bricks))
+        self._tell(sorted(self._bricks, key=self.bodies.numbers.__getitem__))
 
     def _tell(self, bricks: Collection[BodyId]) -> None:
         for brick in bricks:

@@ -47,7 +47,7 @@ class BodyMaker:
 
     def brick(self, brick: Brick, position: Vec3, orientation: Quaternion, rounded: bool) -> None:
         """A new body of a brick, with sharp or rounded edges."""
-        radius = self.bodies.scale * self._edge_radius(brick)
+        radius = self.bodies.scale * self.edge_radius(brick)
         body = self._body(brick.mass, self._shape(brick.shape, radius, rounded), position, orientation)
         self._enter(body, brick.id, self._own_friction())
         if brick.shape.principal_axes != IDENTITY:
@@ -75,14 +75,15 @@ class BodyMaker:
         self._enter(body, name, self._own_friction())
         self._weigh(body, group.mass, group.moments)
 
-    def _edge_radius(self, brick: Brick) -> float:
+    def edge_radius(self, brick: Brick) -> float:
         """How much the edges of a brick are rounded [m]: as much as is set, and those of a hull in any case."""
         rounding = self.settings.edge_rounding or (0.0 if isinstance(brick.shape, Box) else HULL_ROUNDING)
         return rounding * brick.shape.least_thickness
 
-    def weigh_brick(self, brick: Brick) -> None:
-        """Give the body of a brick its mass and its moments of inertia."""
-        self._weigh(self.bodies.numbers[brick.id], brick.mass, brick.shape.moments(brick.mass))
+    def weigh_brick(self, brick: Brick, times: float = 1.0) -> None:
+        """Give the body of a brick its mass and its moments of inertia, or so many times these."""
+        mass = times * brick.mass
+        self._weigh(self.bodies.numbers[brick.id], mass, brick.shape.moments(mass))
 
     def meet(self, bodies: Iterable[int], group: int, mask: int) -> None:
         """Put bodies into a collision group, and say which groups they meet."""

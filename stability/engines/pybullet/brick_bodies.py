@@ -79,6 +79,10 @@ class BrickBodies:
         if self.maker.settings.edge_rounding:
             self.maker.weigh_brick(self.own.bricks[brick])
 
+    def weigh(self, brick: BodyId, times: float) -> None:
+        """Give a brick that is not held so many times its mass."""
+        self.maker.weigh_brick(self.own.bricks[brick], times)
+
     def press(self, brick: BodyId, pressed: Sequence[Pressed]) -> None:
         """Let forces act on a brick that is not held."""
         self.stepper.presses.press(self.own.bricks[brick], self.states([brick])[brick], pressed)

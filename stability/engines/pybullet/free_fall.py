@@ -4,7 +4,7 @@ PyBullet moves a body on by the speed that it will have. So speeds belong to the
 there to the middle of the next: for half a step on what was let go, and for the mean of two steps where they change.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from math import sqrt
 
@@ -26,6 +26,8 @@ class FreeFall:
     acceleration_W: Vec3 = field(default=AT_REST, init=False)  # of the ground [m/s2]
     _pulls: Vec3 = field(init=False)  # as the engine was told last [m/s2]
     _last_step: float = field(default=0.0, init=False)  # how long the last engine step was [s]
+    # What is done before each engine step: it is told how all is pulled in it [m/s2], and how long it is [s].
+    before: Callable[[Vec3, float], None] = field(default=lambda _pull_W, _duration: None, init=False)
 
     def __post_init__(self) -> None:
         self._pulls = (0.0, 0.0, -self.gravity)
@@ -47,11 +49,16 @@ class FreeFall:
             self._lift(0.5 * self.gravity * last)
         if last == duration or not self.exact:
             self._pull(self.gravity)
-            pybullet.stepSimulation(self.bodies.client)
+            self.go_on(duration)
             return
         self._pull(0.5 * self.gravity * (last + duration) / duration)
-        pybullet.stepSimulation(self.bodies.client)
+        self.go_on(duration)
         self._pull(self.gravity)
+
+    def go_on(self, duration: float) -> None:
+        """Take another engine step [s], after one of the same duration."""
+        self.before(self._pulls, duration)
+        pybullet.stepSimulation(self.bodies.client)
 
     def _pull(self, gravity: float) -> None:
         """Let the engine pull with so much gravity, and with what bodies feel of the ground [m/s2]."""
@@ -64,7 +71,7 @@ class FreeFall:
 
     def _lift(self, speed: float) -> None:
         """Throw what was let go upwards [m/s]."""
-        for name in sorted(self._let_go):
+        for name in sorted(self._let_go, key=self.bodies.numbers.__getitem__):
             (vx, vy, vz), angular_velocity = self.bodies.raw_motion(name)
             lifted = (vx, vy, vz + speed * sqrt(self.bodies.scale))
             self.bodies.set_raw_motion(name, lifted, angular_velocity)

@@ -37,7 +37,7 @@ class FrictionCones:
     def _let_slip(self) -> None:
         """Nudge every brick that leans at rest and is held by too much, against what holds it."""
         bodies = self.bricks.bodies
-        for name in sorted(self.bricks.rounded & bodies.numbers.keys()):
+        for name in sorted(self.bricks.rounded & bodies.numbers.keys(), key=bodies.numbers.__getitem__):
             too_much_W = self._held_beyond(name)
             strength = norm(too_much_W)  # 0 also of forces whose squares are: those hold nothing
             if strength > 0.0 and not self.bricks.holds(name):

@@ -34,6 +34,8 @@ class PyBulletSettings(EngineSettings):
     # Bricks get edges rounded by this share of their smallest side, within their outer size, so that what touches along
     # an edge is pushed in the right direction; 0 leaves them sharp, and edges are then taken for faces.
     edge_rounding: float = 0.0
+    # What touches along an edge is found anew as soon as that has slid so far that its normal is another.
+    fresh_edges: bool = False
     # Bricks with rounded edges meet planes as half-spaces while all is slow, and not as large boxes.
     half_spaces: bool = False
     # Bricks with rounded edges sink by this share of their smallest side under their own weight, so that all points

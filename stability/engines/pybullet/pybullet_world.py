@@ -14,7 +14,9 @@ from stability.engines.pybullet.body_making import BodyMaker
 from stability.engines.pybullet.brick_bodies import BrickBodies
 from stability.engines.pybullet.client_bodies import ClientBodies
 from stability.engines.pybullet.free_fall import FreeFall
+from stability.engines.pybullet.fresh_contacts import FreshContacts
 from stability.engines.pybullet.friction_cones import FrictionCones
+from stability.engines.pybullet.guided_bricks import GuidedBricks
 from stability.engines.pybullet.joined_groups import JoinedGroups
 from stability.engines.pybullet.parameters import engine_parameters
 from stability.engines.pybullet.planes import Planes
@@ -42,6 +44,7 @@ class PyBulletWorld:
     edges: EdgeWatch
     cones: FrictionCones
     prescribed: PrescribedMotion = field(default_factory=PrescribedMotion, init=False)
+    guided: GuidedBricks = field(init=False)
     own: OwnBodies = field(init=False)
     bodies: ClientBodies = field(init=False)
     planes: Planes = field(init=False)
@@ -50,6 +53,8 @@ class PyBulletWorld:
     def __post_init__(self) -> None:
         self.own, self.bodies = self.bricks.own, self.bricks.bodies
         self.planes, self.stepper = self.bricks.planes, self.bricks.stepper
+        self.guided = GuidedBricks(self.bricks)
+        self.stepper.fall.before = self.guided.exert
 
     @classmethod
     def opened(
@@ -70,7 +75,8 @@ class PyBulletWorld:
         stepper = Stepper(bodies.client, settings, FreeFall(bodies, gravity, settings.exact_fall))
         bricks = BrickBodies(own, bodies, maker, Planes(maker, own.planes), stepper)
         groups = JoinedGroups(bricks)
-        return cls(settings, bricks, groups, EdgeWatch(bricks, reshaper(bricks, groups)), FrictionCones(bricks))
+        edges = EdgeWatch(bricks, reshaper(bricks, groups), FreshContacts(bricks, groups))
+        return cls(settings, bricks, groups, edges, FrictionCones(bricks))
 
     def close(self) -> None:
         pybullet.disconnect(self.bodies.client)
@@ -83,6 +89,7 @@ class PyBulletWorld:
     def step(self) -> None:
         self.stepper.fall.acceleration_W = self.prescribed.acceleration_W
         self.edges.look()
+        self.guided.follow(self.prescribed.guided)
         if self.stepper.suit(self.groups.mass_ratio):
             self.bricks.anchors.choose(self.stepper.lively)
             self.planes.choose(self.stepper.lively)

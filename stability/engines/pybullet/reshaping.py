@@ -2,8 +2,7 @@
 
 PyBullet finds the normal of sharp edges that cross, but takes a face for edges that run along each other. It cannot
 give a body another shape, so the brick gets another body: in the same place, with the same motion and mass. What the
-last step pressed with is forgotten with the old one, which is why only those bricks change that must. So are old
-contact points with their normals, which is why what turns gets another body now and then as well.
+last step pressed with is forgotten with the old one, which is why only those bricks change that must.
 """
 
 from collections.abc import Mapping
@@ -13,11 +12,11 @@ from typing import Protocol
 
 from stability.engines.edge_normals import FACE_ON, leans, nearest_points, velocity_at
 from stability.engines.pybullet.brick_bodies import BrickBodies
+from stability.engines.pybullet.fresh_contacts import FreshContacts, find_all_points
 from stability.engines.pybullet.joined_groups import JoinedGroups
-from stability.geometry.rotations import turn_between
 from stability.geometry.separation import Block, block
 from stability.geometry.vectors import dot, norm, scale, subtract
-from stability.model import BodyId, BodyState, Pose, Vec3
+from stability.model import BodyId, BodyState, Vec3
 from stability.shapes.box import Box
 
 LOOK = 0.02  # [s] between looks at how bricks lie to each other
@@ -27,10 +26,6 @@ NEAR = 0.25  # share of its smallest side: a brick that is so close to another m
 # back by then. Of 144 pairs of planks that are tipped against each other, 34 slip with 10 ms, 8 with 40 ms.
 AHEAD = 0.04
 ROUNDED = 0.05  # share of its smallest side by which a box is rounded to see how it lies to others
-# A brick that has turned so far since it got its body gets another: PyBullet keeps a contact point with the normal that
-# it had at first, as long as the point does not drift, and what two bricks turn by together is no drift.
-STALE = radians(4.0)
-ALIKE = 2.0  # times the mass of the other: under so heavy a brick, a light one that loses its forces is shot out
 SLOW, SLOWLY = 5e-3, 0.1  # [m/s], [rad/s]: what lies square and is not faster gets sharp edges again
 
 
@@ -61,7 +56,6 @@ class EdgeReshaper:
 
     bricks: BrickBodies
     groups: JoinedGroups
-    _made: dict[BodyId, Pose] = field(default_factory=dict, init=False)  # where bricks were when they got their bodies
 
     def reshape(self, states: Mapping[BodyId, BodyState]) -> None:
         """Give every brick that is awake the edges that it needs."""
@@ -72,24 +66,11 @@ class EdgeReshaper:
             if name not in rounded and (box := self._box(name)) is not None and leans(state.pose)
         }
         edge_on = self._edge_on(leaning)
-        lying = [name for name, state in states.items() if name in rounded and self._lies(name, state)]
-        swapped = {*(name for name in leaning if name in edge_on), *lying}
-        made = {name: self._made.get(name, state.pose) for name, state in states.items()}
-        for name, state in states.items():
-            if name in swapped:
-                self.bricks.swap(name)
-            elif turn_between(made[name], state.pose) > STALE and self._may_lose_its_forces(name):
-                self.bricks.renew(name)
-            else:
-                continue
-            made[name] = state.pose
-        self._made = made
-
-    def _may_lose_its_forces(self, name: BodyId) -> bool:
-        own = self.bricks.own.masses
-        points = self.groups.contacts(name, self.bricks.stepper.time)
-        masses = [own[body] for point in points for body in (point.a, point.b) if body in own]
-        return not masses or max(masses) <= ALIKE * min(masses)
+        lying = {name for name, state in states.items() if name in rounded and self._lies(name, state)}
+        swapped = [name for name in states if (name in edge_on and name in leaning) or name in lying]
+        for name in swapped:
+            self.bricks.swap(name)
+        find_all_points(self.bricks, [name for name in swapped if name in rounded])
 
     def _lies(self, name: BodyId, state: BodyState) -> bool:
         return _slow(state) and self.bricks.planes.lies_square(state.pose, self.bricks.own.bricks[name].shape)
@@ -125,12 +106,16 @@ class EdgeWatch:
 
     bricks: BrickBodies
     reshaper: Reshaper
+    fresh: FreshContacts
     _next_look: float = field(default=0.0, init=False)  # [s] on the clock
 
     def look(self) -> None:
         """Look before a step, if it is time to."""
         bricks, now = self.bricks, self.bricks.stepper.time
-        if not bricks.maker.settings.edge_rounding or not (bricks.displaced or now >= self._next_look):
+        if not bricks.maker.settings.edge_rounding:
+            return
+        if not (bricks.displaced or now >= self._next_look):
+            self.fresh.look(self._next_look)
             return
         self._next_look, bricks.displaced = now + LOOK, False
         single = [name for name in bricks.own.masses if name in bricks.bodies.numbers]
@@ -138,6 +123,7 @@ class EdgeWatch:
         for name, state in states.items():
             bricks.planes.reach_beyond(bricks.own.bricks[name], state.pose.position_W)
         self.reshaper.reshape(states)
+        self.fresh.see(states, self._next_look)
 
 
 def _slow(state: BodyState) -> bool:

@@ -69,7 +69,7 @@ class Stepper:
         self.fall.step(duration)
         for _ in range(parts - 1):
             self._exert(duration)
-            pybullet.stepSimulation(self.client)
+            self.fall.go_on(duration)
         if self._eased:
             self._eased -= 1
             self._suited = self._suited and self._eased > 0

@@ -7,19 +7,19 @@ planes alone, which have twice the friction that is asked of them.
 SAPIEN tells the normal forces of contacts, not those of friction.
 """
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any, Self, TypeAlias
 
 import numpy as np
 
-from stability.engines.prescribed import PrescribedMotion
+from stability.engines.prescribed import Guided, PrescribedMotion
 from stability.engines.sapien.sapien_binding import sapien
 from stability.engines.sapien.sapien_settings import SapienSettings
 from stability.engines.shortest_turn import shortest_turn
 from stability.geometry.bounding_boxes import BoundingBoxes
 from stability.geometry.rotations import body_axes
-from stability.geometry.vectors import dot, scale
+from stability.geometry.vectors import add_scaled, dot, scale
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, ConvexShape, Plane, Pose, Quaternion, Vec3
 from stability.shapes.off_centre_box import MIDDLE, box_of
 from stability.shapes.scaled import half_lengths
@@ -41,6 +41,7 @@ class SceneBodies:
     scene: Any
     _bodies: dict[BodyId, Any] = field(default_factory=dict, init=False)
     _names: dict[Any, BodyId] = field(default_factory=dict, init=False)  # by entity
+    _guided: dict[BodyId, Guided] = field(default_factory=dict, init=False)
 
     @classmethod
     def opened(cls, settings: SapienSettings, gravity: float, friction: float) -> Self:
@@ -69,9 +70,32 @@ class SceneBodies:
     def step(self, parts: int, prescribed: PrescribedMotion) -> None:
         """Let one time step of the settings pass, in so many parts."""
         self.system.timestep = self.settings.time_step / parts
+        self._guide(prescribed.guided)
         for _ in range(parts):
             self._pull(prescribed.acceleration_W)
+            for brick, each in self._guided.items():
+                self._lead(brick, each)
             self.system.step()
+
+    def _guide(self, guided: Mapping[BodyId, Guided]) -> None:
+        """Let these bricks be guided from now on, and no others."""
+        before, self._guided = self._guided, dict(guided)
+        for brick, was in before.items():
+            if brick not in guided and was.carried:
+                self.wake(brick)
+                self._bodies[brick].linear_velocity = np.array(was.velocity_W)
+        for brick, each in guided.items():
+            self._bodies[brick].kinematic = each.carried
+
+    def _lead(self, brick: BodyId, each: Guided) -> None:
+        """Say how a brick moves in the coming engine step."""
+        state, body = self.state(brick), self._bodies[brick]
+        velocity_W, angular_velocity_W = each.motion(state)
+        if each.carried:
+            there_W = add_scaled(state.pose.position_W, self.system.timestep, velocity_W)
+            body.set_kinematic_target(_to_sapien(replace(state.pose, position_W=there_W)))
+        else:
+            body.linear_velocity, body.angular_velocity = np.array(velocity_W), np.array(angular_velocity_W)
 
     def _pull(self, acceleration_W: Vec3) -> None:
         """Let bricks feel how the planes accelerate: gravity belongs to the process, and forces last for a step."""
@@ -124,6 +148,7 @@ class SceneBodies:
 
     def remove(self, brick: BodyId) -> None:
         """Take a brick out."""
+        self._guided.pop(brick, None)
         entity = self._bodies.pop(brick).entity
         del self._names[entity]
         self.scene.remove_entity(entity)
@@ -131,6 +156,8 @@ class SceneBodies:
     def set_state(self, brick: BodyId, state: BodyState) -> None:
         """Put a brick that is not held somewhere else, in motion."""
         body = self._bodies[brick]
+        if self._guided.pop(brick, None) is not None:
+            body.kinematic = False  # what is guided no longer waits for a step to be free again
         body.entity_pose = _to_sapien(state.pose)
         body.linear_velocity = np.array(state.velocity_W)
         body.angular_velocity = np.array(state.angular_velocity_W)
@@ -166,13 +193,14 @@ class SceneBodies:
 
     def freeze(self, brick: BodyId) -> None:
         """Hold a brick where it is."""
+        self._guided.pop(brick, None)
         body = self._bodies[brick]
         body.linear_velocity = body.angular_velocity = np.zeros(3)
         body.kinematic = True
 
     def holds(self, brick: BodyId) -> bool:
         """Whether a brick is held."""
-        return bool(self._bodies[brick].kinematic)
+        return bool(self._bodies[brick].kinematic) and brick not in self._guided
 
     def wake(self, brick: BodyId) -> None:
         """Let a brick go that was held, at rest."""

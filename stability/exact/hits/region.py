@@ -19,7 +19,7 @@ from stability.graph import components, reached
 from stability.model import BodyId, Vec3
 from stability.shapes.apart import apart
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Contact
+from stability.statics.facts import Contact, by_place
 
 IN_LINE = 0.7  # cosine between a hit and the normal of a contact through which it goes on as it is
 # Share of the smallest side, a millimetre for a plank: a brick that is hit closes such a gap within the very step.
@@ -50,11 +50,16 @@ def region(assembly: Assembly, struck: Mapping[BodyId, Vec3], ride: bool) -> Reg
     large = [group for group in groups if len(group) >= FEWEST]
     riding = [group for group in large if ride and _may_ride(assembly, group)]
     return Region(
-        tuple(sorted((core | above).difference(*riding))),
-        tuple(tuple(sorted(group)) for group in riding),
-        tuple(sorted(lined)),
+        _upwards(assembly, (core | above).difference(*riding)),
+        tuple(_upwards(assembly, group) for group in riding),
+        _upwards(assembly, lined),
         in_wall=len(riding) < len(large),
     )
+
+
+def _upwards(assembly: Assembly, bricks: Collection[BodyId]) -> tuple[BodyId, ...]:
+    """In an order of places: an engine that is told of bricks in the order of their names would round by these."""
+    return tuple(sorted(bricks, key=lambda name: by_place(assembly.bricks[name])))
 
 
 def _behind(assembly: Assembly, brick: BodyId, along_W: Vec3) -> list[BodyId]:

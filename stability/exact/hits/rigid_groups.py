@@ -47,7 +47,7 @@ class RigidGroups(BrickObserver):
 
     def join(self, starts: Mapping[BodyId, Pose], touching: Mapping[BodyId, Collection[BodyId]], side: float) -> None:
         """Let bricks ride as one, from where they stand; `side` is their smallest [m]."""
-        lowest = sorted(starts, key=lambda brick: (starts[brick].position_W[2], brick))
+        lowest = sorted(starts, key=lambda brick: starts[brick].position_W[::-1])
         self._form(Group({brick: starts[brick] for brick in lowest}, touching, MOVED * side))
 
     def _form(self, group: Group) -> None:
@@ -87,7 +87,7 @@ class RigidGroups(BrickObserver):
 
     def watched(self, awake: Iterable[BodyId]) -> list[BodyId]:
         """The bricks to watch: those that move one by one, and the first of each group."""
-        return sorted(brick for brick in awake if self._first.get(brick, brick) == brick)
+        return [brick for brick in awake if self._first.get(brick, brick) == brick]
 
     def members(self, first: BodyId) -> tuple[BodyId, ...]:
         """The bricks of the group that a watched brick stands for, or the brick alone."""

@@ -14,7 +14,7 @@ from stability.exact.release import release_until_stable
 from stability.model import BodyId
 from stability.statics.assembly import Assembly
 from stability.statics.certificate import Tally
-from stability.statics.facts import Placed
+from stability.statics.facts import Placed, by_place
 
 FEW = 40  # bricks whose motion costs about a second for a second
 MOSTLY = 0.5  # share of a region that stands without what is struck, or it is woken whole
@@ -52,4 +52,4 @@ def _released(assembly: Assembly, bricks: Collection[BodyId], names_smallest: bo
 
 
 def _in_order(before: Mapping[BodyId, Placed], bricks: Collection[BodyId]) -> dict[BodyId, Placed]:
-    return {brick: before[brick] for brick in sorted(bricks)}
+    return {brick: before[brick] for brick in sorted(bricks, key=lambda name: by_place(before[name]))}

@@ -18,7 +18,7 @@ import numpy as np
 from stability.geometry.vectors import add_scaled
 from stability.statics.facts import Forces, Motion, Problem, Tolerances
 from stability.statics.proof import check_forces, check_motion
-from stability.statics.solvers.conic_program import Array, ConicProgram, Solver, clarabel_solve, solve
+from stability.statics.solvers.conic_program import SOLVED, Array, ConicProgram, Solver, clarabel_solve, solve
 from stability.statics.solvers.separating_motion import separating_velocities
 from stability.statics.solvers.wrench_matrix import Sparse, WrenchMatrix, wrench_matrix
 
@@ -26,7 +26,8 @@ MOST_CORRECTIONS = 3  # of forces; what they do not mend is no rounding
 HOPELESS = 1e-6  # share of what a brick carries: a residual above is no rounding
 FAINT = 1e-8  # share of a usual force by which even a contact that does not press may be corrected
 MIXED = (1e-11, 1e-9, 1e-7, 1e-5)  # shares of the speed of the fastest that a separating motion is mixed in with
-DENSE = 200  # columns up to which dense matrices are faster than the import of sparse ones
+DENSE = 90  # columns up to which dense matrices are faster than the import of sparse ones
+QUICK = 1e-9  # accuracy to which is asked only whether something falls
 QUIET = (1e-4, 1e-9, 0.0)  # shares of the largest speed below which a brick is first taken to stay
 
 
@@ -58,6 +59,19 @@ def balance(
             return Balance(forces, motion, "")
         notes.append(f"{build.__name__.strip('_')} to {accuracy:g}: {point.status}, but its point proves nothing")
     return Balance(None, None, "; ".join(notes))
+
+
+def falling_motion(
+    problem: Problem,
+    tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
+    solver: Solver = clarabel_solve,
+) -> Motion | None:
+    """A proven motion that lowers a problem; None if the solver says that there is none, which nobody has checked."""
+    system = wrench_matrix(problem)
+    point = solve(_held(system), QUICK, solver)
+    if isinstance(point, str) or point.status == SOLVED:
+        return None
+    return proven_motion(problem, system, point.x, tolerances)
 
 
 def _held(system: WrenchMatrix) -> ConicProgram:

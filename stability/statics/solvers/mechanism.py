@@ -1,13 +1,15 @@
 """Which part falls? From a motion that proves a fall, this finds one that moves as few bricks as possible.
 
-Parts that do not touch move without each other, so the smallest that gains is a proof by itself. Within it, the rest
-held fixed, the motion of least sum of speeds is asked for. Then as many of the lower bricks as possible are held fixed,
-and others one by one: a brick without which nothing falls is needed in every smaller set too. Last, of all motions of
-the bricks that are left, the one that they would start with is taken (Gauss: of least energy for what the loads gain).
+Parts that do not touch move without each other, so the smallest that gains is a proof by itself. Within it, as many of
+the slowest bricks as possible are held fixed, and of few bricks as many of the lowest before; then the motion of least
+sum of speeds is asked for, which leaves at rest what need not move; then each brick is held by itself, from the lowest
+on: one without which nothing falls is needed in every smaller set too. Last, of all motions of the bricks that are
+left, the one that they would start with is taken (Gauss: of least energy for what the loads gain).
 """
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
+from math import hypot
 
 import numpy as np
 
@@ -15,13 +17,16 @@ from stability.model import BodyId
 from stability.statics.facts import Motion, Problem, Tolerances
 from stability.statics.proof import check_motion
 from stability.statics.solvers.conic_program import Array, ConicProgram, Solver, clarabel_solve, solve
-from stability.statics.solvers.equilibrium import balance, proven_motion
+from stability.statics.solvers.equilibrium import falling_motion, proven_motion
 from stability.statics.solvers.fall_words import described
 from stability.statics.solvers.wrench_matrix import WrenchMatrix, wrench_matrix
 
 __all__ = ["described", "smallest_mechanism"]
 
-LARGE = 60  # bricks up to which a part is searched brick by brick; larger ones are asked about less often
+FEW = 3  # bricks that are asked about one by one at once
+LITTLE = 24  # bricks up to which as many of the lower ones as possible are held fixed first
+LARGE = 120  # bricks up to which the least sum of speeds is asked for
+SLOW = 0.05  # of the fastest: what is much slower than this counts no more than what is a bit slower
 QUIET = (1e-3, 1e-6, 1e-9)  # shares of the largest speed below which a brick is first taken to stay
 MOST_TRIES = 24  # of bricks held fixed one by one
 ACCURACIES = (1e-9, 1e-12)  # of the least speeds, asked for in turn until what is found is proven
@@ -39,7 +44,11 @@ def smallest_mechanism(
         return motion
     search = _Search(problem, tolerances, solver)
     least = search.alone(min(parts, key=lambda part: (len(part.velocity), min(part.velocity))))
-    return search.started(search.held(search.sparse(least)))
+    if len(least.velocity) > FEW:
+        if len(least.velocity) <= LITTLE:
+            least = search.first_held(least, search.upwards(least))
+        least = search.sparse(search.first_held(least, _slowest(least)))
+    return search.started(search.held(least))
 
 
 def _parts(problem: Problem, motion: Motion) -> Iterator[Motion]:
@@ -86,8 +95,11 @@ class _Search:
         )
 
     def sparse(self, motion: Motion) -> Motion:
-        """A motion within the given one, of the least sum of speeds for what the loads gain."""
-        if not 1 < len(motion.velocity) <= LARGE:
+        """A motion within the given one, of the least sum of speeds for what the loads gain, slow bricks counting more.
+
+        So what hardly moves comes to rest where it can.
+        """
+        if not FEW < len(motion.velocity) <= LARGE:
             return motion
         found = self._least(motion, by_brick=True)
         return self.alone(found) if found is not None else motion
@@ -100,8 +112,8 @@ class _Search:
         """A proven motion of least speed: the sum of those of the bricks, or of all as one, weighed by mass."""
         problem = self.of(motion.velocity)
         system = wrench_matrix(problem, whole=True)
-        weights = _by_speed(system) if by_brick else _by_energy(system, problem)
         columns = system.columns_of(motion)
+        weights = _by_slowness(system, columns) if by_brick else _by_energy(system, problem)
         gain = float(system.loads @ columns) / float(np.linalg.norm(weights * columns))
         program = _least_speed(system, weights, 6 if by_brick else len(columns), gain)
         for accuracy in ACCURACIES:
@@ -114,18 +126,14 @@ class _Search:
         return None
 
     def held(self, motion: Motion) -> Motion:
-        """A motion within the given one after bricks were held fixed: the lower ones, then one by one."""
-        motion = self._lower_held(motion)
-        left = MOST_TRIES
-        for name in self._upwards(motion):
-            if left > 0 and name in motion.velocity:
+        """A motion within the given one after bricks were held fixed one by one, from the lowest on."""
+        for name in self.upwards(motion)[:MOST_TRIES]:
+            if name in motion.velocity:
                 motion = self._without(motion, [name]) or motion
-                left -= LARGE if len(motion.velocity) > LARGE else 1
         return motion
 
-    def _lower_held(self, motion: Motion) -> Motion:
-        """A motion after as many of the lower bricks as possible were held fixed: the more, the harder to fall."""
-        order = self._upwards(motion)
+    def first_held(self, motion: Motion, order: Sequence[BodyId]) -> Motion:
+        """A motion after as many of the first bricks in an order as possible were held: the more, the harder."""
         held, too_many = 0, len(order)
         while held + 1 < too_many:
             middle = (held + too_many) // 2
@@ -141,12 +149,27 @@ class _Search:
         rest = set(motion.velocity) - set(fixed)
         if not rest:
             return None
-        found = balance(self.of(rest), self.tolerances, self.solver).motion
+        found = falling_motion(self.of(rest), self.tolerances, self.solver)
         return self.alone(found) if found is not None and self._proven(found) else None
 
-    def _upwards(self, motion: Motion) -> list[BodyId]:
+    def upwards(self, motion: Motion) -> list[BodyId]:
+        """What moves, from the lowest centre on."""
         heights = {name: self.problem.bricks[name].pose.position_W[2] for name in motion.velocity}
         return sorted(heights, key=lambda name: (heights[name], name))
+
+
+def _slowest(motion: Motion) -> list[BodyId]:
+    """What moves, from the slowest centre on."""
+    return sorted(motion.velocity, key=lambda name: (hypot(*motion.velocity[name][0]), name))
+
+
+def _by_slowness(system: WrenchMatrix, columns: Array) -> Array:
+    """What turns columns into speeds, each brick's over that which it has in a motion; up to a factor."""
+    weights = _by_speed(system)
+    speeds = np.linalg.norm((weights * columns).reshape(-1, 6), axis=1)
+    slowness = 1.0 / (speeds / speeds.max() + SLOW)
+    slow: Array = weights * np.repeat(slowness / slowness.max(), 6)
+    return slow
 
 
 def _by_speed(system: WrenchMatrix) -> Array:

@@ -16,7 +16,7 @@ from stability.statics.structure import Structure
 from stackdsl.judging.proofs import DISPROVED, stands_until
 from stackdsl.observations import KINDS, Seen
 from stackdsl.playing.after_collapse import time_of
-from stackdsl.timeline import Placement, Push, Removal, Shake, Timeline, leaves_to_engine
+from stackdsl.timeline import Hold, LetGo, Move, Placement, Push, Removal, Shake, Timeline, leaves_to_engine
 from stackdsl.trace import NUMERICAL_COLLAPSE, Cost, Verdict
 
 MOVES = "something is dropped, thrown or pushed"
@@ -76,7 +76,7 @@ class Assessment:
 
 def refusal(timeline: Timeline, assessor: Assessor) -> str:
     """Why an assessor can say nothing of a timeline; empty if it can."""
-    if any(leaves_to_engine(action) for action in timeline.actions):
+    if any(leaves_to_engine(action) for action in timeline.as_set_down().actions):
         return MOVES
     return assessor.refusal(contacts_in(timeline))
 
@@ -95,11 +95,11 @@ def assessed(timeline: Timeline, assessor: Assessor) -> Assessment:
     friction = next((contact.friction for contact in contacts_in(timeline)), timeline.world.friction)
     started, asked, level = perf_counter(), 0, 0
     there: dict[BodyId, Placed] = {}
-    for moment in timeline.moments():
+    for moment in timeline.as_set_down().moments():
         match moment:
             case Removal():
                 there = {name: placed for name, placed in there.items() if name not in moment.bricks}
-            case Push() | Shake():
+            case Push() | Shake() | Move() | Hold() | LetGo():
                 raise ValueError(MOVES)
             case _:
                 there |= {placement.brick.id: _placed(placement) for placement in moment}

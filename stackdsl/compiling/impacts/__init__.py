@@ -4,6 +4,7 @@ One module a kind; importing this package registers them all.
 """
 
 from stackdsl.compiling.impacts import drops as drops
+from stackdsl.compiling.impacts import handling as handling
 from stackdsl.compiling.impacts import pushes as pushes
 from stackdsl.compiling.impacts import removals as removals
 from stackdsl.compiling.impacts import throws as throws

@@ -45,7 +45,7 @@ def done(built: Built, scenario: Scenario, source: Source) -> Done:
             span = source.span_of(("impacts", number, impact.kind, miss.key))
             found.mistakes.append(Diagnostic(miss.code, span, miss.message, miss.hint))
         else:
-            found.actions += [(moment, action) for action in actions]
+            found.actions += [(moment._replace(time=action.time), action) for action in actions]
             coming += [Coming(number, moment, action) for action in actions if isinstance(action, Placement)]
     blocked = crossings(coming, _struck(built, scenario), scene.gravity)
     found.mistakes += [_blocked(crossing, scenario, source) for crossing in blocked]

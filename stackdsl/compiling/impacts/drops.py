@@ -8,7 +8,15 @@ from stability.model import Pose, Quaternion
 from stability.shapes.apart import in_place, meeting
 from stackdsl.compiling.fitting import OVERLAP
 from stackdsl.compiling.impacts.actions import actions_of
-from stackdsl.compiling.impacts.scene import MissError, Scene, Standing, aimed_at, keep_out_of_planes, middle_of
+from stackdsl.compiling.impacts.scene import (
+    MissError,
+    Scene,
+    Standing,
+    aimed_at,
+    keep_out_of_planes,
+    middle_of,
+    on_the_way,
+)
 from stackdsl.compiling.site import turned_pose
 from stackdsl.compiling.written_bricks import about_axes, about_z
 from stackdsl.language.impacts.drop import Drop
@@ -25,7 +33,7 @@ def dropped(drop: Drop, scene: Scene) -> tuple[Placement, ...]:
     down = rotate(inverse(scene.tilt), (0.0, 0.0, -1.0))  # in the frame of the scene
     middle = middle_of(below)
     falling = in_place(brick.shape, Pose(middle, orientation))
-    ways = [(other, meeting(falling, other.shape, down, OVERLAP)) for other in scene.resting]
+    ways = [(other, meeting(falling, other.shape, down, OVERLAP)) for other in on_the_way(falling, down, scene)]
     met = {other.name: way for other, way in ways if way is not None}
     # From the middle of what is below; less than zero is above.
     lands = min((met[other.name][0] for other in below if other.name in met), default=None)

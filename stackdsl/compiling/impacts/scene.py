@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import fsum
+from math import fsum, hypot
 
 from stability.model import BodyId, Brick, Plane, Pose, Quaternion, Vec3
 from stability.shapes.apart import InPlace, apart_from_plane, in_place
@@ -56,6 +56,16 @@ class Scene:
     def resting(self) -> list[Standing]:
         """The bricks whose place is known."""
         return [brick for brick in self.bricks if brick.is_there(self.moment) and not brick.let_go]
+
+
+def on_the_way(moving: InPlace, direction: Vec3, scene: Scene) -> Iterator[Standing]:
+    """The bricks that a body may meet which goes in a unit direction: of a tower, most lie beside the way."""
+    (px, py, pz), (dx, dy, dz), own = moving.middle_W, direction, hypot(*moving.reach)
+    for brick in scene.resting:
+        (mx, my, mz), reach = brick.shape.middle_W, brick.shape.reach
+        x, y, z = mx - px, my - py, mz - pz
+        if hypot(y * dz - z * dy, z * dx - x * dz, x * dy - y * dx) <= own + hypot(*reach):
+            yield brick
 
 
 class MissError(MistakeError):

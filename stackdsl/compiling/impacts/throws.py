@@ -3,15 +3,15 @@
 So it hits what it is aimed at from however far away it comes. It does not turn on its way.
 """
 
-from math import cos, hypot, inf, sin, sqrt
+from math import cos, inf, sin, sqrt
 
 from stability.geometry.rotations import rotate
 from stability.geometry.vectors import add_scaled, scale, subtract
 from stability.model import Brick, Pose, Vec3
-from stability.shapes.apart import InPlace, in_place, meeting
+from stability.shapes.apart import in_place, meeting
 from stackdsl.compiling.fitting import OVERLAP
 from stackdsl.compiling.impacts.actions import actions_of
-from stackdsl.compiling.impacts.scene import MissError, Scene, aimed_at, keep_out_of_planes, middle_of
+from stackdsl.compiling.impacts.scene import MissError, Scene, aimed_at, keep_out_of_planes, middle_of, on_the_way
 from stackdsl.compiling.site import turned_pose
 from stackdsl.compiling.written_bricks import about_z
 from stackdsl.language.impacts.throw import Throw
@@ -56,15 +56,6 @@ def _limit_height(throw: Throw, ahead_W: Vec3, scene: Scene) -> None:
     raise MissError("speed", "SD104", message, ", or ".join(remedies) or "throw it more slowly, or from nearer")
 
 
-def _may_meet(flying: InPlace, other: InPlace, towards: Vec3) -> bool:
-    """Whether a level flight comes by at all: of a tower, most bricks lie higher, lower or beside the way."""
-    if flying.low_W[2] >= other.high_W[2] or other.low_W[2] >= flying.high_W[2]:
-        return False
-    (x, y, _), (ahead_x, ahead_y, _) = subtract(other.p_WC, flying.p_WC), towards
-    reach = hypot(*flying.reach[:2]) + hypot(*other.reach[:2])
-    return abs(ahead_x * y - ahead_y * x) <= reach
-
-
 def _direction_from(bearing: float) -> Vec3:
     """Of the flight along the ground, rounded to where processors agree on it."""
     return (0.0 - round(cos(bearing), 15), 0.0 - round(sin(bearing), 15), 0.0)
@@ -75,8 +66,7 @@ def _start(brick: Brick, throw: Throw, towards: Vec3, scene: Scene) -> Pose:
     aim = middle_of(aimed_at(throw.at, scene, "at"))
     orientation = about_z(throw.from_.bearing + throw.turn)
     flying = in_place(brick.shape, Pose(aim, orientation))
-    near = (other.shape for other in scene.resting if _may_meet(flying, other.shape, towards))
-    ways = [meeting(flying, other, towards, OVERLAP) for other in near]
+    ways = [meeting(flying, other.shape, towards, OVERLAP) for other in on_the_way(flying, towards, scene)]
     nearest = min((way[0] for way in ways if way is not None), default=None)
     if nearest is None:
         hint = "aim at a brick, take another bearing, or `turn: 90 deg` to let it come broadside"

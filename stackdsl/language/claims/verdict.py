@@ -1,8 +1,9 @@
 """What statics says of the structure after its last change."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from math import inf
-from typing import ClassVar, Literal, Self
+from typing import ClassVar, Final, Literal, Self
 
 from pydantic import GetCoreSchemaHandler
 from pydantic_core import CoreSchema, core_schema
@@ -11,13 +12,15 @@ from stackdsl.language.claims.claim_kind import ClaimKind, Fate, claim
 from stackdsl.language.claims.finding import Finding
 from stackdsl.trace import Trace
 
+CERTAINTY: Final = ("guaranteed", "possible")  # of what is stable: the only thing that can happen, or one that can
+
 
 @claim("verdict", "what statics says of the structure after its last change")
 @dataclass(frozen=True)
 class Verdict(ClaimKind):
     """What statics says of the structure after its last change; written as one word."""
 
-    word: Literal["stable", "unstable", "undecided"]
+    word: Literal["stable", "guaranteed", "possible", "unstable", "undecided"]
 
     needs_statics: ClassVar[bool] = True
     needs_aftermath: ClassVar[bool] = False
@@ -25,15 +28,23 @@ class Verdict(ClaimKind):
 
     @classmethod
     def __get_pydantic_core_schema__(cls, _source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
-        word = handler.generate_schema(Literal["stable", "unstable", "undecided"])
+        word = handler.generate_schema(Literal["stable", "guaranteed", "possible", "unstable", "undecided"])
         return core_schema.no_info_after_validator_function(cls, word)
 
     @property
     def fate(self) -> Fate | None:
-        return None if self.word == "undecided" else Fate(stands=self.word == "stable")
+        return None if self.word == "undecided" else Fate(stands=self.word != "unstable")
+
+    @property
+    def needed_margins(self) -> Collection[str]:
+        return ("guaranteed",) if self.word in CERTAINTY else ()
 
     def is_apart_from(self, other: Self) -> bool:
-        return self.word != other.word
+        return self._stability != other._stability or {self.word, other.word} == set(CERTAINTY)
+
+    @property
+    def _stability(self) -> str:
+        return "stable" if self.word in CERTAINTY else self.word
 
     def is_decided(self, trace: Trace) -> bool:
         return not trace.gone  # it is asked anew when something is pulled out
@@ -43,4 +54,7 @@ class Verdict(ClaimKind):
         if trace.statics is None:
             return Finding("nothing was set down at rest", inf, "", passed=False)
         reason = f": {trace.statics.reason}" if trace.statics.reason else ""
-        return Finding(f"{trace.statics.stability}{reason}", inf, "", passed=trace.statics.stability == self.word)
+        said, sure = str(trace.statics.stability), trace.margins.guaranteed
+        if self.word in CERTAINTY and said == "stable":
+            said = "stable, of which nothing stands at the end" if sure is None else CERTAINTY[0 if sure else 1]
+        return Finding(f"{said}{reason}", inf, "", passed=said == self.word)

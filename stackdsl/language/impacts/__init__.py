@@ -9,3 +9,5 @@ from stackdsl.language.impacts import insert as insert
 from stackdsl.language.impacts import throw as throw
 from stackdsl.language.impacts import push as push
 from stackdsl.language.impacts import drop as drop
+from stackdsl.language.impacts import move as move
+from stackdsl.language.impacts import hold as hold

@@ -43,6 +43,11 @@ class ImpactKind(AuthorModel):
         return ()
 
     @property
+    def lasts(self) -> float:
+        """How long it goes on, so that what comes after it has to wait [s]."""
+        return 0.0
+
+    @property
     def struck(self) -> Iterable[BodyId]:
         """The bricks whose own way ends with it, so that from then on only a run can tell where they are."""
         return ()

@@ -9,6 +9,7 @@ import pytest
 
 from stackdsl.api import scenario, single_bricks
 from stackdsl.language.bricks import PlacedBrick
+from stackdsl.language.imports import Import
 from stackdsl.language.schema import models
 from tests.paths import ROOT
 
@@ -47,4 +48,6 @@ def test_a_brick_takes_the_keys_of_the_language() -> None:
     step = {"each" if key == "bricks" else "when" if key == "at" else key for key in models().BuildStep.model_fields}
     from stackdsl.language.layouts.registry import LAYOUTS  # noqa: PLC0415 -- all registered by now
 
-    assert set(inspect.signature(single_bricks.bricks).parameters) == step - {"repeat", "until", *LAYOUTS}
+    assert set(inspect.signature(single_bricks.bricks).parameters) == step - {"repeat", "until", "imported", *LAYOUTS}
+    taken = set(inspect.signature(single_bricks.imported).parameters)
+    assert taken == {*Import.model_fields, *step} - {"repeat", "until", "imported", "each", "brick", *LAYOUTS}

@@ -63,6 +63,15 @@ def test_what_is_hit_is_played_to_its_end_whatever_is_known() -> None:
     assert jobs_of([case], ["exact"], [1.0])[0].case.timeline.aftermath
 
 
+@pytest.mark.parametrize(
+    ("skip", "played"),
+    [("skip: too slow", []), ("skip: {reason: too slow, system: tuned}", ["exact"]), ("", ["exact", "tuned"])],
+)
+def test_what_its_author_wants_skipped_is_not_played(skip: str, played: list[str]) -> None:
+    case = case_of("- column: {levels: 1}", f"systems: [exact, tuned]\n{skip}\n")
+    assert [job.system for job in jobs_of([case], ["exact", "tuned"], [1.0])] == played
+
+
 def test_every_case_is_played_on_every_system_at_every_step_whatever_its_scenario_names() -> None:
     assert [(job.name, job.system, job.factor) for job in jobs()] == [
         ("scene", "exact", 1.0),

@@ -19,6 +19,7 @@ WALL_TIMES = (
     ".cost.updates.median",
     ".cost.updates.worst",
     ".statics.seconds",
+    ".disproof.seconds",
 )  # all in a trace that no physics decides
 
 

@@ -139,7 +139,7 @@ def test_all_that_a_run_tells_is_compared(cases: tuple[Case, ...]) -> None:
 def test_the_scenes_show_what_they_are_to(bits: Mapping[str, Bits]) -> None:
     fell = {name for name, told in bits.items() if ".collapse" not in told}
     assert {name for name in bits if name.startswith(("collapse", "v-slips", "ladder-slips"))} <= fell
-    assert all(int(told[".cost.steps"]) > 100 for told in bits.values())
+    assert all(int(told[".cost.steps"]) > 50 for told in bits.values())  # some slip as statics say, to their middle
 
 
 def test_two_planks_of_the_collapse_fall_as_one(cases: tuple[Case, ...], monkeypatch: pytest.MonkeyPatch) -> None:
@@ -195,7 +195,8 @@ def test_a_check_gives_the_same_with_any_workers_and_hashes_and_whatever_files_a
     assert [case.name for case in cases] != list(bits), "the files should be found in another order"
     traces = checked(cases, Terms(tmp_path / "golden", update=True, workers=workers), monkeypatch)
     assert_same({case.name: with_golden(case, trace) for case, trace in zip(cases, traces, strict=True)}, bits)
-    goldens = {path.name: path.read_text(encoding="ascii") for path in (tmp_path / "golden").iterdir()}
+    golden = tmp_path / "golden"
+    goldens = {file.relative_to(golden).as_posix(): file.read_text(encoding="ascii") for file in golden.rglob("*.json")}
     assert goldens == {golden_name(case.identity): bits[case.name]["golden"] for case in cases}
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from stability.model import Brick, Pose
+from stability.model import BodyState, Brick, Pose
 from stability.shapes.box import Box
 from stackdsl.checking.gathering import Case
 from stackdsl.checking.one_case import play_case, play_refined, played_or_blocked
@@ -100,6 +100,23 @@ def test_what_lies_deepest_in_the_way_is_named() -> None:
         keep_clear(placed("late", 0.0), watch)
     assert raised.value.blocked.by == "below"
     assert raised.value.blocked.depth == pytest.approx(0.0058)
+
+
+@pytest.mark.parametrize(("lift", "told"), [(0.005, True), (0.003, False)])
+def test_what_tipped_without_falling_is_in_the_way_where_it_is_halfway_in(lift: float, told: bool) -> None:
+    #   A plank on the ground comes up by 5 mm, which is more than half of the 7.8 mm that the next one is thick.
+    watch = Watch()
+    watch.add(placed("first", 0.0039))
+    pose = Pose((0.0, 0.0, 0.0039 + lift), (0.0, 0.0, 0.0, 1.0))
+    watch.see(1.0, {"first": BodyState(pose, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))})
+    second = placed("second", 0.0117)
+    if not told:
+        keep_clear(second, watch)
+        return
+    with pytest.raises(BlockedPlacementError) as raised:
+        keep_clear(second, watch)
+    assert raised.value.blocked.by == "first"
+    assert raised.value.blocked.depth == pytest.approx(lift)
 
 
 def placed(name: str, height: float, arrival: Arrival = Arrival.SET_DOWN) -> Placement:

@@ -51,11 +51,23 @@ def test_a_difference_waits_is_accepted_and_then_the_same(stackdsl: Stackdsl, tm
 
 
 def test_what_agrees_again_no_longer_waits(stackdsl: Stackdsl, tmp_path: Path, locked: Path) -> None:
+    stackdsl("check")
     change(tmp_path, MOVED)
     stackdsl("check")
     change(tmp_path, GOOD)
-    stackdsl("check", "--no-cache")
+    assert "1 remembered" in stackdsl("check").out
     assert stackdsl("golden", "status").code == 0
+
+
+def test_a_rename_that_was_taken_back_takes_no_golden_file_away(
+    stackdsl: Stackdsl, tmp_path: Path, locked: Path
+) -> None:
+    change(tmp_path, GOOD.replace("good", "better"))
+    stackdsl("check")
+    change(tmp_path, GOOD)
+    stackdsl("check")
+    stackdsl("golden", "accept")
+    assert locked.exists()
 
 
 def test_a_rejected_difference_leaves_the_golden_file(stackdsl: Stackdsl, tmp_path: Path, locked: Path) -> None:
@@ -112,6 +124,27 @@ def test_a_rename_is_seen_as_one(stackdsl: Stackdsl, tmp_path: Path, locked: Pat
     assert not locked.exists()
     assert json.loads((tmp_path / "golden" / "better" / "exact.json").read_text()) == {**was, "scenario": "better"}
     assert stackdsl("check", CI="true").code == 0
+
+
+@pytest.mark.parametrize(
+    ("golden", "renamed_from"),
+    [
+        ("golden/../../outside.json", ""),
+        ("golden/a/exact.json", "precious"),
+        ("golden/a/exact.json", "golden/../precious"),
+    ],
+)
+def test_what_waits_reaches_golden_files_alone(
+    stackdsl: Stackdsl, tmp_path: Path, locked: Path, golden: str, renamed_from: str
+) -> None:
+    precious = write(tmp_path, "precious", "precious")
+    change(tmp_path, MOVED)
+    stackdsl("check")
+    (file,) = (tmp_path / ".stackdsl" / "pending").iterdir()
+    forged = {"golden": golden, "renamed_from": renamed_from, "against": ""}
+    file.write_text(json.dumps({**json.loads(file.read_text()), **forged}))
+    stackdsl("golden", "accept")
+    assert (precious.exists(), (tmp_path.parent / "outside.json").exists()) == (True, False)
 
 
 def test_another_scene_under_another_name_is_no_rename(stackdsl: Stackdsl, tmp_path: Path, locked: Path) -> None:

@@ -16,8 +16,10 @@ def test_a_new_project_is_checked_and_green(stackdsl: Stackdsl, tmp_path: Path) 
     assert json.loads((home / ".vscode" / "settings.json").read_text())["yaml.schemas"]
     workflow = yaml.safe_load((home / ".github" / "workflows" / "stackdsl.yml").read_text())
     assert workflow["jobs"]["check"]["steps"][-1]["run"] == "stackdsl check scenarios"
-    first = ended(home, "check", "--update")
+    assert "then: stackdsl check, which writes the first golden file" in begun.out
+    first = ended(home, "check")
     assert first.code == 0, first.text
+    assert list((home / "golden").rglob("*.json"))
     assert ended(home, "check").code == 0
 
 
@@ -63,6 +65,33 @@ def test_doctor_tells_what_is_there_and_what_is_not(stackdsl: Stackdsl, tmp_path
     again = stackdsl("doctor")
     assert "ok     1 files in scenarios" in again.out
     assert "scenario.schema.json is of another version; write it anew by: stackdsl schema >" in again.out
+
+
+def test_doctor_looks_where_the_project_says_from_wherever_it_is_called(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    (tmp_path / "pyproject.toml").write_text('[tool.stackdsl]\nscenarios = "towers"\ngolden = "locked"\n')
+    (tmp_path / "towers").mkdir()
+    (tmp_path / "towers" / "one.yaml").write_text("scenario: one\nbuild: [column: {levels: 1}]\n")
+    told = ended(tmp_path / "towers", "doctor")
+    assert f"the root of the project is {tmp_path.resolve()}" in told.out
+    assert "ok     1 files in ." in told.out
+    (tmp_path / "pyproject.toml").write_text("[tool.stackdsl]\ngoldens = 'locked'\n")
+    wrong = ended(tmp_path, "doctor")
+    assert (wrong.code, "unknown key 'goldens'" in wrong.out) == (1, True)
+
+
+def test_what_a_scenario_takes_from_is_inside_the_root_that_its_goldens_belong_to(
+    stackdsl: Stackdsl, tmp_path: Path
+) -> None:
+    (tmp_path / "stackdsl.toml").write_text("")
+    (tmp_path / "_part.yaml").write_text("build: [column: {levels: 1}]\n")
+    inner = tmp_path / "package"
+    inner.mkdir()
+    (inner / "pyproject.toml").write_text("[project]\nname = 'other'\n")  # marks no project of ours
+    (inner / "one.yaml").write_text("scenario: one\nbuild: [include: ../_part.yaml]\n")
+    assert stackdsl("check", "package/one.yaml", "--statics").code == 0
+    (inner / "pyproject.toml").write_text("[tool.stackdsl]\n")
+    told = stackdsl("check", "package/one.yaml", "--statics")
+    assert (told.code, "leads outside of the project" in told.text) == (2, True)
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])

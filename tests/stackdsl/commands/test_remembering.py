@@ -157,3 +157,19 @@ def test_what_a_file_takes_from_another_is_part_of_what_it_is(stackdsl: Stackdsl
     write(tmp_path, part.replace("0 mm, 0 mm, 27.3", "4 mm, 0 mm, 27.3"), "_more.yaml")
     changed = stackdsl("check", "scene.yaml")
     assert (changed.code, "more.top" in changed.out) == (3, True)
+
+
+@pytest.mark.parametrize("moved", ["root", "link"])
+def test_what_now_leads_outside_is_a_mistake_though_it_passed(stackdsl: Stackdsl, tmp_path: Path, moved: str) -> None:
+    project, elsewhere = tmp_path / "project", tmp_path / "elsewhere.yaml"
+    root = write(project, "", "stackdsl.toml")
+    part = write(project, "expect:\n  - stands: all\n", "_part.yaml")
+    write(project, GOOD.partition("expect")[0] + "expect:\n  - include: ../_part.yaml\n", "below/scene.yaml")
+    for _ in range(2):
+        assert stackdsl("check", "project/below", "--golden", "golden").code == 0
+    if moved == "root":
+        root.unlink()
+    else:
+        part.rename(elsewhere)
+        part.symlink_to(elsewhere)
+    assert "leads outside" in stackdsl("check", "project/below", "--golden", "golden").out

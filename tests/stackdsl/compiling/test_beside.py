@@ -3,8 +3,14 @@
 from math import sqrt
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from stability.model import Vec3
+from stability.model import Plane, Pose, Vec3
+from stability.shapes.box import Box
+from stackdsl.compiling.naming import footings_of, levels_of, names_of
+from stackdsl.compiling.standing import Standing
+from stackdsl.compiling.written_bricks import WrittenBrick
 from tests.scenes import mistakes_of, timeline_of
 
 BASE = "- bricks:\n    - {name: beam, on: ground, offset: [1 m, 0, 0]}\n"
@@ -125,7 +131,22 @@ def test_a_brick_has_one_place(brick: str, code: str) -> None:
     assert (mistake.code, mistake.span.line) == (code, 5)
 
 
-def test_names_by_place_are_not_worked_out_for_ever() -> None:
-    bricks = "\n".join(f"    - {{on: L1.{n}, offset: [1 m, 0, -7.8 mm]}}" for n in range(1, 1000))
-    (mistake,) = mistakes_of(f"- bricks:\n    - {{on: ground}}\n{bricks}")
+@given(st.lists(st.tuples(st.integers(0, 3), st.integers(-1, 4), st.booleans()), min_size=1, max_size=12))
+@settings(max_examples=60, deadline=None)
+def test_names_by_place_are_those_of_all_bricks_at_once(heap: list[tuple[int, int, bool]]) -> None:
+    planes = [Plane("ground", (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5)]
+    written, step, one_by_one = list[WrittenBrick](), 0, Standing(planes)
+    for x, z, begins_a_step in heap:
+        step += begins_a_step
+        path, pose = ("build", step, "bricks", 0), Pose((0.05 * x, 0.0, 0.0039 + 0.0078 * z), (0.0, 0.0, 0.0, 1.0))
+        written.append(WrittenBrick(path, step, Box((0.1176, 0.0234, 0.0078)), 0.012, pose, None, None))
+        one_by_one.take_in(written, "L1.1")
+        levels = levels_of(written, footings_of(written, planes))
+        named = {name: number for number, name in enumerate(names_of(written, levels))}
+        assert (one_by_one.levels, one_by_one.named) == (levels, named)
+
+
+def test_names_by_place_are_not_worked_out_anew_for_ever() -> None:
+    bricks = "\n".join(["    - {on: L1.1, offset: [0, 0, -15.6 mm]}"] * 300)
+    (mistake,) = mistakes_of(f"- bricks:\n    - {{at: [0, 0, 10 m]}}\n{bricks}")
     assert (mistake.code, "names have to be worked out" in mistake.message) == ("SD206", True)

@@ -11,6 +11,7 @@ from stability.statics.facts import Stability, Verdict
 from stackdsl.judging.judge import compare_with_truth, judge
 from stackdsl.judging.margins import ALL, margins_of
 from stackdsl.outcome import Outcome
+from stackdsl.proof_margins import Margins
 from stackdsl.timeline import World
 from stackdsl.trace import BrickState, BrickTrack, Collapse, Cost, Edge, Energy, Penetration, Sway, Trace
 from tests.scenes import compiled, scene
@@ -235,6 +236,28 @@ def test_a_verdict_is_what_statics_said_when_the_last_bricks_were_set_down(
     found = outcome(f"verdict: {claim}", replace(STANDING, statics=Verdict(Stability(stability), reason="so it is")))
     assert found.passed is passed
     assert found.measured == f"{stability}: so it is"
+
+
+@pytest.mark.parametrize(
+    ("guaranteed", "claim", "passed"),
+    [
+        (True, "guaranteed", True),
+        (True, "possible", False),
+        (False, "possible", True),
+        (False, "guaranteed", False),
+        (True, "stable", True),
+        (None, "guaranteed", False),
+    ],
+)
+def test_what_is_stable_is_guaranteed_or_possible(guaranteed: bool | None, claim: str, passed: bool) -> None:
+    trace = replace(STANDING, statics=Verdict(Stability.STABLE), margins=Margins(guaranteed=guaranteed))
+    assert outcome(f"verdict: {claim}", trace).passed is passed
+
+
+def test_what_falls_is_neither_guaranteed_nor_possible() -> None:
+    trace = replace(STANDING, statics=Verdict(Stability.UNSTABLE))
+    assert not outcome("verdict: guaranteed", trace).passed
+    assert not outcome("verdict: possible", trace).passed
 
 
 def test_without_any_brick_set_down_there_is_no_verdict() -> None:

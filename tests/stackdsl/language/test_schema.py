@@ -251,7 +251,7 @@ def test_the_schema_is_a_valid_one() -> None:
 
 
 def test_a_layout_of_the_registry_is_a_key_of_a_step() -> None:
-    assert set(LAYOUTS) | {"bricks", "name", "brick", "every", "until", "at", "after", "repeat"} == set(
+    assert set(LAYOUTS) | {"bricks", "name", "brick", "every", "until", "place", "at", "after", "repeat"} == set(
         models().BuildStep.model_fields
     )
     assert set(keys_at(("build", 0))) == set(models().BuildStep.model_fields) | {"include"}

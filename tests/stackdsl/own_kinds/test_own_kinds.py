@@ -116,7 +116,7 @@ def test_they_are_played_judged_reported_and_locked(tmp_path: Path, monkeypatch:
     assert all(passed(result) for result in report.results)
     assert "shaken-stairs" in report_text(report)
     assert '"name": "tilts"' in report_json(report)
-    (locked,) = [json.loads(file.read_text(encoding="utf-8")) for file in (tmp_path / "golden").glob("*exact*")]
+    (locked,) = [json.loads(file.read_text(encoding="utf-8")) for file in (tmp_path / "golden").rglob("*exact*")]
     assert "L3.1" in json.dumps(locked)
     again = check(gathering, gathering.cases, whole_set=True, terms=Terms(terms.golden))
     assert not any(result.golden_failed for result in again.results)

@@ -5,12 +5,19 @@ from math import acosh, asin, cos, degrees, hypot, pi, sin, sqrt
 import pytest
 
 from stackdsl.playing.runner import play
-from stackdsl.systems.known_systems import system_named
+from stackdsl.systems.known_systems import missing, system_named
 from stackdsl.trace import BrickState, Trace, Verdict
 from tests.scenes import timeline_of
 
 GRAVITY = 9.81
-ENGINES = ["exact", "tuned", "mujoco", "sapien"]
+ENGINES = [
+    "exact",
+    "tuned",
+    *(
+        pytest.param(peer, marks=pytest.mark.skipif(bool(missing([peer])), reason=f"{peer} is not installed"))
+        for peer in ("mujoco", "sapien")
+    ),
+]
 
 
 def shaken(build: str, shake: str, system: str = "exact", rest: str = "") -> Trace:

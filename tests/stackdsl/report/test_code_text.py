@@ -6,16 +6,19 @@ import pytest
 
 from stackdsl.checking.gathering import cases_of, gather
 from stackdsl.checking.one_case import play_case
+from stackdsl.checking.results import held_up
 from stackdsl.diagnostics import CODES
+from stackdsl.importing.expansion import whole
 from stackdsl.playing.clearance import BlockedPlacementError
-from stackdsl.reading.source import MAX_BYTES, MAX_DEPTH, load, parse
+from stackdsl.reading.composing import Library
+from stackdsl.reading.source import MAX_BYTES, MAX_DEPTH, Loaded, load, parse
 from stackdsl.report.code_text import code_text, entries
 from tests.paths import ROOT
 
 ENTRIES = entries()
 PAGE = (ROOT / "stackdsl" / "diagnostics.md").read_text(encoding="utf-8")
-OF_A_RUN = "SD208"
-EXAMPLES = {code: entry.example for code, entry in ENTRIES.items() if entry.example and code != OF_A_RUN}
+OF_A_RUN = ("SD208", "SD210")
+EXAMPLES = {code: entry.example for code, entry in ENTRIES.items() if entry.example and code not in OF_A_RUN}
 
 
 def test_every_code_has_an_entry_and_every_entry_a_code() -> None:
@@ -37,11 +40,22 @@ def test_an_example_gives_its_code_alone(code: str, tmp_path: Path) -> None:
     assert {mistake.code for mistake in gather([file]).diagnostics} == {code}
 
 
-def test_the_example_of_a_run_is_held_up_by_what_has_moved() -> None:
-    (case,), mistakes = cases_of(parse(ENTRIES[OF_A_RUN].example or "", "example.yaml"))
+@pytest.mark.parametrize("code", OF_A_RUN)
+def test_the_example_of_a_run_is_held_up_by_what_is_in_the_way(code: str) -> None:
+    (case,), mistakes = cases_of(parse(ENTRIES[code].example or "", "example.yaml"))
     assert mistakes == []
-    with pytest.raises(BlockedPlacementError):
+    with pytest.raises(BlockedPlacementError) as held_up_by:
         play_case(case.timeline, case.system)
+    told = held_up(case, held_up_by.value.blocked).mistake
+    assert told is not None
+    assert told.code == code
+    assert told.hint
+
+
+def imported(file: str, folder: Path) -> Loaded:
+    """A scenario that imports a file of a folder."""
+    text = f"scenario: load\nbuild:\n  - import: {{file: {file}}}\n"
+    return whole(parse(text, str(folder / "load.yaml")), Library())
 
 
 def test_what_has_no_short_example_is_given_by_what_its_entry_describes(tmp_path: Path) -> None:
@@ -50,14 +64,18 @@ def test_what_has_no_short_example_is_given_by_what_its_entry_describes(tmp_path
     large.write_text("#" * (MAX_BYTES + 1))
     deep = "[" * (MAX_DEPTH + 1) + "]" * (MAX_DEPTH + 1)
     in_the_air = "".join(f"      - {{at: [0 mm, 0 mm, {n} m]}}\n" for n in range(1, 102))
+    (tmp_path / "load.csv").write_text("length [mm]\n1\n")
+    (tmp_path / "load.json").write_text("[{}")
     given = {
         "SD001": load(tmp_path / "nothing.yaml"),
         "SD002": load(latin),
         "SD006": load(large),
         "SD007": parse(f"scenario: tower\nbuild: {deep}\n", "deep.yaml"),
+        "SD114": imported("load.json", tmp_path),
+        "SD115": imported("load.csv", tmp_path),
         "SD111": parse(f"scenario: many\nbuild:\n  - bricks:\n{in_the_air}", "many.yaml"),
     }
-    assert set(given) == ENTRIES.keys() - EXAMPLES.keys() - {OF_A_RUN}
+    assert set(given) == ENTRIES.keys() - EXAMPLES.keys() - {*OF_A_RUN}
     for code, loaded in given.items():
         assert code in [mistake.code for mistake in cases_of(loaded)[1]]
 

@@ -57,6 +57,17 @@ def test_a_table_of_values_has_a_column_a_variable_in_si() -> None:
     assert (rows[0]["variable_kind"], rows[0]["verdict"], rows[0]["collapse_level"]) == ("kapla", "collapses", "9")
 
 
+def test_no_file_name_is_a_formula_of_a_spreadsheet() -> None:
+    (row,) = csv.DictReader(StringIO(report_csv(report(replace(PASSED, file="=1+1.yaml")))))
+    assert row["file"] == "./=1+1.yaml"
+
+
+def test_no_text_of_an_author_is_a_command_of_github() -> None:
+    told = replace(MISTAKE, message="unknown key 'a\n::stop-commands::b'")
+    lines = report_github(report(diagnostics=[told] * 12)).splitlines()
+    assert not [line for line in lines if line.lstrip().startswith("::") and not line.startswith("::error")]
+
+
 def test_junit_counts_what_failed_what_crashed_and_what_is_wrong() -> None:
     root = ET.fromstring(report_junit(FULL))
     (suite,) = [suite for suite in root if suite.get("name") == "scenarios/slant.yaml"]

@@ -82,7 +82,7 @@ UNREADABLE = {
     "not UTF-8": (b"\xff\xfe{}", "not UTF-8"),
     "no object": (b"[1]", "no object"),
     "no format": (b"{}", "its format is none, this version reads 1"),
-    "another format": (b'{"format": 0}', "its format is 0, this version reads 1; write it anew with --update"),
+    "another format": (b'{"format": 0}', "its format is 0, this version reads 1 and 2; write it anew with --update"),
     "a format that is no number": (b'{"format": true}', "its format is True, this version reads 1"),
     "a key that nobody reads": (b'{"format": 1, "verdicts": "stands"}', "the file has an unknown key 'verdicts'"),
     "one of a brick": (b'{"format": 1, "bricks": {"a": {"stat": 1}}}', "'a' has an unknown key 'stat'"),
@@ -221,6 +221,15 @@ def test_what_the_disk_refuses_to_remove_is_left_and_the_rest_removed(tmp_path: 
     assert [entry.name for entry in tmp_path.iterdir()] == ["stays[x].json"]
 
 
+def test_what_is_behind_a_link_is_no_obsolete_file(tmp_path: Path) -> None:
+    elsewhere, golden = tmp_path / "elsewhere", tmp_path / "golden"
+    elsewhere.mkdir()
+    golden.mkdir()
+    (elsewhere / "exact.json").write_text('{"format": 1}', encoding="utf-8")
+    (golden / "linked").symlink_to(elsewhere)
+    assert obsolete(golden, [], whole_set=True) == ()
+
+
 def test_a_directory_that_cannot_be_read_has_nothing_known_as_obsolete(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -286,9 +295,9 @@ def test_a_pipe_in_place_of_a_golden_is_not_waited_for(tmp_path: Path) -> None:
 
 def test_what_a_newer_version_wrote_is_left_alone(tmp_path: Path) -> None:
     path = place(tmp_path)
-    path.write_text('{"format": 2}', encoding="utf-8")
+    path.write_text('{"format": 3}', encoding="utf-8")
     for update in (False, True):
         result = check_golden(STANDS, tmp_path, update)
         assert result.status is GoldenStatus.NEWER
         assert "update stackdsl" in result.note
-    assert path.read_text(encoding="utf-8") == '{"format": 2}'
+    assert path.read_text(encoding="utf-8") == '{"format": 3}'

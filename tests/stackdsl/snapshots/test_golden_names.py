@@ -50,6 +50,10 @@ ALIKE = st.text(st.sampled_from("ab=-_,./%1"), max_size=8)
 @example(("a", "b"), ("A", "b"))
 @example(("a", "b=1"), ("a", "B=1"))
 @example(("x" * 80, ""), ("x" * 79 + "y", ""))
+@example(("x" * 80, ""), (golden_name(Identity("x" * 80, "", "")).split("/")[0], ""))
+@example(
+    ("a", "b=C"), ("a", golden_name(Identity("a", "b=C", "")).split("/")[1].removesuffix(".json").replace("-", "=", 1))
+)
 def test_no_two_variants_share_a_file_on_any_disk(one: tuple[str, str], other: tuple[str, str]) -> None:
     names = [golden_name(Identity(*names, system="")) for names in (one, other)]
     assert (names[0].casefold() == names[1].casefold()) is (one == other)

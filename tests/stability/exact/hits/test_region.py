@@ -20,7 +20,9 @@ def hit(assembly: Assembly, brick: BodyId, along_W: Vec3 = FROM_BEHIND, ride: bo
 
 
 def names(*levels: int) -> list[BodyId]:
-    return sorted(four_stack(levels))
+    """Upwards; on a level, by x and y."""
+    stack = four_stack(levels)
+    return sorted(stack, key=lambda name: (stack[name].position_W[2], stack[name].position_W))
 
 
 def test_a_hit_at_level_3_moves_levels_2_to_4_one_by_one_and_all_above_as_one() -> None:

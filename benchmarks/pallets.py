@@ -1,0 +1,154 @@
+"""The 522 pallets that come with the package `pallet-sim`: what statics says of each, and how long it takes to say so.
+
+Each pallet is read by `stackdsl.importing`, compared with what the package's own reader gives, and set down at once,
+cold, with a friction of 0.4: after each box was lowered until it touched, and where gaps of up to 5 mm touch. Then
+the same box by box: how long one placement takes. Times are of the processor. It needs
+`pip install --no-deps pallet-sim`.
+
+Run: python -m benchmarks.pallets [--write]
+"""
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from statistics import quantiles
+from time import process_time
+from typing import Final
+
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+from benchmarks.figures.data import Row
+from benchmarks.figures.recording import parser, record
+from benchmarks.pallet_orders import DECK, Order, orders, read_by_package
+from stability.model import GROUND, Brick, Plane, Pose
+from stability.shapes.box import Box
+from stability.statics.assembly import Assembly
+from stability.statics.facts import Placed, Stability
+from stability.statics.margins.guarantee import guarantee
+from stackdsl.importing.load import ImportedLoad
+from stackdsl.importing.load_formats import read_load
+from stackdsl.importing.settling import settled
+from stackdsl.language.imports import Import
+
+FRICTION: Final = 0.4
+WAYS: Final = ("down", "within 5 mm")
+SAME: Final = 1e-9  # [m, kg] as far as the other reader rounds
+COUNTS: Final = ("pallets", "boxes", "stable", "guaranteed", "possible", "unstable", "undecided")
+KEYS: Final = (*COUNTS, "seconds", "worst_s", "named_most", "placement_99_ms")
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """What became of one pallet."""
+
+    boxes: int
+    stability: str
+    seconds: float
+    named: int  # boxes that move, of the cause
+    guaranteed: bool
+    guarantee_s: float  # how long it takes to say so, of what is stable
+    placements: Sequence[float]  # [s] each, box by box, up to the first that falls
+
+
+def main() -> None:
+    """Measure, and print a table."""
+    arguments = parser(__doc__).parse_args()
+    console = Console()
+    every = list(orders())
+    loads = [
+        each for order in track(every, description="reading", console=Console(stderr=True)) for each in read(order)
+    ]
+    whole: Row = {"boxes": sum(len(load.boxes) for load, _ in loads), "other": sum(other for _, other in loads)}
+    rows: dict[str, Row] = {}
+    for way in WAYS:
+        asked = Import.model_validate({"file": "-", "settle": way}).settle
+        found = [
+            judged(settled(load, asked).load) for load, _ in track(loads, description=way, console=Console(stderr=True))
+        ]
+        rows[way] = _row(found)
+    table = Table("settled", *KEYS)
+    for name, row in rows.items():
+        table.add_row(name, *(f"{row[key]:.4g}" for key in KEYS))
+    console.print(table)
+    console.print(f"{whole['other']} of {whole['boxes']} boxes are other ones to the package's own reader")
+    if arguments.write:
+        record("pallets", "python -m benchmarks.pallets --write", {"settled": rows, "read": {"all": whole}})
+
+
+def read(order: Order) -> Iterator[tuple[ImportedLoad, int]]:
+    """Each pallet of an order, and how many of its boxes are other ones to the package's own reader."""
+    for number, (_, *theirs) in zip(order.pallets(), read_by_package(order), strict=True):
+        asked = Import.model_validate({"file": order.name, "format": "pallet-sim", "load": number})
+        load = read_load(order.data, order.name, asked)
+        pairs = zip(load.boxes, theirs, strict=True)
+        yield load, sum(not _is_same(box.centre, box.size, box.mass, other) for box, other in pairs)
+
+
+def _is_same(centre: Sequence[object], size: Sequence[object], mass: object, other: dict[str, list[float]]) -> bool:
+    x, y, z = other["basePosition"]
+    theirs = [x, y, z - DECK, *(2.0 * half for half in other["halfExtents"]), float(str(other["baseMass"])) / 1000.0]
+    ours = [float(str(float(part))) for part in (*centre, *size, mass)]  # type: ignore[arg-type]  # fractions
+    return all(abs(one - another) <= SAME for one, another in zip(ours, theirs, strict=True))
+
+
+def judged(load: ImportedLoad) -> Judged:
+    """What statics says of a load set down at once, and how long each box takes when they are set down one by one."""
+    bricks = [_placed(load, number) for number in range(len(load.boxes))]
+    assembly = _site()
+    began = process_time()
+    verdict = assembly.add_all(bricks)
+    seconds = process_time() - began
+    began = process_time()
+    guaranteed = verdict.stability is Stability.STABLE and is_guaranteed(assembly)
+    guarantee_s = process_time() - began
+    placements, one_by_one = [], _site()
+    for placed in sorted(bricks, key=lambda placed: (placed.pose.position_W[2], placed.brick.id)):
+        began = process_time()
+        each = one_by_one.add(placed.brick, placed.pose)
+        placements.append(process_time() - began)
+        if each.stability.value != "stable":
+            break
+    stability, moving = verdict.stability.value, len(verdict.moving)
+    return Judged(len(bricks), stability, seconds, moving, guaranteed, guarantee_s, placements)
+
+
+def is_guaranteed(assembly: Assembly) -> bool:
+    """Whether rest is the only thing that can happen to what is stable."""
+    return guarantee(assembly.problem(), assembly.forces()) is not None
+
+
+def _site() -> Assembly:
+    return Assembly((Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), friction=FRICTION),), friction=FRICTION)
+
+
+def _placed(load: ImportedLoad, number: int) -> Placed:
+    box = load.boxes[number]
+    x, y, z = map(float, box.centre)
+    length, width, height = map(float, box.size)
+    return Placed(Brick(f"box-{number + 1:03}", Box((length, width, height)), float(box.mass)), Pose((x, y, z)))
+
+
+def _row(found: Sequence[Judged]) -> Row:
+    count = Counter(each.stability for each in found)
+    seconds = [each.seconds for each in found]
+    placements = [1000.0 * time for each in found for time in each.placements]
+    return {
+        "pallets": len(found),
+        "boxes": sum(each.boxes for each in found),
+        **{word: count[word] for word in ("stable", "unstable", "undecided")},
+        "guaranteed": sum(each.guaranteed for each in found),
+        "possible": count["stable"] - sum(each.guaranteed for each in found),
+        "guarantee_s": sum(each.guarantee_s for each in found),
+        "seconds": sum(seconds),
+        "worst_s": max(seconds),
+        "named_most": max(each.named for each in found),
+        "named": sum(each.named for each in found),
+        "placements": len(placements),
+        "placement_99_ms": quantiles(placements, n=100)[-1],
+    }
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,135 @@
+"""What touches a brick is found anew when the brick has turned, so that contacts have the normals that they should.
+
+PyBullet keeps a contact point with the normal that it had at first for as long as the point does not drift, and two
+bricks that turn together do not drift. A body that is put into its collision group again is forgotten by all that
+touches it, in microseconds. Of a hull only one point a step is found: the others are found by looking at it turned to
+and fro by less than anything is told apart by.
+"""
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from math import cos, inf, radians
+
+from stability.engines.edge_normals import agreement, leans, velocity_at
+from stability.engines.pybullet.body_making import ALL, ROUNDED, SHARP
+from stability.engines.pybullet.brick_bodies import BrickBodies
+from stability.engines.pybullet.joined_groups import JoinedGroups
+from stability.engines.pybullet.pybullet_binding import pybullet
+from stability.geometry.rotations import multiply, turn_between
+from stability.geometry.vectors import norm, subtract
+from stability.model import BodyId, BodyState, Pose, Quaternion
+from stability.shapes.box import Box
+
+STALE = radians(4.0)  # a brick that has turned so far since its contacts were found has them found anew
+WRONG = cos(radians(5.0))  # of the angle from a normal to the true one: below it, contacts are found anew as well
+# What leans is looked at after so long [s], or when it may have moved by the rounding of its edges.
+AGAIN = 0.004
+STILL = 10.0  # [1/s] in such roundings: of what is slower normals hardly change
+# Half of how far a hull is turned to and fro, about each corner of a tetrahedron: its end goes by two micrometres of a
+# plank, as contacts are told apart by one.
+TURN = 1e-5
+TO_AND_FRO: tuple[Quaternion, ...] = tuple(
+    (TURN * x, TURN * y, TURN * z, 1.0) for x, y, z in ((1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1))
+)
+
+
+@dataclass
+class FreshContacts:
+    """Knows how each brick lay when its contacts were found, and when it may have turned too far since."""
+
+    bricks: BrickBodies
+    groups: JoinedGroups
+    _found: dict[BodyId, Pose] = field(default_factory=dict, init=False)
+    _due: dict[BodyId, float] = field(default_factory=dict, init=False)  # when to look at a brick before the next look
+
+    def see(self, states: Mapping[BodyId, BodyState], until: float) -> None:
+        """Take in all bricks that are awake by themselves; they will be seen again at a time on the clock [s]."""
+        self._found = {name: self._found.get(name, state.pose) for name, state in states.items()}
+        self._due = {}
+        self._renew(states, until)
+
+    def look(self, until: float) -> None:
+        """Look before a step at those that turn fast; all will be seen again at a time [s]."""
+        now = self.bricks.stepper.time
+        due = [name for name, when in self._due.items() if when <= now]
+        if due:
+            for name in due:
+                del self._due[name]
+            awake = [name for name in due if name in self.bricks.bodies.numbers and not self.bricks.holds(name)]
+            self._renew(self.bricks.states(awake), until)
+
+    def _renew(self, states: Mapping[BodyId, BodyState], until: float) -> None:
+        """Find contacts anew of all of these that have wrong ones; boxes that touch others on edges become hulls."""
+        anew: list[BodyId] = []
+        mistaken: dict[BodyId, None] = {}
+        for name, state in states.items():
+            lasts = inf
+            if self.bricks.maker.settings.fresh_edges and leans(state.pose):
+                wrong, lasts = self._seen_edges(name, state)
+                mistaken |= dict.fromkeys(wrong)
+            if name in mistaken or turn_between(self._found[name], state.pose) > STALE:
+                anew.append(name)
+                self._found[name] = state.pose
+            turning, left = norm(state.angular_velocity_W), STALE - turn_between(self._found[name], state.pose)
+            when = self.bricks.stepper.time + (min(lasts, left / turning) if turning > 0.0 else lasts)
+            if when < until:
+                self._due[name] = when
+        rounding = [name for name in mistaken if name not in self.bricks.rounded and self._moves_by_itself(name)]
+        for name in rounding:
+            self.bricks.swap(name)
+        find_all_points(self.bricks, rounding)
+        find_contacts_anew(self.bricks, [name for name in anew if name not in rounding])
+
+    def _moves_by_itself(self, name: BodyId) -> bool:
+        return name in self.bricks.bodies.numbers and not self.bricks.holds(name)
+
+    def _seen_edges(self, name: BodyId, state: BodyState) -> tuple[list[BodyId], float]:
+        """The leaning bricks of contacts with wrong normals, and how long the others may stay right [s]."""
+        own, radius = self.bricks.own.bricks, self.bricks.maker.edge_radius
+        speed = norm(state.velocity_W)
+        if speed < STILL * radius(own[name]):
+            return [], AGAIN
+        wrong, lasts = [], min(AGAIN, radius(own[name]) / speed)
+        for point in self.groups.contacts(name, self.bricks.stepper.time):
+            if point.normal_force <= 0.0 or point.a not in own or point.b not in own:
+                continue
+            other = point.b if point.a == name else point.a
+            its = self.groups.states([other])[other]
+            rounding = min(radius(own[name]), radius(own[other]))
+            box, its_box = own[name].shape, own[other].shape
+            if not (isinstance(box, Box) and isinstance(its_box, Box)):
+                continue  # of hulls, nobody knows which normal is wrong
+            pair = (box, state.pose), (its_box, its.pose)
+            found = agreement(point, *(pair if point.a == name else pair[::-1]), rounding)
+            if found.cosine < WRONG:
+                wrong += [each for each, how in ((name, state), (other, its)) if leans(how.pose)]
+            slip = norm(subtract(velocity_at(state, point.position_W), velocity_at(its, point.position_W)))
+            if slip > 0.0:
+                lasts = min(lasts, found.holds_for / slip)
+        return wrong, lasts
+
+
+def find_contacts_anew(bricks: BrickBodies, names: Collection[BodyId]) -> None:
+    """Forget all that touches some bricks, and find it as they lie; what it pressed with is forgotten as well."""
+    touching = [name for name in names if bricks.bodies.raw_contacts(name)]
+    for name in touching:
+        group = ROUNDED if bricks.maker.settings.half_spaces and name in bricks.rounded else SHARP
+        bricks.maker.meet([bricks.bodies.numbers[name]], group, ALL)
+    find_all_points(bricks, [name for name in touching if name in bricks.rounded])
+
+
+def find_all_points(bricks: BrickBodies, hulls: Collection[BodyId]) -> None:
+    """Find more than one point at which each of some hulls touches others."""
+    client, numbers = bricks.bodies.client, {name: bricks.bodies.numbers[name] for name in hulls}
+    if not (numbers and bricks.maker.settings.fresh_edges):
+        return
+    places = {name: pybullet.getBasePositionAndOrientation(number, client) for name, number in numbers.items()}
+    motions = {name: bricks.bodies.raw_motion(name) for name in numbers}
+    for turn in TO_AND_FRO:
+        for name, (position, orientation) in places.items():
+            turned = multiply(orientation, turn)
+            pybullet.resetBasePositionAndOrientation(numbers[name], position, turned, physicsClientId=client)
+        pybullet.performCollisionDetection(client)
+    for name, (position, orientation) in places.items():
+        pybullet.resetBasePositionAndOrientation(numbers[name], position, orientation, physicsClientId=client)
+        bricks.bodies.set_raw_motion(name, *motions[name])

@@ -1,0 +1,44 @@
+"""Is rest the only thing that can happen, or one that can? Balance with friction shows that rest is possible, no more.
+
+Let every brick be at rest, and a be any acceleration that the laws of contact allow: no contact closes (a_n >= 0), a
+normal force acts only where none opens (f_n a_n = 0), and friction does not push along a slip (f_t . a_t <= 0). Then
+
+    a' M a = a' g + sum f_n a_n + sum f_t . a_t <= a' g.
+
+If forces N >= 0 along the normals alone balance the loads g, then a' g = - sum N a_n <= 0, so that a' M a <= 0 and
+a = 0: nothing moves, whatever the friction and whichever of the possible forces act. The same holds of a change of
+velocity by impulses. So such forces are a certificate, which `proof` checks by arithmetic as forces without friction.
+
+Where a contact has several normals at a point, edges or corners meet, and a body leaves it along one of them: there
+a_n >= 0 does not hold for all, and no force of such a contact is counted on.
+"""
+
+from dataclasses import replace
+
+from stability.statics.facts import Contact, Forces, Problem, Tolerances
+from stability.statics.proof import check_forces
+from stability.statics.rounding import rounded
+from stability.statics.solvers.equilibrium import balance
+
+
+def guarantee(
+    problem: Problem,
+    known: Forces | None = None,
+    tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
+) -> Forces | None:
+    """Forces along normals alone that balance a problem, one entry for each contact with a single normal; or None.
+
+    `known` are forces that balance it with friction: most often these are along the normals already.
+    """
+    tolerances = rounded(problem, tolerances)
+    kept = [number for number, contact in enumerate(problem.contacts) if len(contact.normals_W) == 1]
+    smooth = replace(problem, contacts=[_smooth(problem.contacts[number]) for number in kept])
+    if known is not None and len(known.of_contacts) == len(problem.contacts):
+        same = Forces(tuple(known.of_contacts[number] for number in kept))
+        if check_forces(smooth, same, tolerances).holds:
+            return same
+    return balance(smooth, tolerances).forces
+
+
+def _smooth(contact: Contact) -> Contact:
+    return replace(contact, friction=0.0)

@@ -1,0 +1,104 @@
+"""`stackdsl import`: the boxes of a file that another program wrote, as a scenario."""
+
+from pathlib import Path
+from typing import get_args
+
+import click
+from pydantic import ValidationError
+
+from stackdsl.commands.options import FilePath
+from stackdsl.commands.terminal import tell, write
+from stackdsl.diagnostics import Diagnostic
+from stackdsl.exits import ExitCode
+from stackdsl.importing.load import ImportedLoad, UnreadableLoadError
+from stackdsl.importing.load_formats import MAX_IMPORTED, read_load
+from stackdsl.importing.moved_text import moved_lines
+from stackdsl.importing.scenario_text import scenario_text, slug
+from stackdsl.importing.settling import Settled, cannot_settle, settled
+from stackdsl.importing.written_load import digits
+from stackdsl.language.imports import FORMATS, Import, Units
+from stackdsl.language.mistakes import MistakeError
+from stackdsl.reading.characters import visible
+from stackdsl.report.diagnostic_text import diagnostic_text
+
+_LENGTHS, _MASSES = (list(get_args(get_args(Units.model_fields[key].annotation)[0])) for key in ("length", "mass"))
+
+
+@click.command("import")
+@click.argument("file", type=FilePath)
+@click.option("--format", "format_", type=click.Choice(FORMATS), help="What FILE is; default: what it cannot but be.")
+@click.option("--load", help="Which of several loads: number of the pallet, or of the order.")
+@click.option("--settle", default="as written", show_default=True, help="Also `down`, or such as `within 5 mm`.")
+@click.option("--point", type=click.Choice(("corner", "centre")), help="Of a table: what x, y, z are of a box.")
+@click.option("--length", type=click.Choice(_LENGTHS), help="Of a table: the unit of columns that say none.")
+@click.option("--mass", type=click.Choice(_MASSES), help="Of a table: likewise.")
+@click.option("--ignore", multiple=True, help="A column, key or body that is not to be taken; may be repeated.")
+@click.option("--friction", type=click.FloatRange(0.0, 10.0), default=0.5, show_default=True, help="Of box on box.")
+@click.option("--name", help="What the scenario is called; default: as the file.")
+@click.pass_context
+def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
+    context: click.Context,
+    file: Path,
+    format_: str | None,
+    load: str | None,
+    settle: str,
+    point: str | None,
+    length: str | None,
+    mass: str | None,
+    ignore: tuple[str, ...],
+    friction: float,
+    name: str | None,
+) -> None:
+    """Print a scenario with the boxes of FILE, which another program wrote; and tell what was moved."""
+    asked = _asked(
+        file=str(file), format=format_, load=load, settle=settle, point=point, ignore=ignore, length=length, mass=mass
+    )
+    try:
+        with file.open("rb") as stream:
+            data = stream.read(MAX_IMPORTED + 1)
+    except OSError as error:
+        raise click.UsageError(f"cannot read {file}: {error.strerror}") from error
+    shown = visible(file.as_posix())
+    try:
+        found = _settled(read_load(data, shown, asked), asked)
+    except UnreadableLoadError as error:
+        for mistake in error.diagnostics:
+            tell(diagnostic_text(mistake))
+        context.exit(ExitCode.INVALID)
+    notes = list(_notes(shown, asked, found))
+    for note in notes:
+        tell(note)
+    called = slug(name or "-".join(filter(None, [file.name.split(".")[0], load])))
+    write(scenario_text(called, notes, found.load.boxes, friction))
+
+
+def _asked(**written: object) -> Import:
+    """What the options ask for. Raises a usage error."""
+    units = {key: value for key in ("length", "mass") if (value := written.pop(key)) is not None}
+    given = {key: value for key, value in written.items() if value is not None} | ({"units": units} if units else {})
+    try:
+        return Import.model_validate(given)
+    except ValidationError as error:
+        first = error.errors()[0]
+        cause = first.get("ctx", {}).get("error")
+        said = f"{cause.message}; {cause.hint}" if isinstance(cause, MistakeError) else first["msg"]
+        raise click.UsageError(said) from error
+
+
+def _settled(load: ImportedLoad, asked: Import) -> Settled:
+    if (leaning := cannot_settle(load, asked.settle)) is not None:
+        message, hint = "a box that leans cannot be lowered", "take it as written, or straighten it"
+        raise UnreadableLoadError([Diagnostic("SD115", leaning.span, message, hint)])
+    return settled(load, asked.settle)
+
+
+def _notes(file: str, asked: Import, found: Settled) -> list[str]:
+    """What was taken, what was moved, and what was left."""
+    load = found.load
+    which = f" of load '{asked.load}'" if asked.load else ""
+    lines = [f"{len(load.boxes)} boxes{which} in {file}, written to {digits(1000 * load.precision)} mm"]
+    if asked.settle.lowered or asked.settle.within is not None:
+        lines += moved_lines(found)
+    if load.untaken or asked.ignore:
+        lines.append(f"not taken: {', '.join((*load.untaken, *asked.ignore))}")
+    return lines

@@ -1,0 +1,1 @@
+"""Loads in files of other programs -> bricks of a step, each with its place in that file; nothing is guessed."""

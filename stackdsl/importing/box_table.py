@@ -1,0 +1,244 @@
+"""A table of boxes: CSV, or JSON as a list of objects, a row a box, whose columns say their units.
+
+| column | what it is |
+|---|---|
+| `name` | what the box is called; may be missing |
+| `length`, `width`, `height` | its sides along x, y and z, before it is turned |
+| `mass` | its mass |
+| `x`, `y`, `z` | its place: of the lower corner or of the centre, as `point` says |
+| `yaw` | its turn about the vertical, from x towards y; may be missing |
+
+Headers are such as `length [mm]`, `length (mm)`, `length/mm` or `length_mm`.
+"""
+
+import csv
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Final
+
+from stackdsl.diagnostics import Span
+from stackdsl.importing.json_text import Node, Numeral, json_text
+from stackdsl.importing.load import ImportedBox, ImportedLoad, LoadReading
+from stackdsl.importing.measures import Measures
+from stackdsl.importing.numbers import IN_KILOGRAMS, IN_METRES
+from stackdsl.language.author_types import NAME
+from stackdsl.language.imports import Import
+
+SIDES: Final = ("length", "width", "height")
+PLACE: Final = ("x", "y", "z")
+NEEDED: Final = (*SIDES, "mass", *PLACE)
+COLUMNS: Final = ("name", *NEEDED, "yaw")
+DEGREES: Final = {"deg": Fraction(1)}
+DELIMITERS: Final = ",;\t"
+_HEADER: Final = re.compile(r"\s*(?P<name>[A-Za-z]+)\s*(?:\[(?P<a>.*)\]|\((?P<b>.*)\)|[/_](?P<c>.*))?\s*")
+_CELL: Final = r'\s*"(?:[^"]|"")*"[^{0}]*|[^{0}]*'
+
+
+@dataclass(frozen=True, slots=True)
+class _Cell:
+    """What stands in a row under a header, and where."""
+
+    text: str
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class _Row:
+    """One row: its cells by the header above them, as that is written."""
+
+    cells: Mapping[str, _Cell]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class _Column:
+    """Which column it is, and of which unit."""
+
+    name: str
+    header: str
+    unit: Fraction  # in SI, or in degrees
+
+
+def read_table(reading: LoadReading, asked: Import) -> ImportedLoad:
+    """The boxes of a table. Raises UnreadableLoadError."""
+    text = "\n".join(reading.page.lines).lstrip()
+    rows = list(_objects(reading) if text.startswith(("[", "{")) else _lines(reading))
+    reading.end()
+    columns = _columns(reading, rows, asked)
+    if columns and asked.point is None:
+        message = "x, y, z may be of the lower corner or of the centre of a box"
+        reading.open(rows[0].cells[columns["x"].header].span, message, "say which: point: corner, or point: centre")
+    reading.end()
+    made = [_box(reading, row, columns, asked.point == "corner") for row in rows]
+    _names_apart(reading, rows, columns)
+    return reading.load([box for box in made if box is not None])
+
+
+# --- rows -------------------------------------------------------------------------------------------------------------
+
+
+def _lines(reading: LoadReading) -> Iterator[_Row]:
+    """The rows of CSV; lines that are blank are passed over."""
+    filled = [number for number, line in enumerate(reading.page.lines) if line.strip()]
+    if not filled:
+        return
+    delimiter = max(DELIMITERS, key=reading.page.lines[filled[0]].count)
+    headers = [cell.text.strip() for cell in _cells(reading, filled[0], delimiter)]
+    for header in sorted({header for header in headers if headers.count(header) > 1}):
+        reading.wrong(reading.page.span(filled[0], 0), f"two columns are called '{header}'", "keep one of them")
+    reading.end()
+    for number in filled[1:]:
+        cells = _cells(reading, number, delimiter)
+        if len(cells) != len(headers):
+            message = f"the row has {len(cells)} cells, and the header {len(headers)}"
+            hint = "a decimal comma is written as a point" if len(cells) > len(headers) else "complete it"
+            reading.wrong(reading.page.span(number, 0), message, hint)
+            continue
+        yield _Row(dict(zip(headers, cells, strict=True)), reading.page.span(number, 0))
+
+
+def _cells(reading: LoadReading, number: int, delimiter: str) -> list[_Cell]:
+    """The cells of a line, each in its place."""
+    line = reading.page.lines[number]
+    try:
+        texts = next(csv.reader([line], delimiter=delimiter, strict=True, skipinitialspace=True))
+    except (csv.Error, StopIteration) as error:
+        reading.wrong(reading.page.span(number, 0), f"this is no line of CSV: {error}", "mend the quotes of the line")
+        return []
+    starts = [0]
+    cell = re.compile(_CELL.format(delimiter))
+    while (found := cell.match(line, starts[-1])) and found.end() < len(line):
+        starts.append(found.end() + 1)
+    column = dict(enumerate(starts))
+    return [_Cell(text, reading.page.span(number, column.get(n, 0))) for n, text in enumerate(texts)]
+
+
+def _objects(reading: LoadReading) -> Iterator[_Row]:
+    """The rows of JSON."""
+    json = json_text(reading)
+    for node in json.items(json.root, "the table"):
+        row = json.mapping(node, "the row")
+        cells = {key.strip(): _Cell(_text(member), json.span(member)) for key, member in row.items()}
+        if len(cells) < len(row):
+            reading.wrong(json.span(node), "two keys differ by spaces only", "keep one of them")
+        for member in row.values():
+            if not isinstance(member.value, str | Numeral):
+                reading.wrong(json.span(member), "the cell is neither a number nor a text", "write a number or a text")
+        yield _Row(cells, json.span(node))
+
+
+def _text(node: Node) -> str:
+    return node.value.text if isinstance(node.value, Numeral) else node.value if isinstance(node.value, str) else ""
+
+
+# --- columns ----------------------------------------------------------------------------------------------------------
+
+
+def _columns(reading: LoadReading, rows: Sequence[_Row], asked: Import) -> Mapping[str, _Column]:
+    """What each column is, by name; told, and nothing, if anything is missing or left open."""
+    if not rows:
+        return {}
+    found: dict[str, _Column] = {}
+    headers = {header: cell.span for row in rows for header, cell in row.cells.items()}
+    where = reading.page.span(next((n for n, line in enumerate(reading.page.lines) if line.strip()), 0), 0)
+    for header, span in headers.items():
+        match = _HEADER.fullmatch(header)
+        name = match["name"].lower() if match else ""
+        if match is None or name not in COLUMNS or header in reading.ignored:
+            reading.leave(header, _header_span(reading, header, span), known=False)
+        elif name in found:
+            reading.wrong(span, f"'{found[name].header}' and '{header}' are both the {name}", "keep one of them")
+        else:
+            written = (match["a"] or match["b"] or match["c"] or "").strip()
+            unit = _unit(reading, name, written, asked, _header_span(reading, header, span))
+            if unit is not None:
+                found[name] = _Column(name, header, unit)
+    missing = [name for name in NEEDED if name not in found]
+    if missing and not reading.mistakes:
+        reading.open(where, f"there is no column {', '.join(f'`{name}`' for name in missing)}", _example(missing[0]))
+    return {} if reading.mistakes else found
+
+
+def _header_span(reading: LoadReading, header: str, span: Span) -> Span:
+    """Where a header stands in CSV; in JSON every row has its own."""
+    for number, line in enumerate(reading.page.lines):
+        if line.strip():
+            start = line.find(header)
+            return reading.page.span(number, start) if start >= 0 and line.lstrip()[0] not in "[{" else span
+    return span
+
+
+def _unit(reading: LoadReading, name: str, written: str, asked: Import, span: Span) -> Fraction | None:
+    """One of the unit of a column; told and None if that is not known."""
+    if name == "name":
+        return Fraction(1)
+    known = IN_KILOGRAMS if name == "mass" else DEGREES if name == "yaw" else IN_METRES
+    said = asked.units and (asked.units.mass if name == "mass" else None if name == "yaw" else asked.units.length)
+    unit = written or said or ""
+    if unit in known:
+        return known[unit]
+    if unit:
+        reading.open(span, f"'{unit}' is no unit of {name} that is known", f"choose from: {', '.join(known)}")
+    else:
+        reading.open(span, f"the column `{name}` says no unit", _example(name))
+    return None
+
+
+def _example(name: str) -> str:
+    unit = "kg" if name == "mass" else "deg" if name == "yaw" else "mm"
+    key = "mass" if name == "mass" else "length"
+    given = "" if name == "yaw" else f", or say `units: {{{key}: {unit}}}`"
+    return f"call it '{name} [{unit}]'{given}"
+
+
+# --- boxes ------------------------------------------------------------------------------------------------------------
+
+
+def _box(reading: LoadReading, row: _Row, columns: Mapping[str, _Column], of_corner: bool) -> ImportedBox | None:
+    measures, cells = Measures(reading, Fraction(1)), {}
+    for name, column in columns.items():
+        cell = row.cells.get(column.header)
+        if cell is None:
+            reading.wrong(row.span, f"the row has no '{column.header}'", "complete it")
+            return None
+        cells[name] = cell
+
+    def unit(name: str) -> Fraction:
+        return columns[name].unit
+
+    size = [measures.side(cells[n].text, cells[n].span, f"`{n}`", unit(n)) for n in SIDES]
+    place = [measures.place(cells[n].text, cells[n].span, f"`{n}`", unit(n)) for n in PLACE]
+    mass = measures.mass(cells["mass"].text, cells["mass"].span, "`mass`", unit("mass"))
+    yaw = measures.number(cells["yaw"].text, cells["yaw"].span, "`yaw`") if "yaw" in cells else (Fraction(0),)
+    if None in size or None in place or mass is None or yaw is None:
+        return None
+    length, width, height = (side for side in size if side is not None)
+    x, y, z = (part for part in place if part is not None)
+    if of_corner and yaw[0] != 0:
+        message = "the lower corner of a box that is turned may be any of four"
+        reading.open(cells["yaw"].span, message, "give the place of its centre, and say `point: centre`")
+        return None
+    if abs(yaw[0]) > 360:  # noqa: PLR2004 -- [deg]
+        reading.wrong(cells["yaw"].span, "`yaw` is more than a whole turn", "write degrees")
+        return None
+    if of_corner:
+        x, y, z = x + length / 2, y + width / 2, z + height / 2
+    name = cells["name"].text.strip() if "name" in cells else ""
+    if name and not re.fullmatch(NAME, name):
+        reading.wrong(cells["name"].span, f"'{name}' is no name", "begin with a letter, then letters, digits, _ . or -")
+        return None
+    turn = (Fraction(0), Fraction(0), yaw[0])
+    return ImportedBox(name or None, (length, width, height), (x, y, z), mass, row.span, turn)
+
+
+def _names_apart(reading: LoadReading, rows: Sequence[_Row], columns: Mapping[str, _Column]) -> None:
+    seen: set[str] = set()
+    for row in rows if "name" in columns else ():
+        cell = row.cells.get(columns["name"].header)
+        if cell is None or not (name := cell.text.strip()):
+            continue
+        if name in seen:
+            reading.wrong(cell.span, f"two boxes are called '{name}'", "call them apart")
+        seen.add(name)

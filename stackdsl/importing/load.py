@@ -1,0 +1,109 @@
+"""What is taken from a file: boxes with exact sizes and places, and what the file has that is not taken."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Final, TypeAlias
+
+from stackdsl.diagnostics import MOST_TOLD, Diagnostic, Page, Span
+
+Exact3: TypeAlias = tuple[Fraction, Fraction, Fraction]
+LEVEL: Final[Exact3] = (Fraction(0), Fraction(0), Fraction(0))
+
+
+@dataclass(frozen=True, slots=True)
+class ImportedBox:
+    """One box of a file, in the frame of that file."""
+
+    name: str | None  # None for a name by place
+    size: Exact3  # along its own axes [m]
+    centre: Exact3  # [m]
+    mass: Fraction  # [kg]
+    span: Span  # where in the file it is
+    turn: Exact3 = LEVEL  # about x, then y, then z, fixed axes [deg]
+
+    @property
+    def is_upright(self) -> bool:
+        """Whether its height is vertical."""
+        return self.turn[:2] == LEVEL[:2]
+
+    @property
+    def bottom(self) -> Fraction:
+        """Height of its lower face, if it is upright [m]."""
+        return self.centre[2] - self.size[2] / 2
+
+    @property
+    def top(self) -> Fraction:
+        """Height of its upper face, if it is upright [m]."""
+        return self.centre[2] + self.size[2] / 2
+
+
+@dataclass(frozen=True, slots=True)
+class ImportedLoad:
+    """The boxes of a file, in the order in which it lists them."""
+
+    boxes: tuple[ImportedBox, ...]
+    precision: Fraction  # the unit of the last digit of its lengths [m]
+    untaken: tuple[str, ...] = ()  # what the format has that says nothing of statics, and is there
+
+
+class UnreadableLoadError(Exception):
+    """Why a file is not taken."""
+
+    def __init__(self, diagnostics: Sequence[Diagnostic]) -> None:
+        super().__init__(diagnostics)
+        self.diagnostics = tuple(diagnostics)
+
+
+@dataclass(slots=True)
+class LoadReading:
+    """A file while it is read: its mistakes are gathered, and told together."""
+
+    page: Page
+    ignored: frozenset[str] = frozenset()  # what its author knows is not taken
+    mistakes: list[Diagnostic] = field(default_factory=list)
+    untaken: dict[str, None] = field(default_factory=dict)
+    used: set[str] = field(default_factory=set)  # of what is ignored
+    finest: Fraction | None = None  # unit of the last digit of all lengths so far [m]
+
+    def wrong(self, span: Span, message: str, hint: str) -> None:
+        """Something is not as the format says."""
+        self._told(Diagnostic("SD114", span, message, hint))
+
+    def open(self, span: Span, message: str, hint: str) -> None:
+        """Something is left open, and only the author knows."""
+        self._told(Diagnostic("SD115", span, message, hint))
+
+    def _told(self, mistake: Diagnostic) -> None:
+        self.mistakes.append(mistake)
+        if len(self.mistakes) > MOST_TOLD:
+            self.end()
+
+    def end(self) -> None:
+        """Raise UnreadableLoadError if anything is wrong."""
+        if self.mistakes:
+            raise UnreadableLoadError(self.mistakes)
+
+    def leave(self, name: str, span: Span, known: bool) -> None:
+        """Something of the file is not taken: `known` says nothing of statics; else its author must have said so."""
+        if name in self.ignored:
+            self.used.add(name)
+        elif known:
+            self.untaken[name] = None
+        else:
+            self.open(span, f"'{name}' is nothing that is taken", f"if it may be passed over, write ignore: ['{name}']")
+
+    def digit(self, unit: Fraction) -> None:
+        """A length has a last digit of this unit [m]."""
+        self.finest = unit if self.finest is None else min(unit, self.finest)
+
+    def load(self, boxes: Sequence[ImportedBox]) -> ImportedLoad:
+        """What was read. Raises UnreadableLoadError if anything was wrong, or if there is nothing."""
+        self.end()
+        start = self.page.span(0, 0)
+        for name in sorted(self.ignored - self.used):
+            self.open(start, f"there is no '{name}' that could be ignored", "leave it out of `ignore`")
+        if not boxes:
+            self.wrong(start, "there is no box in it", "name a file with boxes")
+        self.end()
+        return ImportedLoad(tuple(boxes), self.finest or Fraction(0), tuple(self.untaken))

@@ -1,0 +1,92 @@
+"""Orders of the package `pallet-sim`: pallets of boxes, and the articles in them.
+
+Lengths are in mm and masses in g; `anchor` is the lower corner of a box, and `dimension` is that of the box as it lies.
+The deck of the pallet is the ground.
+"""
+
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import Final
+
+from stackdsl.importing.json_text import JsonText, Node, json_text
+from stackdsl.importing.load import ImportedBox, ImportedLoad, LoadReading
+from stackdsl.importing.measures import Measures, chosen
+
+_OF_ORDER: Final = {"orderID"}
+_OF_PALLET: Final = {"palletType", "palletDimension"}
+_OF_BOX: Final = {"approach", "rgb", "weight"}  # the latter two are those of the article
+_OF_ARTICLE: Final = {"description", "shippingGroup", "rgb"}
+
+
+def read_pallet_sim(reading: LoadReading, load: str | None) -> ImportedLoad:
+    """The boxes of one pallet of an order. Raises UnreadableLoadError."""
+    json = json_text(reading)
+    order = json.mapping(json.root, "the order")
+    json.pass_over(order, {"pallets", "articles"}, _OF_ORDER)
+    measures = Measures(reading, Fraction(1, 1000), Fraction(1, 1000))
+    masses = _masses(json, json.member(json.root, order, "articles", "the order"), measures)
+    pallets = json.member(json.root, order, "pallets", "the order")
+    found = chosen(json, _pallets(json, pallets), load, "pallet", pallets) if pallets else None
+    if found is None:
+        return reading.load(())
+    _, pallet = found
+    members = json.mapping(pallet, "the pallet")
+    json.pass_over(members, {"palletNr", "boxes"}, _OF_PALLET)
+    boxes = json.member(pallet, members, "boxes", "the pallet")
+    items = json.items(boxes, "`boxes`") if boxes else []
+    made = [_box(json, box, number, masses, measures) for number, box in enumerate(items, start=1)]
+    return reading.load([box for box in made if box is not None])
+
+
+def _pallets(json: JsonText, pallets: Node) -> Mapping[str, Node]:
+    """The pallets of an order by their numbers."""
+    found: dict[str, Node] = {}
+    for pallet in json.items(pallets, "`pallets`"):
+        number = json.member(pallet, json.mapping(pallet, "the pallet"), "palletNr", "the pallet")
+        name = json.word(number, "`palletNr`") if number else None
+        if name in found and number:
+            json.reading.wrong(json.span(number), f"two pallets have the number '{name}'", "number them apart")
+        if name is not None:
+            found.setdefault(name, pallet)
+    return found
+
+
+def _masses(json: JsonText, articles: Node | None, measures: Measures) -> Mapping[str, Fraction | None]:
+    """The mass of each article; None where it is wrong, which is told."""
+    found: dict[str, Fraction | None] = {}
+    for code, article in json.mapping(articles, "`articles`").items() if articles else ():
+        members = json.mapping(article, f"article '{code}'")
+        json.pass_over(members, {"weight"}, _OF_ARTICLE)
+        weight = json.member(article, members, "weight", f"article '{code}'")
+        found[code] = measures.weight(json, weight, f"weight of article '{code}'")
+    return found
+
+
+def _box(
+    json: JsonText, node: Node, number: int, masses: Mapping[str, Fraction | None], measures: Measures
+) -> ImportedBox | None:
+    box = json.mapping(node, "the box")
+    json.pass_over(box, {"product_code", "anchor", "dimension"}, _OF_BOX)
+    corner = _three(json, node, box, "anchor", measures, side=False)
+    size = _three(json, node, box, "dimension", measures, side=True)
+    code = json.member(node, box, "product_code", "the box")
+    article = json.word(code, "`product_code`") if code else None
+    if code and article is not None and article not in masses:
+        json.reading.wrong(json.span(code), f"there is no article '{article}'", "complete `articles`")
+    mass = masses.get(article) if article is not None else None
+    if corner is None or size is None or mass is None:
+        return None
+    x, y, z = (low + side / 2 for low, side in zip(corner, size, strict=True))
+    return ImportedBox(f"box-{number}", size, (x, y, z), mass, json.span(node))
+
+
+def _three(  # noqa: PLR0913, PLR0917 -- a value, and where it comes from
+    json: JsonText, owner: Node, box: dict[str, Node], key: str, measures: Measures, side: bool
+) -> tuple[Fraction, Fraction, Fraction] | None:
+    node = json.member(owner, box, key, "the box")
+    if node is None:
+        return None
+    members = json.mapping(node, f"`{key}`")
+    json.pass_over(members, {"x", "y", "z"}, set())
+    parts = [json.member(node, members, axis, f"`{key}`") for axis in "xyz"]
+    return measures.places(json, parts, f"`{key}`", side)

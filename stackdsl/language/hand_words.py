@@ -1,0 +1,64 @@
+"""What an author says of hands: how they bring a brick, and how they move one that is there."""
+
+from collections.abc import Mapping, Sequence
+from typing import Annotated, ClassVar, TypeAlias
+
+from pydantic import AfterValidator, Field
+
+from stability.mechanics.hand_course import HandCourse
+from stability.model import Vec3
+from stackdsl.language import author_types as t
+from stackdsl.language.author_models import Shorthand, default
+from stackdsl.language.mistakes import MistakeError
+
+MOST_PLACES = 1000  # of one path
+
+Way: TypeAlias = tuple[t.Length, t.Length, t.Length]
+
+
+def _somewhere(way: Vec3) -> Vec3:
+    if not any(way):
+        raise MistakeError("SD104", "the hand goes nowhere", "write a way that is longer than zero")
+    return way
+
+
+def _onwards(places: Sequence[Vec3]) -> Sequence[Vec3]:
+    for number, (before, after) in enumerate(zip(((0.0, 0.0, 0.0), *places), places, strict=False), start=1):
+        if before == after:
+            message = f"place {number} of the path is where the hand is already"
+            raise MistakeError("SD104", message, "leave it out; each is told from where the brick is at first")
+    return places
+
+
+SomeWay = Annotated[Way, AfterValidator(_somewhere)]
+Places = Annotated[tuple[Way, ...], Field(min_length=1, max_length=MOST_PLACES), AfterValidator(_onwards)]
+
+
+class ByHand(Shorthand):
+    """A hand brings each brick, holds it at rest in its place, lets it go there and withdraws."""
+
+    from_: SomeWay = Field(
+        default=["0 mm", "0 mm", "20 mm"],
+        alias="from",
+        validate_default=True,
+        description="where it comes from, straight, as [x, y, z] from its place, in the axes of the scene",
+    )
+    speed: t.Speed = default("50 mm/s", "the most on the way; it sets out and stops smoothly")
+    held: t.Duration = default("0 s", "how long it is held in its place before it is let go")
+
+    scalar_word: ClassVar[str] = "by hand"
+
+    @classmethod
+    def spelt_out(cls, scalar: object, known: Mapping[str, object]) -> object:
+        return {} if scalar == cls.scalar_word else super().spelt_out(scalar, known)
+
+    @property
+    def course(self) -> HandCourse:
+        """The way to its place, from where it comes, in the axes of the scene."""
+        x, y, z = self.from_
+        return HandCourse(((-x, -y, -z),), self.speed)
+
+    @property
+    def lasts(self) -> float:
+        """How long the hand is at it [s]."""
+        return self.course.duration + self.held

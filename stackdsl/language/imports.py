@@ -1,0 +1,78 @@
+"""`import`: the boxes of a file that another program wrote, and how they are to be taken."""
+
+import re
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Annotated, Final, Literal, Self, TypeAlias, get_args
+
+from pydantic import Field, WithJsonSchema, model_validator
+
+from stackdsl.language import author_types as t
+from stackdsl.language.author_models import Asking, AuthorModel, default
+from stackdsl.language.author_types import Reads, text_schema
+from stackdsl.language.mistakes import MistakeError, shown
+from stackdsl.language.quantities import EXTENT, exact_quantity, quantity_pattern
+
+Format: TypeAlias = Literal["table", "pallet-sim", "bed-bpp"]
+FORMATS: Final[tuple[Format, ...]] = get_args(Format)
+
+_ADVICE: Final = "write as written, down, or such as within 5 mm"
+
+
+@dataclass(frozen=True, slots=True)
+class Settle:
+    """How boxes of a file are brought into contact with what is below them."""
+
+    lowered: bool = False  # each until it touches
+    within: Fraction | None = None  # gaps up to this count as contact [m]
+
+
+def parse_settle(written: object) -> Settle:
+    """`as written`, `down`, or `within 5 mm`."""
+    words = " ".join(written.split()) if isinstance(written, str) else ""
+    if words in {"as written", "down"}:
+        return Settle(lowered=words == "down")
+    if (found := re.fullmatch(r"within (.+)", words)) is None:
+        raise MistakeError("SD104", f"{shown(written)} is no way to settle", _ADVICE)
+    gap = exact_quantity(found[1], EXTENT)
+    if not 0 < gap <= 1:
+        raise MistakeError("SD104", f"a gap of {found[1]} is out of range", "write more than zero, at most 1 m")
+    return Settle(within=gap)
+
+
+_SETTLE: Final = rf"as written|down|within\s+{quantity_pattern(EXTENT)}"
+
+
+class Units(Asking):
+    """Units of columns whose headers say none."""
+
+    length: Literal["mm", "cm", "m"] | None = Field(None, description="of sizes and places")
+    mass: Literal["g", "kg"] | None = Field(None, description="of masses")
+
+
+class Import(AuthorModel):
+    """The boxes of one load in a file."""
+
+    file: Annotated[str, WithJsonSchema({**t.FILE, "examples": ["load.csv"]})] = Field(
+        description="the file, as seen from this one; inside the project"
+    )
+    format: Format | None = Field(None, description="what it is; default: what it cannot but be")
+    load: str | None = Field(None, description="which of several loads: number of the pallet, or of the order")
+    settle: Annotated[
+        Settle, Reads(parse_settle, text_schema(_SETTLE, "how boxes come to touch what is below", "within 5 mm"))
+    ] = default("as written", "how boxes come to touch what is below them")
+    point: Literal["corner", "centre"] | None = Field(
+        None, description="of a table: what x, y, z are of a box, its lower corner or its centre"
+    )
+    units: Units | None = Field(None, description="of a table: units of columns whose headers say none")
+    ignore: Annotated[tuple[str, ...], Field(max_length=1000)] = Field(
+        (), description="what the file has beside, and is not to be taken: columns, keys, or bodies"
+    )
+
+    @model_validator(mode="after")
+    def _say_what_is_open(self) -> Self:
+        for key in ("point", "units"):
+            if self.format not in {None, "table"} and getattr(self, key) is not None:
+                message = f"`{key}` is of tables, and {self.format} says it by itself"
+                raise MistakeError("SD108", message, f"leave `{key}` out")
+        return self

@@ -1,0 +1,85 @@
+"""Contacts of what turns or slides have the normals of how it lies, at every step."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from math import pi
+from pathlib import Path
+
+import pytest
+
+from stability.engines.edge_normals import wrong_normals
+from stability.engines.pybullet import PyBulletWorld
+from stability.engines.pybullet.fresh_contacts import find_all_points, find_contacts_anew
+from stability.geometry.rotations import about
+from stability.model import GROUND, Brick, Plane, Pose
+from stability.shapes.box import Box
+from stackdsl.checking.gathering import gather
+from stackdsl.playing.runner import play
+from stackdsl.systems.systems import MOVING, SYSTEMS
+
+SIZE = LENGTH, WIDTH, THICKNESS = (0.1176, 0.0234, 0.0078)
+MASS, GRAVITY = 0.012, 9.81
+
+
+@contextmanager
+def world(friction: float) -> Iterator[PyBulletWorld]:
+    opened = PyBulletWorld.opened(MOVING, GRAVITY, friction, heaviest=MASS)
+    try:
+        opened.add_plane(Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), friction))
+        yield opened
+    finally:
+        opened.close()
+
+
+def worst_normal(engine: PyBulletWorld, seconds: float, fastest: float) -> float:
+    """The largest angle by which a normal was wrong while time passed [rad]; 0 if none was."""
+    engine.limit_travel(fastest)
+    worst = 0.0
+    for _ in range(round(seconds / MOVING.time_step)):
+        engine.step()
+        wrong = wrong_normals(engine, engine.states(engine.masses()), GRAVITY)
+        worst = max([worst, *(each.angle for each in wrong)])
+    return worst
+
+
+@pytest.mark.parametrize("times_as_heavy", [1.0, 30.0])
+def test_a_plank_that_tips_over_the_edge_of_a_block_is_pushed_across_itself_all_the_way(times_as_heavy: float) -> None:
+    high = 0.08
+    with world(friction=1.5) as engine:
+        engine.add_brick(Brick("block", Box((0.05, 0.05, high)), times_as_heavy * MASS), Pose((0.0, 0.0, high / 2.0)))
+        centre = (0.025 + 0.03 * LENGTH, 0.0, high + THICKNESS / 2.0)  # beyond the edge
+        engine.add_brick(Brick("plank", Box(SIZE), MASS), Pose(centre))
+        assert worst_normal(engine, 0.5, fastest=0.1) == 0.0
+        assert engine.states(["plank"])["plank"].pose.position_W[2] < high  # it has tipped
+
+
+def test_edges_that_slide_down_each_other_in_a_card_house_are_pushed_as_they_lie() -> None:
+    cases = gather([Path("scenarios/leaning.yaml")]).cases
+    case = next(case for case in cases if (case.scenario_name, case.system) == ("leaning-card-house-slippery", "exact"))
+    trace = play(case.timeline, SYSTEMS["exact"])
+    assert trace.collapse is not None
+    assert trace.wrong_edges is None
+
+
+def test_a_hull_that_comes_to_lie_on_a_face_touches_with_all_its_corners_at_once() -> None:
+    with world(friction=0.5) as engine:
+        turned = about((0.0, 0.0, 1.0), 0.1 * pi)
+        engine.add_brick(Brick("plank", Box(SIZE), MASS), Pose((0.0, 0.0, THICKNESS / 2.0), turned))
+        engine.step()
+        before = engine.states(["plank"])["plank"]
+        engine.bricks.swap("plank")
+        find_all_points(engine.bricks, ["plank"])
+        assert len(engine.contacts("plank")) == 4
+        after = engine.states(["plank"])["plank"]
+        assert (after.pose.position_W, after.velocity_W) == (before.pose.position_W, before.velocity_W)
+
+
+def test_what_is_found_anew_of_a_box_loses_nothing_but_its_forces() -> None:
+    with world(friction=0.5) as engine:
+        engine.add_brick(Brick("plank", Box(SIZE), MASS), Pose((0.0, 0.0, THICKNESS / 2.0)))
+        for _ in range(3):
+            engine.step()
+        find_contacts_anew(engine.bricks, ["plank"])
+        assert engine.contacts("plank") == []
+        engine.step()
+        assert sum(point.normal_force for point in engine.contacts("plank")) == pytest.approx(MASS * GRAVITY, rel=0.01)

@@ -1,0 +1,93 @@
+"""Bricks that somebody outside moves go their way in every engine, whatever they meet, and are as before afterwards."""
+
+import pytest
+
+from stability.engines.opening import stepped_world
+from stability.engines.prescribed import Guided
+from stability.engines.protocol import World
+from stability.model import GROUND, Brick, Plane, Pose, Vec3
+from stability.shapes.box import Box
+from stackdsl.systems.known_systems import system_named
+
+SYSTEMS = ["stock", "tuned", "mujoco", "sapien"]
+CUBE, MASS = Box((0.04, 0.04, 0.04)), 0.03
+UP: Vec3 = (0.0, 0.0, 1.0)
+
+
+def world_of(system: str, *centres: Vec3) -> World:
+    world = stepped_world(system_named(system).engine, 9.81, 0.5, MASS)
+    world.add_plane(Plane(GROUND, (0.0, 0.0, 0.0), UP, 0.5))
+    for number, centre in enumerate(centres):
+        world.add_brick(Brick(f"b{number}", CUBE, MASS), Pose(centre))
+    return world
+
+
+def passed(world: World, seconds: float) -> World:
+    for _ in range(round(seconds / world.settings.time_step)):
+        world.step()
+    return world
+
+
+def centre(world: World, brick: str) -> Vec3:
+    return world.states([brick])[brick].pose.position_W
+
+
+def in_a_step(world: World) -> float:
+    """How far a brick that fell for 0.1 s gets in a step [m]."""
+    return 9.81 * 0.1 * world.settings.time_step
+
+
+@pytest.mark.parametrize("system", SYSTEMS)
+def test_what_is_carried_weighs_nothing_and_pushes_what_it_meets(system: str) -> None:
+    world = world_of(system, (0.0, 0.0, 0.03), (0.05, 0.0, 0.02))
+    world.prescribed.guided["b0"] = Guided((0.05, 0.0, 0.0))
+    passed(world, 0.5)
+    assert centre(world, "b0") == pytest.approx((0.025, 0.0, 0.03), abs=2e-4)  # in the air, and in no way held up
+    assert centre(world, "b1")[0] == pytest.approx(0.065, abs=5e-4)
+    world.close()
+
+
+@pytest.mark.parametrize("system", SYSTEMS)
+def test_what_is_no_longer_guided_falls_like_any_other(system: str) -> None:
+    world = world_of(system, (0.0, 0.0, 0.3))
+    world.prescribed.guided["b0"] = Guided((0.0, 0.0, 0.0))
+    passed(world, 0.2)
+    assert centre(world, "b0")[2] == pytest.approx(0.3, abs=1e-5)
+    del world.prescribed.guided["b0"]
+    passed(world, 0.1)
+    assert centre(world, "b0")[2] == pytest.approx(0.3 - 0.5 * 9.81 * 0.1**2, abs=in_a_step(world))
+    world.close()
+
+
+@pytest.mark.parametrize("system", SYSTEMS)
+def test_what_was_carried_has_its_own_mass_again(system: str) -> None:
+    #   Two cubes of one mass: what hits the other at v goes on with it at v / 2, and both slide v^2 / 8 mu g.
+    world = world_of(system, (0.0, 0.0, 0.02), (0.0401, 0.0, 0.02))
+    world.prescribed.guided["b0"] = Guided((0.0, 0.0, 0.0))
+    passed(world, 0.05)
+    del world.prescribed.guided["b0"]
+    world.push("b0", (MASS * 0.4, 0.0, 0.0), centre(world, "b0"))
+    passed(world, 0.5)
+    assert centre(world, "b1")[0] - 0.0401 == pytest.approx(0.4**2 / (8.0 * 0.5 * 9.81), rel=0.35)
+    world.close()
+
+
+@pytest.mark.parametrize("system", SYSTEMS)
+def test_what_is_slid_keeps_its_weight_and_falls_off_an_edge(system: str) -> None:
+    world = world_of(system, (0.0, 0.0, 0.3))
+    world.prescribed.guided["b0"] = Guided((0.05, 0.0, 0.0), free_W=UP)
+    passed(world, 0.1)
+    x, _, z = centre(world, "b0")
+    assert x == pytest.approx(0.005, abs=1e-5)
+    assert z == pytest.approx(0.3 - 0.5 * 9.81 * 0.1**2, abs=in_a_step(world))
+    world.close()
+
+
+def test_a_motion_that_is_slid_is_along_what_is_free_as_it_was() -> None:
+    world = world_of("tuned", (0.0, 0.0, 0.3))
+    passed(world, 0.05)
+    own = world.states(["b0"])["b0"]
+    velocity_W, angular_velocity_W = Guided((0.1, 0.2, 5.0), free_W=UP).motion(own)
+    assert velocity_W == pytest.approx((0.1, 0.2, own.velocity_W[2]))
+    assert angular_velocity_W == pytest.approx(own.angular_velocity_W)
+    world.close()

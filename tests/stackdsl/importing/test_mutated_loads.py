@@ -1,0 +1,91 @@
+"""Files that something happened to: told in their place, or read as they are; never a box less, or another one."""
+
+import random
+import re
+from collections.abc import Iterator
+
+import pytest
+
+from stackdsl.diagnostics import Diagnostic
+from stackdsl.importing.load import ImportedLoad, UnreadableLoadError
+from stackdsl.importing.load_formats import read_load
+from stackdsl.language.imports import Format, Import
+from tests.stackdsl.importing.loads import TEXTS, Box, read_otherwise
+
+IN_SUITE = 60
+MANY = 500
+WORDS = (*'"{}]:,;-0é\x00\n', "null", "-1", "NaN", "1e999", "", "true", "7mm")
+
+
+def mutated(text: str, seed: str) -> str:
+    """The text after one thing happened to it: cut, or a part of it deleted, doubled, exchanged, or overwritten."""
+    chance = random.Random(seed)
+    at = chance.randrange(len(text))
+    parts = [found.span() for found in re.finditer(r'"[^"]*"|[\w.]+', text)]
+    start, end = chance.choice(parts)
+    (one, two), (three, four) = sorted(chance.sample(parts, 2))
+    ways: list[str] = [
+        text[:at],
+        text[:at] + text[at + 1 :],
+        text[:at] + chance.choice(WORDS) + text[at:],
+        text[:start] + text[end:],
+        text[:start] + chance.choice(WORDS) + text[end:],
+        text[:start] + text[start:end] * 2 + text[end:],
+        text[:one] + text[three:four] + text[two:three] + text[one:two] + text[four:],
+    ]
+    return ways[chance.randrange(len(ways))]
+
+
+def read(format_: Format, text: str) -> ImportedLoad:
+    point = {"point": "corner"} if format_ == "table" else {}
+    asked = Import.model_validate({"file": "a", "format": format_, **point})
+    return read_load(text.encode("utf-8"), "a", asked)
+
+
+def boxes(load: ImportedLoad) -> Iterator[Box]:
+    for box in load.boxes:
+        yield tuple(map(float, box.size)), tuple(map(float, box.centre)), float(box.mass)
+
+
+def nothing_is_lost(format_: Format, seed: int) -> bool:
+    """Whether a file was read, as it was by others, rather than refused in its place."""
+    text = mutated(TEXTS[format_], f"{format_}-{seed}")
+    lines = text.split("\n")
+    found = told(format_, text)
+    if isinstance(found, ImportedLoad):
+        assert list(boxes(found)) == read_otherwise(format_, text)
+        return True
+    assert found
+    for mistake in found:
+        assert mistake.span.file == "a"
+        assert 1 <= mistake.span.line <= len(lines)
+        assert 1 <= mistake.span.column <= len(lines[mistake.span.line - 1]) + 1
+        assert mistake.message
+        assert mistake.hint
+    return False
+
+
+def told(format_: Format, text: str) -> ImportedLoad | tuple[Diagnostic, ...]:
+    """The load, or what is wrong with it."""
+    try:
+        return read(format_, text)
+    except UnreadableLoadError as error:
+        return error.diagnostics
+
+
+@pytest.mark.parametrize("format_", TEXTS)
+def test_a_file_that_is_right_is_read_as_others_read_it(format_: Format) -> None:
+    assert list(boxes(read(format_, TEXTS[format_]))) == read_otherwise(format_, TEXTS[format_])
+
+
+@pytest.mark.parametrize("format_", TEXTS)
+def test_a_mutated_file_is_told_in_its_place_or_read_whole(format_: Format) -> None:
+    accepted = [nothing_is_lost(format_, seed) for seed in range(IN_SUITE)]
+    assert 0 < sum(accepted) < IN_SUITE
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("format_", TEXTS)
+def test_so_are_many_mutated_files(format_: Format) -> None:
+    accepted = [nothing_is_lost(format_, seed) for seed in range(MANY)]
+    assert 0 < sum(accepted) < MANY
