@@ -1,7 +1,7 @@
 """The 522 pallets that come with the package `pallet-sim`: what statics says of each, and how long it takes to say so.
 
 Each pallet is read by `stackdsl.importing`, compared with what the package's own reader gives, and set down at once,
-cold, with a friction of 0.4: after each box was lowered until it touched, and where gaps of up to 5 mm touch. Then
+cold, with a friction of 0.4: after each box was lowered until it touched, and where gaps up to 5 mm are contact. Then
 the same box by box: how long one placement takes. Times are of the processor. It needs
 `pip install --no-deps pallet-sim`.
 
@@ -79,9 +79,9 @@ def main() -> None:
 
 def read(order: Order) -> Iterator[tuple[ImportedLoad, int]]:
     """Each pallet of an order, and how many of its boxes are other ones to the package's own reader."""
-    for number, (_, *theirs) in zip(order.pallets(), read_by_package(order), strict=True):
+    for (number, data), (_, *theirs) in zip(order.pallets(), read_by_package(order), strict=True):
         asked = Import.model_validate({"file": order.name, "format": "pallet-sim", "load": number})
-        load = read_load(order.data, order.name, asked)
+        load = read_load(data, order.name, asked)
         pairs = zip(load.boxes, theirs, strict=True)
         yield load, sum(not _is_same(box.centre, box.size, box.mass, other) for box, other in pairs)
 

@@ -48,8 +48,9 @@ const frame = () => { count++; if (performance.now() - began > 2000) done([count
   else requestAnimationFrame(frame); };
 requestAnimationFrame(frame);
 """
+# As a browser without a graphics card is: WebGL by SwiftShader, and the page put together without it.
 OPTIONS: Final = ("--headless=new", "--no-sandbox", "--disable-background-networking", "--enable-unsafe-swiftshader",
-                  "--use-angle=swiftshader", "--window-size=1200,800")  # fmt: skip
+                  "--window-size=1200,800")  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,6 +8,7 @@ from enum import StrEnum
 from stability.model import BodyId
 from stackdsl.diagnostics import Diagnostic, Span
 from stackdsl.exits import ExitCode
+from stackdsl.measure import Measure
 from stackdsl.observations import Change
 from stackdsl.trace import NUMERICAL_COLLAPSE, Collapse, Cost, EarlyEnd, WrongEdges
 
@@ -25,6 +26,7 @@ class Outcome:
     unit: str
     passed: bool
     span: Span
+    numbers: tuple[Measure, ...] = ()  # what of it is a number, with its limits
 
 
 @dataclass(frozen=True, slots=True)

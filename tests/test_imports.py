@@ -27,7 +27,7 @@ LAYERS = {
         {"published", "exact"},
     ),
     "stackdsl": (
-        {"exits", "diagnostics", "entry_points", "project_file", "proof_margins", "timeline", "wording"},
+        {"exits", "diagnostics", "entry_points", "measure", "project_file", "proof_margins", "timeline", "wording"},
         {"reading", "trace"},  # a claim judges a trace, so what happened is plain data below the language
         {"language"},
         {"importing"},

@@ -12,6 +12,7 @@ _SLIPS = (
     "slope, tuned, step x 1",
 )
 _HITS = tuple(f"level {level}, {speed} m per s" for level, speed in product((3, 13), (1, 2, 4)))
+_COMPARED = ("StackDSL", "pytest", "Playwright", "Vitest", "insta", "Hurl", "Tavern", "nuclei")
 _POINT_COLUMNS = (
     Column("system", "`{system}`"),
     Column("step", "{step}"),
@@ -88,6 +89,16 @@ TABLES: Mapping[str, Table] = {
             Column("all, s", "{seconds:sig2}"),
             Column("the slowest, s", "{worst_s:sig2}"),
             Column("one placement, 99 of 100, ms", "{placement_99_ms:sig2}"),
+        ),
+    ),
+    "live": Table(
+        "live",
+        "scenes",
+        (
+            Column("scene", "{row}"),
+            Column("median, ms", "{median_ms:sig2}"),
+            Column("worst of five, ms", "{worst_ms:sig2}"),
+            Column("of the processor, without the browser, ms", "{processor_ms:sig2}"),
         ),
     ),
     "recording": Table(
@@ -220,6 +231,24 @@ TABLES: Mapping[str, Table] = {
             ),
         )
         for name in ("slant-tower", "slant-tower-flush")
+    },
+    "compared": Table(
+        "compared",
+        "tools",
+        (
+            Column("", "{row}"),
+            Column("version", "{version}"),
+            Column("seen in a run", "{run}"),
+            Column("from its documentation", "{documented}"),
+            Column("not tried", "{not_tried}"),
+        ),
+        _COMPARED,
+    ),
+    **{
+        f"compared-{group}": Table(
+            "compared", group, (Column("", "{row}"), *(Column(tool, f"{{{tool}}}") for tool in _COMPARED))
+        )
+        for group in ("choosing", "iterating", "writing", "snapshots", "reports", "mistakes", "trust", "project")
     },
     "hits": Table(
         "hits",

@@ -35,8 +35,11 @@ export class Colours {
 
   of(mode: Mode, brick: number, time: number): Color {
     switch (mode) {
-      case "state":
-        return STATES.find(([state]) => state === this.run.stateAt(brick, time))?.[2] ?? UNKNOWN;
+      case "state": {
+        const now = this.run.stateAt(brick, time);
+        if (this.run.told.marks && now === State.Awake) return UNKNOWN; // a golden file says nothing of the way
+        return STATES.find(([state]) => state === now)?.[2] ?? UNKNOWN;
+      }
       case "level":
         return this.run.told.bricks.level[brick] ? PALETTE[(this.run.told.bricks.level[brick] - 1) % 7] : UNKNOWN;
       case "material":
@@ -68,8 +71,11 @@ export class Colours {
         ];
       case "material":
         return this.kinds.slice(0, 8).map((kind, place) => [kind, PALETTE[place % 8]]);
-      default:
-        return [];
+      default: {
+        const levels = [...new Set(this.run.told.bricks.level)].filter((level) => level > 0).sort((one, other) => one - other);
+        const alike = PALETTE.slice(0, 7).map((_, place) => levels.filter((level) => (level - 1) % 7 === place));
+        return alike.flatMap((some, place): Entry[] => (some.length ? [[`level ${some.slice(0, 3).join(", ")}${some.length > 3 ? " ..." : ""}`, PALETTE[place]]] : []));
+      }
     }
   }
 

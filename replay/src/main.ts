@@ -2,13 +2,15 @@
 import { Quaternion, Vector3 } from "three";
 import { MODES, type Mode } from "./colours";
 import { OVERLAYS } from "./overlays";
-import { button, choice, part, say, swatch } from "./page";
+import { button, choice, offer, part, say, swatch } from "./page";
 import type { Payload } from "./payload";
+import { type Heard, listen } from "./live";
 import { Player, SPEEDS } from "./player";
-import { Run, State } from "./run";
+import { marksOf, Run, State } from "./run";
 import { DIFFERENT } from "./stage";
 import type { From } from "./viewer";
 
+const NOTHING_YET = "waiting for what is to be shown";
 const VIEWS: From[] = ["three-quarter", "front", "side", "plan"];
 const WORDS: Record<State, string> = {
   [State.Absent]: "not there",
@@ -20,12 +22,12 @@ const WORDS: Record<State, string> = {
 };
 
 // What is said of a brick.
-function labelOf(run: Run, brick: number, time: number): string {
+function labelOf(run: Run, brick: number, time: number, marks: Map<string, string[]> | undefined): string {
   const { bricks } = run.told;
   const found = run.proofAt(time);
   const place = found?.place.get(brick);
   const lines = [
-    `${bricks.name[brick]}${bricks.level[brick] ? `, level ${bricks.level[brick]}` : ""}, ${bricks.grams[brick]} g: ${WORDS[run.stateAt(brick, time)]}`,
+    `${bricks.name[brick]}${bricks.level[brick] ? `, level ${bricks.level[brick]}` : ""}, ${bricks.grams[brick]} g: ${run.told.marks ? "as the golden file has it" : WORDS[run.stateAt(brick, time)]}`,
   ];
   if (found && place !== undefined) {
     const on = found.proof.rests[place].map(([below, share]) => run.nameOf(below) + (share === null ? "" : ` ${Math.round(100 * share)} %`));
@@ -33,13 +35,15 @@ function labelOf(run: Run, brick: number, time: number): string {
     const depth = found.proof.depth[place];
     if (depth !== null) lines.push(`its centre is ${depth} mm inside what carries it`);
   }
-  return [...lines, bricks.place[brick]].join("\n");
+  return [...lines, ...(marks?.get(bricks.name[brick]) ?? []), bricks.place[brick]].join("\n");
 }
 
-function build(player: Player): void {
+function build(player: Player): Heard {
   const { runs, viewer, timeline } = player;
-  const title = part("h1");
+  const title = part("h1", { text: NOTHING_YET });
   const about = part("p");
+  const notes = part("p", { class: "notes" });
+  const mistakes = part("pre", { class: "mistakes" });
   const label = part("div", { class: "label" });
   const legend = part("div", { class: "legend" });
   const news = part("div", { class: "news" });
@@ -53,12 +57,12 @@ function build(player: Player): void {
   });
   const [speedLabel, speed] = choice("Speed", SPEEDS.map((one) => [String(one), one < 1 ? `1/${1 / one}` : `${one}`]), (value) => (player.speed = +value));
   const [colourLabel, colour] = choice("Colour", MODES.map((mode) => [mode, mode]), (value) => player.colour(value as Mode));
-  const [viewLabel] = choice("View", VIEWS.map((view) => [view, view]), (value) => player.look(value as From));
-  const names = runs.map((run, number): [string, string] => [String(number), run.told.name]);
-  const second = choice("beside", [["", "nothing"], ...names], () => chosen());
-  const first = choice("Run", names, () => chosen());
+  const [viewLabel, view] = choice("View", VIEWS.map((view) => [view, view]), (value) => player.look(value as From));
+  const second = choice("beside", [], () => chosen());
+  const first = choice("Run", [], () => chosen());
   const chosen = (): void => player.show(+first[1].value, ...(second[1].value ? [+second[1].value] : []));
   const overlays = OVERLAYS.map((name): [string, HTMLButtonElement] => [name, button(name, `show ${name}`, () => player.overlay(name))]);
+  const weakest = button("Weakest", "w: the brick whose centre has least room inside what carries it", () => player.pickWeakest());
   const swing = button("How it falls", "m: play the motion that proves that it falls", () => player.swing());
   speed.value = "1";
   const buttons = [
@@ -74,11 +78,20 @@ function build(player: Player): void {
     following,
     ...overlays.map(([, one]) => one),
     swing,
+    weakest,
   ];
-  const several = runs.length > 1 ? [part("div", { class: "bar" }, first[0], second[0])] : [];
+  const several = part("div", { class: "bar" }, first[0], second[0]);
+  const lines: string[][] = [];
+  const changed = (): void => {
+    const names = runs.map((run, number): [string, string] => [String(number), run.told.name]);
+    several.hidden = runs.length < 2;
+    offer(first[1], names, String(player.shown[0] ?? 0));
+    offer(second[1], [["", "nothing"], ...names], String(player.shown[1] ?? ""));
+    player.touch();
+  };
   viewer.canvas.tabIndex = 0;
   document.body.append(
-    part("header", {}, title, about, ...several),
+    part("header", {}, title, about, several, notes, mistakes),
     part("main", {}, viewer.canvas, ...captions, legend, news, label),
     part("footer", {}, timeline.canvas, part("div", { class: "bar" }, ...buttons)),
   );
@@ -90,6 +103,10 @@ function build(player: Player): void {
     say(title, `${run.told.name}: ${run.told.verdict}`);
     const failed = run.told.outcomes.filter((outcome) => !outcome.passed).map((outcome) => `failed: ${outcome.text}`);
     say(about, [run.told.description, ...failed].filter(Boolean).join(" - "));
+    const marks = marksOf(run, viewer.stages[1]?.run);
+    const ofWhole = [...(marks ?? [])].filter(([name]) => !run.told.bricks.name.includes(name)).flatMap(([name, texts]) => texts.map((text) => `${name} ${text}`));
+    say(notes, [factOf(run), ...ofWhole, ...(lines[player.shown[0]] ?? [])].filter(Boolean).join("\n"));
+    weakest.hidden = run.told.weakest === null;
     say(clock, `${player.time.toFixed(3)} s of ${timeline.end.toFixed(3)} s`);
     say(playing, player.playing ? "Pause" : "Play");
     following.setAttribute("aria-pressed", String(player.following));
@@ -105,19 +122,21 @@ function build(player: Player): void {
       say(caption, viewer.stages[place]?.run.told.name ?? "");
       caption.style.left = place ? "50.5%" : ".5rem";
     });
-    const key = `${player.mode} ${player.shown}`;
+    const key = `${player.mode} ${player.shown} ${marks?.size}`;
     if (key !== legendOf) {
       legendOf = key;
       const entries = viewer.stages[0].colours.legend(player.mode);
-      if (viewer.stages.length > 1) entries.push(["not where it is in the other run", DIFFERENT]);
+      if (viewer.stages.length > 1) entries.push([marks ? "differs from the golden file" : "not where it is in the other run", DIFFERENT]);
+      legend.hidden = entries.length === 0;
       legend.replaceChildren(...entries.map(([text, code]) => part("div", {}, swatch(`#${code.getHexString()}`), document.createTextNode(text))));
     }
     colour.value = player.mode;
+    view.value = viewer.from;
     const seen = hovered && !player.playing ? viewer.pick(hovered.x, hovered.y, player.time) : undefined;
     const found = seen ?? player.picked;
     label.hidden = !found;
     if (found) {
-      label.textContent = labelOf(viewer.stages[found[0]].run, found[1], player.time);
+      label.textContent = labelOf(viewer.stages[found[0]].run, found[1], player.time, marks);
       const [x, y] = seen && hovered ? [hovered.x, hovered.y] : viewer.onScreen(viewer.stages[found[0]].drawn(found[1]), found[0]);
       label.style.left = `${Math.min(x + 14, viewer.canvas.clientWidth - label.offsetWidth - 4)}px`;
       label.style.top = `${Math.min(y + 14, viewer.canvas.clientHeight - label.offsetHeight - 4)}px`;
@@ -146,6 +165,7 @@ function build(player: Player): void {
     o: () => (viewer.orthographic = !viewer.orthographic),
     v: () => player.look(VIEWS[(VIEWS.indexOf(viewer.from) + 1) % VIEWS.length]),
     m: () => player.swing(),
+    w: () => player.pickWeakest(),
     "+": () => viewer.zoom(1.25),
     "-": () => viewer.zoom(0.8),
     "[": () => faster(-1),
@@ -168,14 +188,34 @@ function build(player: Player): void {
     player.touch();
   });
   addEventListener("resize", () => player.touch());
+  changed();
+  return { mistakes, lines, changed };
+}
+
+// The weakest spot of what stands, or what gives way.
+function factOf({ told }: Run): string {
+  if (told.fall) return `gives way: ${told.fall.reason}`;
+  return told.weakest ? `weakest spot: ${told.bricks.name[told.weakest.brick]}, whose centre is ${told.weakest.depth} mm inside what carries it` : "";
 }
 
 async function main(): Promise<void> {
-  const told = JSON.parse(document.getElementById("runs")!.textContent!) as Payload[];
+  const data = document.getElementById("runs")!;
+  const told = JSON.parse(data.textContent!) as Payload[];
   const player = new Player(await Promise.all(told.map((one) => Run.of(one))));
-  build(player);
-  player.start();
+  const heard = build(player);
+  player.start(nameIn(location.hash));
+  heard.changed();
   expose(player);
+  if (data.dataset.live !== undefined) listen(player, heard);
+}
+
+// Which run a link means.
+function nameIn(hash: string): string {
+  try {
+    return decodeURIComponent(hash.slice(1));
+  } catch {
+    return "";
+  }
 }
 
 // What whoever drives the page from outside can ask, such as its tests.
@@ -187,6 +227,7 @@ function expose(player: Player): void {
       seek: (time: number) => (player.play(false), player.seek(time), player.update(), player.viewer.draw()),
       time: () => player.time,
       drawn: () => player.drawn,
+      heard: () => player.heard,
       positionOf: (name: string) => player.viewer.stages[0].drawn(numberOf(name)[1]).toArray(),
       poseOf: (name: string) => (
         player.viewer.stages[0].run.poseAt(numberOf(name)[1], player.time, pose), [...pose.position.toArray(), ...pose.orientation.toArray()]

@@ -38,13 +38,21 @@ export function button(text: string, title: string, pressed: () => void): HTMLBu
 
 export function choice(title: string, options: [string, string][], chosen: (value: string) => void): [HTMLLabelElement, HTMLSelectElement] {
   const select = part("select", { title });
-  for (const [value, text] of options) {
-    const option = part("option", { text });
-    option.value = value;
-    select.append(option);
-  }
+  offer(select, options);
   select.addEventListener("change", () => chosen(select.value));
   return [part("label", {}, document.createTextNode(title), select), select];
+}
+
+// Other options to choose from.
+export function offer(select: HTMLSelectElement, options: [string, string][], value?: string): void {
+  select.replaceChildren(
+    ...options.map(([value, text]) => {
+      const option = part("option", { text });
+      option.value = value;
+      return option;
+    }),
+  );
+  if (value !== undefined) select.value = value;
 }
 
 export function swatch(code: string): HTMLCanvasElement {

@@ -62,4 +62,6 @@ export interface Payload {
   events: Told[];
   proofs: Proof[];
   fall: Fall | null;
+  weakest: { brick: number; depth: number } | null; // where what stands is nearest to tipping [mm]
+  marks: Record<string, string[]> | null; // of a golden file: what differs from its run, by brick or what else it is of
 }

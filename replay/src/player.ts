@@ -2,13 +2,14 @@
 import { Vector3 } from "three";
 import { MODES, type Mode } from "./colours";
 import type { Overlay } from "./overlays";
-import { Run } from "./run";
+import { goldenOf, type Run } from "./run";
 import { Stage } from "./stage";
 import { Timeline } from "./timeline";
 import { type From, Viewer } from "./viewer";
 
 export const SPEEDS = [1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1, 2, 4, 8];
 const LATE = 1 / 35; // [s] between frames
+const COARSEST = 0.5; // fewer pixels than a quarter of them save nothing more: then it is corners that take the time
 const TELLING = 60; // [ms] between texts while it plays, which nobody reads faster
 const SWINGING = 1.5; // [s] from where it stood and back
 
@@ -26,6 +27,8 @@ export class Player {
   shown: number[] = []; // which of the runs
   told: () => void = () => undefined; // whenever something has changed
   drawn = 0; // frames so far
+  heard = 0; // runs that came while the page was open, each time anew
+  private sought = false; // whether somebody chose what time is seen
   private fresh = false;
   private before = 0; // when the last frame was drawn [ms]
   private late = 0; // [s] between the last frames
@@ -47,11 +50,53 @@ export class Player {
     this.seek(Math.min(this.time, this.timeline.end));
   }
 
-  start(): void {
-    this.show(0);
+  // A run that there is from now on, or instead of the one of this number: what is looked at, and from where, stays.
+  put(number: number, run: Run): void {
+    const first = this.shown.length === 0;
+    this.heard++;
+    this.runs[number] = run;
+    this.made.get(number)?.forget();
+    this.made.delete(number);
+    if (first) this.open(number);
+    else if (this.shown.includes(number)) this.again(this.shown);
+  }
+
+  // There are fewer runs from now on.
+  keep(count: number): void {
+    if (this.runs.length <= count) return;
+    this.runs.length = count;
+    for (const [number, stage] of this.made) if (number >= count) stage.forget(), this.made.delete(number);
+    const left = this.shown.filter((number) => number < count);
+    if (left.length < this.shown.length) this.again(left.length ? left : [0]);
+  }
+
+  private again(numbers: number[]): void {
+    const name = this.picked && this.viewer.stages[this.picked[0]].run.told.bricks.name[this.picked[1]];
+    const place = this.picked?.[0] ?? 0;
+    const [time, sought] = [this.time, this.sought];
+    this.show(...numbers);
+    const brick = name === undefined ? -1 : (this.viewer.stages[place]?.run.told.bricks.name.indexOf(name) ?? -1);
+    if (brick >= 0) this.picked = [place, brick];
+    else this.following = false;
+    this.seek(sought ? time : this.beginning());
+    this.sought = sought;
+  }
+
+  // Show one run for the first time, beside its golden file if that differs.
+  private open(number: number): void {
+    const golden = this.runs.findIndex((run) => run.told.name === goldenOf(this.runs[number]));
+    const differs = golden >= 0 && Object.keys(this.runs[golden].told.marks ?? {}).length > 0;
+    this.show(number, ...(differs ? [golden] : []));
     this.viewer.look("three-quarter", this.timeline.end);
     this.seek(this.beginning());
     this.viewer.fit(this.time);
+    this.sought = false;
+  }
+
+  // Begin with the run of this name, or the first.
+  start(name: string): void {
+    const named = this.runs.findIndex((run) => run.told.name === name);
+    if (this.runs.length) this.open(Math.max(0, named));
     const frame = (now: number): void => {
       this.frame(now);
       requestAnimationFrame(frame);
@@ -62,12 +107,14 @@ export class Player {
   // Just before it begins to fall, or its end.
   private beginning(): number {
     const { told } = this.viewer.stages[0].run;
+    if (told.fall && !told.events.some((event) => event.kind === "collapsed")) return told.fall.time;
     const fell = told.events.find((event) => event.kind === "collapsed");
     return fell ? Math.max(0, Math.min(fell.time, told.fall?.time ?? Infinity) - 0.001) : told.end;
   }
 
   seek(time: number): void {
     this.time = Math.min(this.timeline.end, Math.max(0, time));
+    this.sought = true;
     this.swinging = false;
     this.touch();
   }
@@ -75,6 +122,7 @@ export class Player {
   play(wanted = !this.playing): void {
     if (wanted && this.time >= this.timeline.end) this.time = 0;
     this.playing = wanted;
+    this.sought ||= wanted;
     this.swinging = false;
     this.touch();
   }
@@ -85,9 +133,15 @@ export class Player {
     this.seek(event ? event.time : way > 0 ? this.timeline.end : 0);
   }
 
+  // Show the brick that is nearest to tipping.
+  pickWeakest(): void {
+    const weakest = this.viewer.stages[0]?.run.told.weakest;
+    if (weakest) this.pick([0, weakest.brick]);
+  }
+
   // Play the motion that proves that it falls.
   swing(): void {
-    const fall = this.viewer.stages[0].run.told.fall;
+    const fall = this.viewer.stages[0]?.run.told.fall;
     if (!fall) return;
     this.playing = false;
     this.seek(fall.time);
@@ -136,7 +190,7 @@ export class Player {
       if (this.time >= this.timeline.end) [this.time, this.playing] = [this.timeline.end, false];
     }
     if (this.swinging) this.swingTime += passed;
-    if (this.fresh && !this.swinging) return;
+    if ((this.fresh && !this.swinging) || !this.viewer.stages.length) return;
     this.fresh = true;
     this.update();
     this.viewer.draw();
@@ -151,7 +205,7 @@ export class Player {
   private adapt(passed: number): void {
     this.late = this.playing || this.swinging ? 0.8 * this.late + 0.2 * passed : 0;
     const { viewer } = this;
-    const wanted = this.late > LATE && viewer.sharpness > 0.3 ? viewer.sharpness * 0.7 : this.late ? viewer.sharpness : 1;
+    const wanted = this.late > LATE && viewer.sharpness > COARSEST ? Math.max(COARSEST, viewer.sharpness * 0.7) : this.late ? viewer.sharpness : 1;
     if (wanted === viewer.sharpness) return;
     [viewer.sharpness, this.fresh] = [wanted, false];
     if (this.late) this.late = 1 / 60;

@@ -135,3 +135,16 @@ export class Run {
     return states;
   }
 }
+
+// What differs between a run and its golden file, if these two are seen, by name of a brick or of what else it is of.
+export function marksOf(one: Run, other: Run | undefined): Map<string, string[]> | undefined {
+  const golden = [one, other].find((run) => run?.told.marks);
+  const run = golden === one ? other : one;
+  if (!golden?.told.marks || !run || golden.told.name !== goldenOf(run)) return undefined;
+  return new Map(Object.entries(golden.told.marks));
+}
+
+// What the golden file of a run is called.
+export function goldenOf({ told }: Run): string {
+  return `${told.name}, golden file`;
+}

@@ -1,9 +1,9 @@
 // One run on the screen: its bricks, what is drawn over them, and the ground.
-import { Box3, Color, DoubleSide, GridHelper, Matrix4, Mesh, MeshBasicMaterial, PlaneGeometry, Quaternion, Scene, Vector3 } from "three";
+import { Box3, Color, DoubleSide, GridHelper, InstancedMesh, LineSegments, Matrix4, Mesh, MeshBasicMaterial, PlaneGeometry, Quaternion, Scene, Vector3 } from "three";
 import { Bricks } from "./bricks";
 import { Colours, type Mode } from "./colours";
 import { type Overlay, Overlays } from "./overlays";
-import type { Pose, Run } from "./run";
+import { marksOf, type Pose, type Run } from "./run";
 
 export const DIFFERENT = new Color("#ff00ff");
 const PICKED = new Color("#ffffff");
@@ -61,6 +61,14 @@ export class Stage {
     this.overlays.show(look.overlays, look.time);
   }
 
+  // It is not drawn any more: give back what it has on the graphics card.
+  forget(): void {
+    this.scene.traverse((one) => {
+      if (one instanceof InstancedMesh) one.dispose();
+      if (one instanceof Mesh || one instanceof LineSegments) one.geometry.dispose();
+    });
+  }
+
   // Where a brick is drawn.
   drawn(brick: number): Vector3 {
     return this.bricks.drawn(brick, new Vector3());
@@ -96,6 +104,8 @@ export class Stage {
   }
 
   private differs(brick: number, time: number, beside: Run, places?: Map<string, number>): boolean {
+    const marks = marksOf(this.run, beside);
+    if (marks) return marks.has(this.run.told.bricks.name[brick]);
     const there = places?.get(this.run.told.bricks.name[brick]);
     if (there === undefined || !beside.isThere(there, time)) return true;
     beside.poseAt(there, time, this.other);

@@ -110,6 +110,7 @@ export class Viewer {
 
   // The brick under a point of the canvas [px], and in which of the stages.
   pick(x: number, y: number, time: number): [number, number] | undefined {
+    if (!this.stages.length) return undefined;
     const each = this.canvas.clientWidth / Math.max(1, this.stages.length);
     const place = Math.min(this.stages.length - 1, Math.floor(x / each));
     const inside = new Vector2((2 * (x - place * each)) / each - 1, 1 - (2 * y) / this.canvas.clientHeight);

@@ -7,7 +7,7 @@ with sharp boxes take one of these faces instead where the edges are parallel (d
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
-from math import acos, cos, radians
+from math import acos, ceil, cos, radians
 from typing import TypeAlias
 
 from stability.engines.protocol import World
@@ -24,7 +24,7 @@ WRONG = cos(radians(10.0))  # of the angle between a normal and the true one: be
 FACE_ON = cos(radians(5.0))  # of the angle between a normal and that of a face: below it, no face is touched
 LOADED = 0.01  # share of the weight of the lighter brick that a contact must carry to matter
 ROUNDS = 60  # of going to and fro between two boxes: parallel edges need two, edges that cross at 20 deg fifty
-BEFORE = (0.0, 0.5, 1.0)  # shares of a time step since contacts may have been found
+MOST_BEFORE = 64  # places of the last time step at which contacts may have been found
 TURNS = 0.15  # share of the rounding by which two edges may slide across each other: normals turn by 4 deg
 NEAR = 0.01  # share of the rounding by which the nearest point may still move
 
@@ -116,8 +116,12 @@ def _of_pair(engine: World, points: Collection[ContactPoint], gravity: float) ->
     states = engine.states([point.a, point.b])
     if not (isinstance(a, Box) and isinstance(b, Box)):
         return
-    off = max(_agreements(point, (a, states[point.a]), (b, states[point.b]), engine.settings.time_step), default=1.0)
-    if off < WRONG:
+    off = None
+    for cosine in _agreements(point, (a, states[point.a]), (b, states[point.b]), engine.settings.time_step):
+        off = cosine if off is None else max(off, cosine)
+        if off >= WRONG:
+            return
+    if off is not None:
         over = states[point.a].pose.position_W[2] >= states[point.b].pose.position_W[2]
         upper, lower = (point.a, point.b) if over else (point.b, point.a)
         yield WrongNormal(upper, lower, acos(max(off, -1.0)))
@@ -135,8 +139,9 @@ def _agreements(
     middle_W = add_scaled(point.position_W, 0.5 * point.gap, point.normal_BA_W)
     slip_W = subtract(velocity_at(state_a, middle_W), velocity_at(state_b, middle_W))
     resting = block(box_b.size, state_b.pose)
-    for share in BEFORE:
-        where = add_scaled(state_a.pose.position_W, -share * time_step, slip_W)
+    places = min(max(2, ceil(norm(slip_W) * time_step / (TURNS * radius))), MOST_BEFORE)
+    for place in range(places + 1):
+        where = add_scaled(state_a.pose.position_W, -place / places * time_step, slip_W)
         normal = true_normal(block(box_a.size, Pose(where, state_a.pose.orientation)), resting, middle_W, radius)
         if normal is not None:
             yield dot(normal, point.normal_BA_W)

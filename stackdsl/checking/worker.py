@@ -19,6 +19,7 @@ from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from time import monotonic
 
+from stackdsl.checking.memory_limit import limit_memory
 from stackdsl.exits import INTERRUPTS
 
 BEGUN = b"begun"  # a worker's word that it has all it needs and calls the function now
@@ -169,6 +170,7 @@ def _serve(connection: Connection) -> None:
     gc.freeze()  # looking for garbage in what the parent has made would copy its memory
     threading.Thread(target=_end_with_parent, daemon=True).start()
     _keep_off_stdout()
+    limit_memory()
     with suppress(EOFError, OSError):
         while True:
             order = connection.recv_bytes()

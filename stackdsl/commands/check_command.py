@@ -39,7 +39,9 @@ def check_command(context: click.Context, **asked: Unpack[Asked]) -> None:
     if asked["watch"]:
         from stackdsl.commands.watching import watch  # noqa: PLC0415 -- few calls do
 
-        context.exit(watch([_split(path)[0] for path in asked["paths"]] or [project_around(()).scenarios]))
+        context.exit(
+            watch([_split(path)[0] for path in asked["paths"]] or [project_around(()).scenarios], asked["html"])
+        )
     paths, places = _places(asked["paths"])
     project = project_around(paths)
     paths = paths or (project.scenarios,)

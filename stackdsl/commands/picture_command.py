@@ -12,21 +12,24 @@ from stackdsl.commands.keeping import write_file
 from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath
 from stackdsl.commands.selecting import code_without_runs, selected_of
 from stackdsl.playing.clearance import BlockedPlacementError
+from stackdsl.reading.characters import visible
 from stackdsl.recording.recorder import Recorder
 from stackdsl.systems.known_systems import unplayable
+from stackdsl.viewing.pictures.films import FilmError, film_maker, mp4
 from stackdsl.viewing.pictures.picture import Panel, moving_frames, panels_at, picture, strip
 from stackdsl.viewing.pictures.rasters import HINT, moving, png
 from stackdsl.viewing.pictures.views import VIEWS
 from stackdsl.viewing.run_view import RunView, view_of
 
-STILL, MOVING = (".svg", ".png"), (".gif", ".webp")
+FILM = ".mp4"
+STILL, MOVING = (".svg", ".png"), (".gif", ".webp", FILM)
 RATE = 20.0  # frames a second of moving pictures
 MOST_FRAMES = 400
 
 
 @click.command("picture")
 @ONE_FILE
-@click.option("-o", "--output", type=FilePath, required=True, help="What to write: .svg, .png, or .gif or .webp.")
+@click.option("-o", "--output", type=FilePath, required=True, help="What to write: .svg, .png, or .gif, .webp or .mp4.")
 @click.option("--view", "views", multiple=True, type=click.Choice(list(VIEWS)), help="From where; default: all around.")
 @click.option("--at", "time", type=click.FloatRange(min=0.0), help="When [s]; default: at the end.")
 @click.option("--strip", "count", type=click.IntRange(2, 40), help="So many pictures of how it moves, side by side.")
@@ -52,6 +55,8 @@ def picture_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     """Play one case of FILE, and draw it: at the end, at a time, as a strip, or moving."""
     if output.suffix.lower() not in (*STILL, *MOVING):
         raise click.UsageError(f"{output}: write to a file that ends in {', '.join((*STILL, *MOVING))}")
+    if output.suffix.lower() == FILM:
+        _refuse_without_film_maker()
     gathered, selected = selected_of(file, Selection(systems, keyword))
     if not selected:
         context.exit(code_without_runs(gathered, selected))
@@ -71,7 +76,21 @@ def picture_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
 
 
 def _moving(run: RunView, panels: list[Panel], form: str) -> bytes:
-    return moving([picture(run, [panel], among=panels) for panel in panels], RATE, form.lower())
+    pictures = [picture(run, [panel], among=panels) for panel in panels]
+    if f".{form.lower()}" != FILM:
+        return moving(pictures, RATE, form.lower())
+    try:
+        return mp4(pictures, RATE)
+    except FilmError as error:
+        raise click.ClickException(visible(str(error))) from error
+
+
+def _refuse_without_film_maker() -> None:
+    """Before anything is played."""
+    try:
+        film_maker()
+    except FilmError as error:
+        raise click.ClickException(str(error)) from error
 
 
 def _played(case: Case) -> RunView:

@@ -28,6 +28,7 @@ from stackdsl.trace import Event
 @ON_RECORD
 @ON_HTML
 @ON_GLB
+@click.option("--watch", is_flag=True, help="Show it in a page of this machine, anew whenever FILE is saved.")
 @click.option("--all-names", is_flag=True, help="Name every brick of an event, and all that fell.")
 @click.pass_context
 def run_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
@@ -38,9 +39,16 @@ def run_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     record: Path | None,
     html: Path | None,
     glb: Path | None,
+    watch: bool,
     all_names: bool,
 ) -> None:
     """Play FILE, print what happens as it happens, and judge it; golden files are not looked at."""
+    if watch:
+        if any(path is not None for path in (record, html, glb)):
+            raise click.UsageError("--watch writes no files; leave it out, or --record, --html and --glb")
+        from stackdsl.commands.live_run import watch_run  # noqa: PLC0415 -- few calls do
+
+        context.exit(watch_run(file, Selection(systems, keyword)))
     gathered, selected = selected_of(file, Selection(systems, keyword))
     keeping = Keeping.of(record, html, glb, selected)
     results = tuple(_run(case, keeping, all_names) for case in selected)

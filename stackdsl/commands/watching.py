@@ -5,7 +5,7 @@ So it is always the code on the disk that plays, and what is remembered says wha
 
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import click
@@ -14,8 +14,25 @@ from stackdsl.checking.gathering import SUFFIXES
 from stackdsl.commands.terminal import tell
 
 
-def watch(paths: Sequence[Path]) -> int:
-    """Check as this call asks for, now and at every change below these paths; the exit code of the last check."""
+def watch(paths: Sequence[Path], html: Path | None) -> int:
+    """Check as this call asks for, now and at every change below these paths; the exit code of the last check.
+
+    The pages that each check writes into a folder, if that is wanted, are served on this machine, and load again.
+    """
+    if html is None:
+        return _watch(paths)
+    from stackdsl.viewing.live.showing import showing  # noqa: PLC0415 -- few calls do
+    from stackdsl.viewing.live.sites import Folder  # noqa: PLC0415 -- likewise
+
+    try:
+        with showing(Folder(html)) as page:
+            tell(f"open {page.url}")
+            return _watch(paths, lambda: page.put("written", None))
+    except OSError as error:
+        raise click.ClickException(f"no page can be shown: {error.strerror or error}") from error
+
+
+def _watch(paths: Sequence[Path], on_checked: Callable[[], None] = lambda: None) -> int:
     try:
         from watchfiles import watch as changes_of  # noqa: PLC0415 -- where something is watched
     except ImportError as error:
@@ -43,6 +60,7 @@ def watch(paths: Sequence[Path]) -> int:
             for name in sorted({Path(name).name for _, name in changed}):
                 tell(f"changed: {name}")
             code = subprocess.run(command, check=False).returncode
+            on_checked()
             tell("watching; Ctrl-C ends it")
     except KeyboardInterrupt:
         pass

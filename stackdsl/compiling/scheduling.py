@@ -27,12 +27,13 @@ class Schedule:
     mistakes: list[Diagnostic] = field(default_factory=list)
     latest: dict[tuple[str, str], float] = field(default_factory=dict)  # of all that an anchor may name [s]
 
-    def place(self, brick: BuiltBrick, moment: Moment, let_go: float) -> None:
-        """Let a brick be placed at a moment, and be left to itself at a time [s]."""
-        self.bricks.append(moment)
+    def place(self, brick: BuiltBrick, in_hand: InHand, turn: int) -> None:
+        """Let a brick be placed at a time; an anchor names when it is left to itself."""
+        self.bricks.append(Moment(in_hand.arrives, turn))
+        self.in_hands.append(in_hand)
         events = [("level", str(brick.level)), ("brick", brick.name), *[("built", "")] * (not brick.written.inserted)]
         for event in events:
-            self.latest[event] = max(self.latest.get(event, let_go), let_go)
+            self.latest[event] = max(self.latest.get(event, in_hand.let_go), in_hand.let_go)
 
 
 def scheduled(bricks: Sequence[BuiltBrick], scenario: Scenario, source: Source) -> Schedule:
@@ -52,11 +53,9 @@ def scheduled(bricks: Sequence[BuiltBrick], scenario: Scenario, source: Source) 
                 start = event + step.after.offset
         every = (scenario.build[number].every or 0.0) if turn == BUILD else 0.0
         hand = scenario.build[number].place if turn == BUILD else None
-        in_hands = _in_hands(hand, start, turns[number], every)
-        first = len(found.bricks)
-        for brick, each in zip(bricks[first : first + len(in_hands)], in_hands, strict=True):
-            found.place(brick, Moment(each.arrives, turn), each.let_go)
-        found.in_hands += in_hands
+        first, in_hands = len(found.bricks), _in_hands(hand, start, turns[number], every)
+        for brick, in_hand in zip(bricks[first : first + len(in_hands)], in_hands, strict=True):
+            found.place(brick, in_hand, turn)
         if turn:
             found.impacts.append(Moment(start, turn))
             found.over.append(start + scenario.impacts[turn - 1].done.lasts)

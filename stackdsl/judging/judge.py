@@ -56,7 +56,8 @@ def _outcome(path: Path, claim: Claim, trace: Trace, variant: Variant, source: S
     found = _found(stated, trace)
     place = (*path, kind)
     expected = as_written(repeated(_at(source.values, place), _at(variant.values, place)))
-    return Outcome(kind, expected, found.measured, found.margin, found.unit, found.passed, source.key_span_of(place))
+    span = source.key_span_of(place)
+    return Outcome(kind, expected, found.measured, found.margin, found.unit, found.passed, span, found.numbers)
 
 
 def _found(stated: ClaimKind, trace: Trace) -> Finding:

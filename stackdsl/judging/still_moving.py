@@ -18,4 +18,4 @@ def still_moving(found: Finding, trace: Trace) -> Finding:
     watched = trace.cost.simulated_time - max(trace.last_action, trace.last_arrival)  # [s]
     why = f"still moving at the end of the watch: {count} brick{'s' * (count > 1)}"
     advice = f"watch longer, such as `watch: {2 * max(1, round(watched))} s`"
-    return Finding(f"{found.measured}; {why}; {advice}", -inf, "", passed=False)
+    return Finding(f"{found.measured}; {why}; {advice}", -inf, "", passed=False, numbers=found.numbers)

@@ -11,13 +11,13 @@ Python. Values are exact fractions, so that `floor(0.3 m / 0.1 m)` is 3. Roots a
 import ast
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final, TypeAlias, cast
 
 from stackdsl.diagnostics import did_you_mean
+from stackdsl.language.inner import Inner
 from stackdsl.language.mistakes import MistakeError, shown
 from stackdsl.language.quantities import NUMBER, REMEMBERED, UNIT, UNITS, quantity_text, registry, unit_amount
 from stackdsl.reading.source import MAX_EXACT, Plain
@@ -76,27 +76,6 @@ _TOKEN = re.compile(
 
 class EarlierMistakeError(Exception):
     """The value cannot be known, for reasons already told."""
-
-
-@dataclass(frozen=True, slots=True)
-class Inner(Mapping[str, "Value | None"]):
-    """Variables of a part, over those of what is around it; nothing is copied, as either may be many."""
-
-    own: "Names"
-    around: "Names"
-
-    def __getitem__(self, name: str) -> "Value | None":
-        return self.own[name] if name in self.own else self.around[name]
-
-    def __contains__(self, name: object) -> bool:
-        return name in self.own or name in self.around
-
-    def __iter__(self) -> Iterator[str]:
-        yield from self.own
-        yield from (name for name in self.around if name not in self.own)
-
-    def __len__(self) -> int:
-        return sum(1 for _ in self)
 
 
 def _mistake(message: str, hint: str | Callable[[], str] = "") -> MistakeError:
@@ -186,18 +165,14 @@ def _variable(name: str, names: "Names") -> "Amount":
     if name == "pi":
         return unit_amount("") * PI
     if name not in names:
-        raise _mistake(f"unknown variable '{name}'", lambda: _called_alike(name, names))
+        define, message = "define it above, under `let`", f"unknown variable '{name}'"
+        raise _mistake(message, lambda: did_you_mean(name, [each for each in names if each[0] != "_"]) or define)
     value = names[name]
     if value is None:
         raise EarlierMistakeError
     if isinstance(value, str):
         raise _mistake(f"'{name}' is the word '{value}', and no number", f"a word stands alone: ${{{name}}}")
     return value
-
-
-def _called_alike(name: str, names: "Names") -> str:
-    known = [known for known in names if not known.startswith("_")]
-    return did_you_mean(name, known) or "define it above, under `let`"
 
 
 def _operation(operator: ast.operator, left: "Amount", right: "Amount") -> "Amount":
@@ -306,8 +281,7 @@ def _bounded(amount: "Amount") -> "Amount":
 
 
 def _noun(amount: "Amount") -> str:
-    unit = _unit_text(amount)
-    return NOUNS.get(unit, f"a quantity in {unit}")
+    return NOUNS.get(unit := _unit_text(amount), f"a quantity in {unit}")
 
 
 def _unit_text(amount: "Amount") -> str:

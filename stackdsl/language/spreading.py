@@ -11,7 +11,8 @@ from math import prod
 from typing import TYPE_CHECKING, Final
 
 from stackdsl.language.choices import Mistakes, add, check_name
-from stackdsl.language.expressions import EarlierMistakeError, Inner, interpolate, value_of
+from stackdsl.language.expressions import EarlierMistakeError, interpolate, value_of
+from stackdsl.language.inner import Inner
 from stackdsl.language.mistakes import MistakeError, shown
 from stackdsl.language.ranges import values_of
 from stackdsl.reading.places import Places

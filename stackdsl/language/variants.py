@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 from stackdsl.diagnostics import Diagnostic, first_of, reading_order
 from stackdsl.language.choices import Choice, Mistakes, NameMistakeError, add, check_name, choices_of
-from stackdsl.language.expressions import EarlierMistakeError, Inner, interpolate, value_of, variables_in
+from stackdsl.language.expressions import EarlierMistakeError, interpolate, value_of, variables_in
+from stackdsl.language.inner import Inner
 from stackdsl.language.mistakes import MistakeError
 from stackdsl.language.spreading import REPEAT, Budget, TooMuchError, spread
 from stackdsl.reading.source import Path, Plain, Source

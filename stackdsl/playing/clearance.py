@@ -49,18 +49,16 @@ def keep_clear(placement: Placement, watch: Watch) -> None:
     """Raise the error if a brick has no room; one that is slid in may also be in the way of what gave a little."""
     anywhere = placement.arrival is Arrival.SLID_IN or watch.hit or placement.hits
     others = [watch.bricks[name] for name in watch.present] if anywhere else watch.dropped
-    name = placement.brick.id
-    inside = {
-        other.placement.brick.id: _depth(placement, other) for other in others if other.placement.brick.id != name
-    }
-    inside = {other: depth for other, depth in inside.items() if depth > MOST_OVERLAP}
+    own = placement.brick.id
+    inside = {other.placement.brick.id: _depth(placement, other) for other in others if other.placement.brick.id != own}
+    inside = {name: depth for name, depth in inside.items() if depth > MOST_OVERLAP}
     # What tips or creeps without falling comes up from below: an engine pushes out of it what is not halfway inside.
     halfway = 0.5 * placement.brick.shape.least_thickness
-    tipped = {other: _depth(placement, shifted) for other, shifted in watch.shifted.items() if other != name}
-    inside |= {other: depth for other, depth in tipped.items() if depth > halfway}
+    tipped = {name: _depth(placement, other) for name, other in watch.shifted.items() if name != own}
+    inside |= {name: depth for name, depth in tipped.items() if depth > halfway}
     deepest = max(inside, key=inside.__getitem__, default=None)
     if deepest is not None:
-        raise BlockedPlacementError(Blocked(name, placement.time, deepest, inside[deepest], placement.hits))
+        raise BlockedPlacementError(Blocked(own, placement.time, deepest, inside[deepest], placement.hits))
 
 
 def _depth(placement: Placement, other: Watched) -> float:

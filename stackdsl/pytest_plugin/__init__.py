@@ -21,7 +21,11 @@ NEEDS_SYRUPY = "the fixture `golden` needs syrupy; try: pip install 'stackdsl[py
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Where golden files and scenarios are, and whether the ones are held against the others."""
-    parser.addini("golden_directory", "directory of golden files, relative to the root directory", default="golden")
+    parser.addini(
+        "golden_directory",
+        "directory of golden files, relative to the root directory; that of the project, if nothing is said",
+        default="",
+    )
     parser.addini(
         "scenario_directories",
         "directories of scenarios, relative to the root directory; YAML files elsewhere are tests if they are named",
@@ -60,7 +64,7 @@ def golden(request: pytest.FixtureRequest) -> "Golden":
     """Gives what a snapshot of an identity is compared with; the module's docstring shows a test."""
     if not request.config.pluginmanager.has_plugin("syrupy"):
         pytest.fail(NEEDS_SYRUPY, pytrace=False)
+    from stackdsl.pytest_plugin.golden_directory import golden_directory  # noqa: PLC0415 -- only where it is asked for
     from stackdsl.pytest_plugin.shared_snapshots import held_against  # noqa: PLC0415 -- syrupy need not be installed
 
-    directory = request.config.rootpath / request.config.getini("golden_directory")
-    return held_against(request.getfixturevalue("snapshot"), directory)
+    return held_against(request.getfixturevalue("snapshot"), golden_directory(request.config, request.path))

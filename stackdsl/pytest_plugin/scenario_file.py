@@ -14,6 +14,7 @@ from stackdsl.checking.results import held_up, judged, snapshot_of
 from stackdsl.judging.known import known_of
 from stackdsl.outcome import GoldenStatus, Report, VariantResult
 from stackdsl.playing.clearance import Blocked
+from stackdsl.pytest_plugin.golden_directory import golden_directory
 from stackdsl.pytest_plugin.other_engine import OtherEngineWarning
 from stackdsl.report.diagnostic_text import diagnostic_text
 from stackdsl.report.text import report_text
@@ -79,7 +80,7 @@ class ScenarioItem(pytest.Item):
         result = judged(case, trace)
         if case.system not in SYSTEMS or self.config.getoption("no_golden"):
             return result
-        directory = self.config.rootpath / self.config.getini("golden_directory")
+        directory = golden_directory(self.config, self.path)
         update = bool(self.config.getoption("update_snapshots", default=False))  # an option of syrupy
         return replace(result, golden=check_golden(snapshot_of(case, trace), directory, update))
 

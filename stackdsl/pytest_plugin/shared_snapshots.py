@@ -17,6 +17,7 @@ from syrupy.location import PyTestLocation
 from syrupy.types import PropertyFilter, PropertyMatcher, SerializableData, SerializedData, SnapshotIndex
 
 from stackdsl.outcome import GoldenStatus
+from stackdsl.pytest_plugin.golden_directory import golden_directory
 from stackdsl.pytest_plugin.other_engine import OtherEngineWarning
 from stackdsl.snapshots.compact import golden_text
 from stackdsl.snapshots.file_names import golden_file
@@ -65,8 +66,7 @@ class GoldenExtension(JSONSnapshotExtension):
 
     @classmethod
     def dirname(cls, *, test_location: PyTestLocation) -> str:
-        config = test_location.item.config
-        return str(config.rootpath / config.getini("golden_directory"))
+        return str(golden_directory(test_location.item.config, test_location.item.path))
 
     @classmethod
     def get_location(cls, *, test_location: PyTestLocation, index: SnapshotIndex) -> str:

@@ -160,6 +160,10 @@ def _outcome(outcome: Outcome) -> dict[str, object]:
         "margin": _number(outcome.margin),
         "margin_unit": outcome.unit,
         "passed": outcome.passed,
+        "numbers": [
+            {"value": number.value, "least": number.least, "most": number.most, "unit": number.unit}
+            for number in outcome.numbers
+        ],
         "span": _span(outcome.span),
     }
 

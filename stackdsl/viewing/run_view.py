@@ -14,6 +14,7 @@ from stackdsl.systems.modification import as_played
 from stackdsl.timeline import Timeline
 from stackdsl.trace import Trace
 from stackdsl.viewing.shown_proofs import ShownProofs, shown_proofs
+from stackdsl.viewing.weakest import Weakest, weakest_of
 
 
 @dataclass(frozen=True)
@@ -29,10 +30,21 @@ class RunView:
     result: VariantResult
     proofs: ShownProofs
     places: Mapping[BodyId, Span]  # of what sets down each brick, in the file
+    verdict: str  # in words
+    # Of what a golden file tells: what differs from the run beside it, in words, by brick or what else it is of.
+    marks: Mapping[str, tuple[str, ...]] | None = None
+
+    @property
+    def weakest(self) -> Weakest | None:
+        """Where the last structure that is proven to stand is nearest to tipping, and nothing is proven to fall."""
+        standing = self.proofs.standing
+        return weakest_of(standing[-1]) if standing and self.proofs.fall is None else None
 
 
-def view_of(case: Case, trace: Trace, recording: Recording, result: VariantResult) -> RunView:
-    """What is to be seen of a case that was played."""
+def view_of(
+    case: Case, trace: Trace, recording: Recording, result: VariantResult, proofs: ShownProofs | None = None
+) -> RunView:
+    """What is to be seen of a case that was played; `proofs`, if they are known already."""
     timeline = as_played(case.timeline, system_named(case.system).modification)
     return RunView(
         case.name,
@@ -42,6 +54,12 @@ def view_of(case: Case, trace: Trace, recording: Recording, result: VariantResul
         trace,
         recording,
         result,
-        shown_proofs(timeline, trace),
+        shown_proofs(timeline, trace) if proofs is None else proofs,
         places_of(case.scenario, case.source),
+        _told(trace),
     )
+
+
+def _told(trace: Trace) -> str:
+    told, collapse = trace.reported_verdict, trace.collapse
+    return told if collapse is None else f"{told} at level {collapse.level} after {collapse.time:.3f} s"

@@ -67,11 +67,11 @@ class ShownProofs:
     fall: ShownFall | None
 
 
-def shown_proofs(timeline: Timeline, trace: Trace) -> ShownProofs:
-    """What statics proves of a run, whatever it was played on."""
+def shown_proofs(timeline: Timeline, trace: Trace, names_smallest: bool = True) -> ShownProofs:
+    """What statics proves of a run, whatever it was played on; of a fall, `names_smallest` as in `Assembly.add_all`."""
     moved = [event.time for event in trace.events if event.kind in (EventKind.WOKEN, EventKind.COLLAPSED)]
     last = max((event.time for event in trace.events if event.kind in ACTIONS), default=inf)
-    structure = _Structure(timeline, every=len(timeline.actions) <= MOST_STEPS)
+    structure = _Structure(timeline, every=len(timeline.actions) <= MOST_STEPS, names_smallest=names_smallest)
     fall = structure.judge(min([*moved, last]))
     until = min([*moved, structure.until])
     shown = [*structure.shown, structure.show()] if structure.assembly.bricks else []
@@ -84,9 +84,9 @@ def shown_proofs(timeline: Timeline, trace: Trace) -> ShownProofs:
 class _Structure:
     """What is set down, as long as all of it is proven to stand."""
 
-    def __init__(self, timeline: Timeline, every: bool) -> None:
+    def __init__(self, timeline: Timeline, every: bool, names_smallest: bool) -> None:
         """`every`: whether all that is built on the way is to be shown."""
-        self.timeline, self.every = timeline.as_set_down(), every
+        self.timeline, self.every, self.names_smallest = timeline.as_set_down(), every, names_smallest
         self.shown: list[ShownProof] = []
         self.assembly = Assembly(timeline.world.planes, timeline.world.friction, timeline.world.gravity)
         self.begin, self.until = 0.0, inf  # while it is as it is [s]
@@ -119,11 +119,13 @@ class _Structure:
 
     def _set_down(self, placements: Iterable[Placement]) -> tuple[Verdict, Callable[[], object]]:
         coming = [Placed(placement.brick, placement.pose) for placement in placements]
-        return self.assembly.add_all(coming), lambda: self.assembly.remove([placed.brick.id for placed in coming])
+        verdict = self.assembly.add_all(coming, names_smallest=self.names_smallest)
+        return verdict, lambda: self.assembly.remove([placed.brick.id for placed in coming])
 
     def _taken_out(self, removal: Removal) -> tuple[Verdict, Callable[[], object]]:
         going = [self.assembly.bricks[name] for name in removal.bricks]
-        return self.assembly.remove(removal.bricks), lambda: self.assembly.add_all(going)
+        verdict = self.assembly.remove(removal.bricks, names_smallest=self.names_smallest)
+        return verdict, lambda: self.assembly.add_all(going)
 
 
 def _at_the_end(trace: Trace) -> ShownProof | None:

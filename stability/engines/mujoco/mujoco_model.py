@@ -8,7 +8,7 @@ Friction of a pair is the larger coefficient of both, but for what has priority,
 
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -185,16 +185,15 @@ def _add_body(world: mujoco.MjsBody, body: Body, scene: Scene, hulls: Mapping[Co
     added = world.add_body(pos=body.state.pose.position_W, quat=as_wxyz(body.state.pose.orientation))
     if not body.held:
         added.add_freejoint()
+    firm = 1.0
     if body.carried:
-        added.gravcomp = 1.0  # share of gravity that it does not feel
-    times = FIRM if body.carried else 1.0
-    bricks = [(replace(brick, mass=times * brick.mass), place) for brick, place in body.bricks]
-    if not all(isinstance(brick.shape, Box) for brick, _ in bricks):
-        weigh(added, bricks)
-    for brick, place in bricks:
+        firm, added.gravcomp = FIRM, 1.0  # the share of gravity that it does not feel
+    if not all(isinstance(brick.shape, Box) for brick, _ in body.bricks):
+        weigh(added, body.bricks, firm)
+    for brick, place in body.bricks:
         added.add_geom(
             **geometry(brick.shape, place, hulls),
-            mass=brick.mass,
+            mass=firm * brick.mass,
             **_contact(scene.settings, scene.friction),
         )
 

@@ -36,13 +36,16 @@ def geometry(shape: ConvexShape, place: Pose, hulls: Mapping[ConvexShape, str]) 
     }
 
 
-def weigh(body: mujoco.MjsBody, bricks: Sequence[tuple[Brick, Pose]]) -> None:
-    """Say where the mass of a body is and how it is spread; from shapes, MuJoCo would take it to be filled evenly."""
+def weigh(body: mujoco.MjsBody, bricks: Sequence[tuple[Brick, Pose]], times: float) -> None:
+    """Say where the mass of a body is and how it is spread; from shapes, MuJoCo would take it to be filled evenly.
+
+    With so many times the mass of its bricks.
+    """
     group = grouped(bricks)
     body.explicitinertial = True
-    body.mass = group.mass
+    body.mass = times * group.mass
     body.ipos, body.iquat = group.pose.position_W, as_wxyz(group.pose.orientation)
-    body.inertia = group.moments
+    body.inertia = scale(times, group.moments)
 
 
 def as_wxyz(orientation: Quaternion) -> Quaternion:

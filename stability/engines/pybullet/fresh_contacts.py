@@ -17,8 +17,8 @@ from stability.engines.pybullet.joined_groups import JoinedGroups
 from stability.engines.pybullet.pybullet_binding import pybullet
 from stability.geometry.rotations import multiply, turn_between
 from stability.geometry.vectors import norm, subtract
-from stability.model import BodyId, BodyState, Pose, Quaternion
-from stability.shapes.box import Box
+from stability.model import BodyId, BodyState, Brick, Pose, Quaternion
+from stability.shapes.box import Box, as_box
 
 STALE = radians(4.0)  # a brick that has turned so far since its contacts were found has them found anew
 WRONG = cos(radians(5.0))  # of the angle from a normal to the true one: below it, contacts are found anew as well
@@ -64,7 +64,7 @@ class FreshContacts:
         mistaken: dict[BodyId, None] = {}
         for name, state in states.items():
             lasts = inf
-            if self.bricks.maker.settings.fresh_edges and leans(state.pose):
+            if self.bricks.maker.settings.fresh_edges and self._is_box(name) and leans(state.pose):
                 wrong, lasts = self._seen_edges(name, state)
                 mistaken |= dict.fromkeys(wrong)
             if name in mistaken or turn_between(self._found[name], state.pose) > STALE:
@@ -80,6 +80,9 @@ class FreshContacts:
         find_all_points(self.bricks, rounding)
         find_contacts_anew(self.bricks, [name for name in anew if name not in rounding])
 
+    def _is_box(self, name: BodyId) -> bool:
+        return isinstance(self.bricks.own.bricks[name].shape, Box)
+
     def _moves_by_itself(self, name: BodyId) -> bool:
         return name in self.bricks.bodies.numbers and not self.bricks.holds(name)
 
@@ -94,11 +97,11 @@ class FreshContacts:
             if point.normal_force <= 0.0 or point.a not in own or point.b not in own:
                 continue
             other = point.b if point.a == name else point.a
+            if not self._is_box(other):
+                continue  # hulls are rounded all over
             its = self.groups.states([other])[other]
             rounding = min(radius(own[name]), radius(own[other]))
-            box, its_box = own[name].shape, own[other].shape
-            if not (isinstance(box, Box) and isinstance(its_box, Box)):
-                continue  # of hulls, nobody knows which normal is wrong
+            box, its_box = (_as_box(own[each]) for each in (name, other))
             pair = (box, state.pose), (its_box, its.pose)
             found = agreement(point, *(pair if point.a == name else pair[::-1]), rounding)
             if found.cosine < WRONG:
@@ -107,6 +110,10 @@ class FreshContacts:
             if slip > 0.0:
                 lasts = min(lasts, found.holds_for / slip)
         return wrong, lasts
+
+
+def _as_box(brick: Brick) -> Box:
+    return as_box(brick.shape, "PyBullet")
 
 
 def find_contacts_anew(bricks: BrickBodies, names: Collection[BodyId]) -> None:

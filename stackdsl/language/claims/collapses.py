@@ -57,4 +57,5 @@ class Collapses(Shorthand, ClaimKind):
         if self.brick is not None:
             parts.append(Finding("", 0.0 if self.brick == brick else -1.0, "bricks", passed=self.brick == brick))
         worst = min(parts, key=lambda part: (part.passed, part.margin))
-        return Finding(parts[0].measured, worst.margin, worst.unit, all(part.passed for part in parts))
+        numbers = tuple(number for part in parts for number in part.numbers)
+        return Finding(parts[0].measured, worst.margin, worst.unit, all(part.passed for part in parts), numbers)

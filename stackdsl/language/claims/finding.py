@@ -6,10 +6,11 @@ part closest to failing speaks for it.
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from math import degrees
+from math import degrees, inf, isfinite
 
 from stability.model import BodyId
 from stackdsl.language.tolerances import Tolerance
+from stackdsl.measure import Measure
 from stackdsl.trace import (
     COLLAPSE_SHARE_OF_SMALLEST_SIDE,
     COLLAPSE_TILT,
@@ -32,6 +33,7 @@ class Finding:
     margin: float
     unit: str
     passed: bool
+    numbers: tuple[Measure, ...] = ()  # what of it is a number, with its limits
 
 
 def remaining(trace: Trace) -> Collection[tuple[BodyId, BrickTrack]]:
@@ -61,19 +63,29 @@ def _after_all(trace: Trace) -> float:
 
 def within(wanted: Tolerance, value: float, unit: str, measured: str = "") -> Finding:
     """A number held against a tolerance."""
-    return Finding(measured, SHOWN_PER_SI.get(unit, 1.0) * wanted.margin(value), unit, wanted.holds(value))
+    margin = SHOWN_PER_SI.get(unit, 1.0) * wanted.margin(value)
+    return Finding(measured, margin, unit, wanted.holds(value), _measure(value, wanted.low, wanted.high, unit))
 
 
 def at_most(limit: float, value: float, unit: str, measured: str = "") -> Finding:
     """A number held against a limit."""
-    return Finding(measured, SHOWN_PER_SI.get(unit, 1.0) * (limit - value), unit, value <= limit)
+    margin = SHOWN_PER_SI.get(unit, 1.0) * (limit - value)
+    return Finding(measured, margin, unit, value <= limit, _measure(value, -inf, limit, unit))
+
+
+def _measure(value: float, least: float, most: float, unit: str) -> tuple[Measure, ...]:
+    """A number with its limits, given in SI, in the unit that people are told; none if it is not finite."""
+    scale = SHOWN_PER_SI.get(unit, 1.0)
+    low, high = (scale * limit if isfinite(limit) else None for limit in (least, most))
+    return (Measure(scale * value, low, high, unit),) if isfinite(value) else ()
 
 
 def all_of(parts: Sequence[Finding]) -> Finding:
     """Several parts of a claim as one: all that was measured, and the margin of the worst."""
     worst = min(parts, key=lambda part: (part.passed, part.margin))
     measured = ", ".join(part.measured for part in parts if part.measured)
-    return replace(worst, measured=measured, passed=all(part.passed for part in parts))
+    numbers = tuple(number for part in parts for number in part.numbers)
+    return replace(worst, measured=measured, passed=all(part.passed for part in parts), numbers=numbers)
 
 
 def margin_to_collapse(track: BrickTrack) -> tuple[float, str]:

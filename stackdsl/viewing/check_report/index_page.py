@@ -8,7 +8,6 @@ from collections.abc import Iterator, Mapping
 from html import escape
 from importlib.resources import files
 from typing import Final
-from urllib.parse import quote
 
 from stackdsl.outcome import Outcome, Report, VariantResult
 from stackdsl.report.outcome_text import outcome_text, significant
@@ -55,7 +54,7 @@ def _row(result: VariantResult, shown: ShownCase | None, unseen: str) -> str:
     passed = result.conclusion == "passed"
     name = escape(result.name)
     if shown is not None:
-        name = f'<a href="{quote(shown.replay)}">{name}</a>'
+        name = f'<a href="{escape(shown.replay)}">{name}</a>'
     about = "" if shown is not None else f"<br>no replay: {escape(unseen)}" if unseen else ""
     cells = (
         shown.picture if shown is not None else "",

@@ -6,7 +6,7 @@ its threshold: above zero it passed, and where the line crosses zero the answer 
 
 import re
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from math import isfinite
@@ -26,6 +26,7 @@ class Measured:
 
     name: str
     of: Callable[[VariantResult], float]
+    unit_of: Callable[[VariantResult], str] = lambda run: ""  # a claim may count bricks in one run, and mm in another
 
 
 def measured(runs: Sequence[VariantResult]) -> Measured:
@@ -33,9 +34,8 @@ def measured(runs: Sequence[VariantResult]) -> Measured:
     if all(run.collapse is not None for run in runs):
         return Measured("level of collapse", lambda run: float(run.collapse.level) if run.collapse else 0.0)
     claim = runs[0].outcomes[0]
-    return Measured(
-        f"margin of {claim.name}{f' in {claim.unit}' if claim.unit else ''}", lambda run: run.outcomes[0].margin
-    )
+    name = f"margin of {claim.name}{f' in {claim.unit}' if claim.unit else ''}"
+    return Measured(name, lambda run: run.outcomes[0].margin, lambda run: run.outcomes[0].unit)
 
 
 def charts(results: Sequence[VariantResult]) -> Iterator[str]:
@@ -69,10 +69,12 @@ def _value(run: VariantResult, name: str) -> float | None:
 
 def _line(scenario: str, name: str, runs: Sequence[VariantResult]) -> str:
     what = measured(runs)
+    unit = what.unit_of(runs[0])
+    others = sum(what.unit_of(run) != unit for run in runs)
     lines: defaultdict[str, list[tuple[float, float]]] = defaultdict(list)
     for run in runs:
         value = _value(run, name)
-        if value is not None:
+        if value is not None and what.unit_of(run) == unit:
             lines[run.system].append((value, what.of(run)))
     xs = [x for points in lines.values() for x, _ in points]
     ys = [0.0, *(y for points in lines.values() for _, y in points)]
@@ -91,7 +93,7 @@ def _line(scenario: str, name: str, runs: Sequence[VariantResult]) -> str:
     ends += f'text-anchor="end">{significant(right)}</text><text x="2" y="14">{significant(high)}</text>'
     drawn = f'<svg viewBox="0 0 {WIDE:.0f} {HIGH:.0f}" width="{WIDE:.0f}" fill="none">{"".join(shapes)}'
     drawn += f'<g fill="currentColor" font-size="11">{ends}</g></svg>'
-    about = f"{scenario}: {what.name} over {name}"
+    about = f"{scenario}: {what.name} over {name}" + (f", without {others} in another unit" if others else "")
     keys = ", ".join(lines)
     return f"<figure>{drawn}<figcaption>{escape(about)} ({escape(keys)})</figcaption></figure>"
 
@@ -102,29 +104,34 @@ def _dot(place: str, colour: str, about: str) -> str:
 
 
 def _map(scenario: str, names: Sequence[str], runs: Sequence[VariantResult]) -> str:
-    """A table of two variables; one system each, as a cell has one colour."""
+    """A table of two variables; one system each, as a cell has one colour. In another unit, a cell says so."""
     parts, what = [], measured(runs)
+    unit = what.unit_of(runs[0])
     for system in dict.fromkeys(run.system for run in runs):
         of_system = [run for run in runs if run.system == system]
-        cells = {tuple(_text(run, name) for name in names): what.of(run) for run in of_system}
+        cells = {tuple(_text(run, name) for name in names): run for run in of_system}
         columns = dict.fromkeys(_text(run, names[0]) for run in of_system)
         rows = dict.fromkeys(_text(run, names[1]) for run in of_system)
-        most = max(abs(value) for value in cells.values()) or 1.0
+        most: defaultdict[str, float] = defaultdict(float)  # by unit
+        for run in of_system:
+            most[what.unit_of(run)] = max(most[what.unit_of(run)], abs(what.of(run)))
         head = f"<tr><th>{escape(names[1])} \\ {escape(names[0])}</th>"
         head += "".join(f"<th>{escape(column)}</th>" for column in columns) + "</tr>"
         body = ""
         for row in rows:
             told = [cells.get((column, row)) for column in columns]
             body += f"<tr><th>{escape(row)}</th>"
-            body += "".join(_cell(one, most) if one is not None else "<td></td>" for one in told) + "</tr>"
+            body += "".join(_cell(what, run, most, unit) if run is not None else "<td></td>" for run in told) + "</tr>"
         caption = f"<caption>{escape(scenario)} on {escape(system)}: {escape(what.name)}</caption>"
         parts.append(f'<table class="map">{caption}{head}{body}</table>')
     return "".join(parts)
 
 
-def _cell(value: float, most: float) -> str:
-    depth = min(4, 1 + int(4 * abs(value) / most))
-    return f'<td class="{"above" if value >= 0.0 else "below"}{depth}">{significant(value)}</td>'
+def _cell(what: Measured, run: VariantResult, most: Mapping[str, float], usual: str) -> str:
+    value, unit = what.of(run), what.unit_of(run)
+    depth = min(4, 1 + int(4 * abs(value) / (most[unit] or 1.0)))
+    told = significant(value) if unit == usual else f"{significant(value)} {unit}"
+    return f'<td class="{"above" if value >= 0.0 else "below"}{depth}">{escape(told)}</td>'
 
 
 def _text(run: VariantResult, name: str) -> str:

@@ -27,7 +27,7 @@ def payload_of(run: RunView) -> Json:
         "name": run.name,
         "system": run.system,
         "description": run.description,
-        "verdict": _verdict(run),
+        "verdict": run.verdict,
         "end": run.trace.cost.simulated_time,
         "outcomes": _outcomes(run),
         "planes": [_plane(plane) for plane in run.timeline.world.planes],
@@ -37,13 +37,9 @@ def payload_of(run: RunView) -> Json:
         "events": _events(run, numbers),
         "proofs": [_proof(proof, numbers) for proof in run.proofs.standing],
         "fall": _fall(run, numbers),
+        "weakest": _weakest(run, numbers),
+        "marks": run.marks,
     }
-
-
-def _verdict(run: RunView) -> str:
-    collapse = run.trace.collapse
-    told = run.trace.reported_verdict
-    return told if collapse is None else f"{told} at level {collapse.level} after {collapse.time:.3f} s"
 
 
 def _outcomes(run: RunView) -> list[Json]:
@@ -141,6 +137,13 @@ def _fall(run: RunView, numbers: Mapping[BodyId, int]) -> Json | None:
         "velocity": [list(velocity) for velocity, _ in moving.values()],
         "spin": [list(spin) for _, spin in moving.values()],
     }
+
+
+def _weakest(run: RunView, numbers: Mapping[BodyId, int]) -> Json | None:
+    weakest = run.weakest
+    if weakest is None or weakest.brick not in numbers:
+        return None
+    return {"brick": numbers[weakest.brick], "depth": float(f"{1000.0 * weakest.depth:.4g}")}
 
 
 def _finite(value: float) -> float | None:

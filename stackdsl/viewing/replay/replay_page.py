@@ -24,23 +24,39 @@ LOADER: Final = (
     "s.textContent=await new Response(new Blob([b]).stream().pipeThrough(new DecompressionStream('deflate'))).text();"
     "document.body.append(s)})()"
 )
+LIVE_POLICY: Final = "; connect-src 'self'"
 
 
 def replay_page(runs: Sequence[RunView], title: str) -> str:
     """The page that plays these runs, two of them side by side if that is wanted."""
+    return page_of([told(run) for run in runs], title)
+
+
+def live_page(title: str) -> str:
+    """A page that hears of its runs from where it was loaded, and of each again whenever it has changed."""
+    return page_of([], title, live=True)
+
+
+def told(run: RunView) -> str:
+    """What a page is told of a run, as JSON in one line."""
+    return json.dumps(payload_of(run), separators=(",", ":"), allow_nan=False)
+
+
+def page_of(runs: Sequence[str], title: str, live: bool = False) -> str:
+    """The page of runs that are `told`."""
     program, style = (_packaged(name) for name in ("replay.js", "replay.css"))
-    data = json.dumps([payload_of(run) for run in runs], separators=(",", ":"), allow_nan=False)
     return Template(_packaged("replay.html")).substitute(
         title=escape(title),
         policy=(
             f"default-src 'none'; script-src {hash_of(LOADER)} {hash_of(program)}; style-src {hash_of(style)}; "
-            "base-uri 'none'; form-action 'none'"
+            f"base-uri 'none'; form-action 'none'{LIVE_POLICY if live else ''}"
         ),
+        live=" data-live" if live else "",
         style=style,
         licence=_packaged("replay.LICENSE.txt"),
         program=deflated(program.encode()),
         loader=LOADER,
-        data=harmless(data),
+        data=harmless(f"[{','.join(runs)}]"),
     )
 
 

@@ -1,5 +1,6 @@
 """`stackdsl picture` draws a run to a file, in the form that its name says."""
 
+import shutil
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -56,4 +57,34 @@ def test_the_name_of_the_file_says_in_which_form_it_is(
 def test_a_name_that_means_no_picture_is_refused(stackdsl: Stackdsl) -> None:
     result = stackdsl("picture", "falls.yaml", "-o", "a.txt")
     assert result.code == 4
-    assert "a.txt: write to a file that ends in .svg, .png, .gif, .webp" in result.err
+    assert "a.txt: write to a file that ends in .svg, .png, .gif, .webp, .mp4" in result.err
+
+
+def test_a_film_is_made_where_there_is_ffmpeg(falls: Path, stackdsl: Stackdsl) -> None:
+    pytest.importorskip("resvg_py")
+    if shutil.which("ffmpeg") is None:
+        pytest.skip("needs ffmpeg")
+    assert stackdsl("picture", "falls.yaml", "-o", "a.mp4", "--view", "front").code == 0
+    film = (falls / "a.mp4").read_bytes()
+    assert film[4:8] == b"ftyp"
+    assert film.index(b"moov") < film.index(b"mdat")  # it plays before it is there as a whole
+
+
+def test_without_ffmpeg_a_film_is_refused_with_what_to_do(falls: Path, stackdsl: Stackdsl) -> None:
+    result = stackdsl("picture", "falls.yaml", "-o", "a.mp4", PATH="")
+    assert result.code == 4
+    assert "install ffmpeg" in result.err
+    assert not (falls / "a.mp4").exists()
+
+
+def test_what_ffmpeg_says_of_a_film_that_it_does_not_make_is_told(
+    falls: Path, stackdsl: Stackdsl, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    pytest.importorskip("resvg_py")
+    program = tmp_path_factory.mktemp("bin") / "ffmpeg"
+    program.write_text("#!/bin/sh\necho no encoder here >&2\nexit 1\n", encoding="utf-8")
+    program.chmod(0o755)
+    result = stackdsl("picture", "falls.yaml", "-o", "a.mp4", PATH=str(program.parent))
+    assert result.code == 4
+    assert "made no film: no encoder here" in result.err
+    assert not (falls / "a.mp4").exists()

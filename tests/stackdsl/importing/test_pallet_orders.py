@@ -12,7 +12,7 @@ FEW = 3  # the benchmark compares all
 @pytest.mark.skipif(folder() is None, reason="pallet-sim is not installed")
 def test_boxes_are_where_the_package_sets_them_above_its_deck() -> None:
     for order in list(orders())[:FEW]:
-        for number, (_, *theirs) in zip(order.pallets(), read_by_package(order), strict=True):
+        for (number, _), (_, *theirs) in zip(order.pallets(), read_by_package(order), strict=True):
             asked = Import.model_validate({"file": order.name, "format": "pallet-sim", "load": number})
             ours = read_load(order.data, order.name, asked).boxes
             assert len(ours) == len(theirs)

@@ -110,3 +110,9 @@ def test_pytest_knows_of_scenarios_by_itself(scenarios: Path, pytester: pytest.P
     (pytester.path / "conftest.py").unlink()
     result = pytester.runpytest_subprocess("--no-golden", "-k", "other", "scenarios")
     result.assert_outcomes(passed=1)
+
+
+def test_golden_files_are_where_the_project_has_them(scenarios: Path, pytester: pytest.Pytester) -> None:
+    pytester.makefile(".toml", stackdsl='golden = "locked"')
+    pytester.runpytest("--snapshot-update", "-k", "other", "scenarios").assert_outcomes(passed=1)
+    assert (pytester.path / "locked" / "other" / "exact.json").exists()

@@ -51,6 +51,30 @@ def test_variables_are_numbers_with_their_units() -> None:
     }
 
 
+def test_what_was_measured_is_a_number_beside_its_limits(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    #   Two planks of 7.8 mm are 15.6 mm high.
+    text = """\
+scenario: two
+build: [column: {levels: 2}]
+expect:
+  - height: 15.6 mm ± 0.2 mm
+  - drift: <= 0.5 mm
+  - stands: all
+"""
+    write(tmp_path, text)
+    told = stackdsl("check", "scene.yaml", "--format", "json")
+    whole = json.loads(told.out)
+    assert list(jsonschema.Draft202012Validator(SCHEMA).iter_errors(whole)) == []
+    height, drift, stands = (each["numbers"] for each in whole["results"][0]["expectations"])
+    assert height == [
+        {"value": pytest.approx(15.6), "least": pytest.approx(15.4), "most": pytest.approx(15.8), "unit": "mm"}
+    ]
+    assert drift == [{"value": 0.0, "least": None, "most": 0.5, "unit": "mm"}]
+    assert stands == []
+    again = json.loads(stackdsl("check", "scene.yaml", "--format", "json").out)
+    assert again["results"][0]["expectations"] == whole["results"][0]["expectations"]
+
+
 def test_a_table_of_values_has_a_column_a_variable_in_si() -> None:
     rows = list(csv.DictReader(StringIO(report_csv(report(VARIED, TUNED)))))
     assert [row["variable_step"] for row in rows] == ["0.01", ""]
@@ -64,7 +88,7 @@ def test_no_file_name_is_a_formula_of_a_spreadsheet() -> None:
 
 def test_no_text_of_an_author_is_a_command_of_github() -> None:
     told = replace(MISTAKE, message="unknown key 'a\n::stop-commands::b'")
-    lines = report_github(report(diagnostics=[told] * 12)).splitlines()
+    lines = report_github(report(diagnostics=(told,) * 12)).splitlines()
     assert not [line for line in lines if line.lstrip().startswith("::") and not line.startswith("::error")]
 
 

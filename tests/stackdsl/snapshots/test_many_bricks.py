@@ -27,7 +27,8 @@ Document: TypeAlias = dict[str, Any]
 
 def piles(levels: int = LEVELS) -> Snapshot:
     """Sixteen piles of planks that stand apart, built level by level."""
-    events, bricks = [], {}
+    events: list[Placing] = []
+    bricks: dict[str, FinalBrick] = {}
     for level in range(1, levels + 1):
         for pile in range(1, PILES + 1):
             at = (250.0 * pile, 0.0, 7.8 * level - 3.9)

@@ -25,7 +25,7 @@ QUIET = (
     "--enable-unsafe-swiftshader",
     "--use-angle=swiftshader",
 )
-NO_NETWORK = "--host-resolver-rules=MAP * ~NOTFOUND"
+NO_NETWORK = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"  # this machine is no network
 LONGEST = 60.0  # [s] that a page may take on a machine that does much else
 
 

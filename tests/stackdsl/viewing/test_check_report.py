@@ -4,6 +4,7 @@ import re
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
+from urllib.parse import unquote
 
 import pytest
 
@@ -49,9 +50,9 @@ def test_what_failed_comes_first_with_all_that_was_expected() -> None:
 
 
 def test_each_case_links_to_its_replay_and_shows_its_picture() -> None:
-    shown = {"good[exact]": ShownCase("replays/a=b.html", "<svg></svg>")}
+    shown = {"good[exact]": ShownCase("replays/a%3Db.html#good%5Bexact%5D", "<svg></svg>")}
     elements = Elements(index_page(Report((result("good"), result("other"))), shown, {"other[exact]": "timed out"}))
-    assert elements.links == ["replays/a%3Db.html"]
+    assert elements.links == ["replays/a%3Db.html#good%5Bexact%5D"]
     assert elements.names.count("svg") == 1
     assert elements.names.count("tr") == 3  # the head, and a row each
 
@@ -90,4 +91,32 @@ def test_check_writes_an_index_whose_links_lead_to_replays(
     done = stackdsl("check", "good.yaml", "--html", "report", "--jobs", "1", *extra)
     assert "wrote report/index.html" in done.err, done.text
     (link,) = Elements((tmp_path / "report" / "index.html").read_text(encoding="utf-8")).links
-    assert "good[exact]" in (tmp_path / "report" / link.replace("%3D", "=")).read_text(encoding="utf-8")
+    file, _, run = unquote(link).partition("#")
+    assert run == "good[exact]"
+    assert run in (tmp_path / "report" / file).read_text(encoding="utf-8")
+
+
+def test_all_systems_that_play_the_same_share_a_page_with_their_golden_files(
+    tmp_path: Path, stackdsl: Stackdsl
+) -> None:
+    (tmp_path / "good.yaml").write_text(GOOD.replace("expect:", "systems: [exact, thesis]\nexpect:"), encoding="utf-8")
+    done = stackdsl("check", "good.yaml", "--html", "report", "--jobs", "1")
+    assert "wrote report/index.html" in done.err, done.text
+    links = Elements((tmp_path / "report" / "index.html").read_text(encoding="utf-8")).links
+    pages = {unquote(link).partition("#")[0] for link in links}
+    assert (len(links), len(pages)) == (2, 1)
+    page = (tmp_path / "report" / pages.pop()).read_text(encoding="utf-8")
+    names = re.findall(r'"name":"(good\[[^"]+)"', page)
+    assert names == ["good[exact]", "good[exact], golden file", "good[thesis]", "good[thesis], golden file"]
+
+
+def test_margins_in_another_unit_are_told_with_it_and_make_no_line() -> None:
+    runs = [result("tower", 3.0, step=f"{step} mm") for step in range(4)]
+    bricks = replace(runs[3], outcomes=(replace(runs[3].outcomes[0], margin=-75.0, unit="bricks"),))
+    line = "".join(charts([*runs[:3], bricks]))
+    assert line.count("<circle") == 3
+    assert "without 1 in another unit" in line
+    crossed = [result("tower", 5.0, a=f"{a} mm", b=f"{b} mm") for a in range(2) for b in range(2)]
+    cells = "".join(charts([*crossed[:3], replace(crossed[3], outcomes=bricks.outcomes)]))
+    assert cells.count('class="above4">5<') == 3
+    assert 'class="below4">-75 bricks<' in cells

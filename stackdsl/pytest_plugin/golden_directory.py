@@ -1,0 +1,20 @@
+"""Where the golden files of a test are: where pytest is told, or else where `stackdsl check` has them."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from stackdsl.project_file import ProjectError, project_of
+
+
+def golden_directory(config: pytest.Config, test: Path) -> Path:
+    """The directory of the golden files for a test in this file. Raises UsageError where the project is mistaken."""
+    if named := config.getini("golden_directory"):
+        return config.rootpath / str(named)
+    try:
+        project = project_of([test.parent])
+    except ProjectError as error:
+        raise pytest.UsageError(str(error)) from error
+    home = config.rootpath if project.root is None else Path.cwd()  # the project is told as seen from there
+    return Path(os.path.normpath(home / project.golden))

@@ -1,0 +1,194 @@
+"""A golden file as something to look at, beside the run that was held against it.
+
+A golden file tells where bricks were set down and where those that stood ended, but of no way between. So each brick is
+shown where it was set down until something fell, and from then on where it ended, if that is told; what is said to have
+fallen, and not where to, stays where it was and is coloured so. What differs is what the comparison says, to its own
+tolerances, and not what is far apart on the screen.
+"""
+
+import json
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from math import inf, isfinite, radians
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from stability.geometry.rotations import about
+from stability.geometry.vectors import norm, scale
+from stability.model import BodyId, BodyState, Brick, Plane, Pose, Vec3
+from stability.shapes.box import Box
+from stackdsl.diagnostics import Span
+from stackdsl.outcome import GoldenDifference, GoldenResult
+from stackdsl.recording.recorder import Recorder
+from stackdsl.recording.recording import Recording
+from stackdsl.timeline import Placement, Timeline, World
+from stackdsl.trace import BrickState, BrickTrack, Event, EventKind, Trace
+from stackdsl.viewing.run_view import RunView
+from stackdsl.viewing.shown_proofs import ShownProofs
+
+Told: TypeAlias = Mapping[str, Any]
+
+LONGEST = 64_000_000  # [bytes] of a file that is looked at
+
+
+def golden_view(golden: GoldenResult, now: RunView) -> RunView | None:
+    """What a golden file tells, beside the run that was held against it; None where it tells nothing that can be shown.
+
+    People write golden files as well, so what is in it may be anything.
+    """
+    try:
+        file = Path(golden.file)
+        if not file.is_file() or file.stat().st_size > LONGEST:
+            return None
+        text = file.read_text(encoding="utf-8")
+        return _view(json.loads(text), golden, text, now)
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        return None
+
+
+def _view(told: Told, golden: GoldenResult, text: str, now: RunView) -> RunView:
+    known = {placement.brick.id: placement.brick for placement in now.timeline.placements}
+    placements = tuple(_placements(told, known))
+    if len({placement.brick.id for placement in placements}) < len(placements):
+        raise ValueError("a brick is set down twice")
+    timeline = Timeline(_world(told["world"]), placements, hold=0.0)
+    collapse = told.get("collapse") or {}
+    fell = _number(collapse.get("time_s"), now.trace.collapse.time if now.trace.collapse is not None else inf)
+    tracks = {placement.brick.id: _track(placement, told["bricks"], fell) for placement in placements}
+    events = tuple(_events(told, collapse, fell))
+    end = max([now.trace.cost.simulated_time, *(event.time for event in events)])
+    trace = Trace(events, tracks, (), None, replace(now.trace.cost, simulated_time=end), {})
+    return RunView(
+        f"{now.name}, golden file",
+        now.system,
+        f"As {golden.file} tells it: where bricks were set down and where they ended, and not their way.",
+        timeline,
+        trace,
+        _recorded(placements, tracks, told, fell),
+        replace(now.result, outcomes=()),
+        ShownProofs((), None),
+        {placement.brick.id: _place(golden.file, text, placement.brick.id) for placement in placements},
+        _verdict(told, collapse),
+        _marks(golden.differences),
+    )
+
+
+def _verdict(told: Told, collapse: Told) -> str:
+    return f"{told['verdict']} at level {collapse['level']}" if collapse else str(told["verdict"])
+
+
+def _marks(differences: Iterable[GoldenDifference]) -> Mapping[str, tuple[str, ...]]:
+    """What differs, in words, by brick, or by what else it is of."""
+    marks: defaultdict[str, tuple[str, ...]] = defaultdict(tuple)
+    for each in differences:
+        marks[each.subject] += (f"{each.quantity}: the golden file has {each.expected}, this run {each.got}",)
+    return marks
+
+
+def _placements(told: Told, known: Mapping[BodyId, Brick]) -> Iterator[Placement]:
+    """All bricks that were set down; one that is no box has the shape of its namesake in the run."""
+    for event in told["events"]:
+        for name, placed in event.get("placed", {}).items():
+            brick = known.get(name)
+            if "size_mm" in placed and (brick is None or isinstance(brick.shape, Box)):
+                brick = Brick(name, Box(_sides(placed["size_mm"])), _finite(placed["mass_g"]) / 1000.0)
+            if brick is not None:
+                level = told["bricks"].get(name, {}).get("level", 0)
+                pose = Pose(_metres(placed["at_mm"]), _orientation(placed["turn_deg"]))
+                yield Placement(_finite(event["time_s"]), brick, int(level), pose)
+
+
+def _track(placement: Placement, bricks: Told, fell: float) -> BrickTrack:
+    final = bricks.get(placement.brick.id, {})
+    state = final.get("state")
+    known = BrickState(state) if state in set(BrickState) else BrickState.UNWATCHED
+    left = fell if known is BrickState.FALLEN and fell < inf else None
+    at = placement.pose if not _is_told(final) else replace(placement.pose, position_W=_metres(final["at_mm"]))
+    came = placement.pose
+    return BrickTrack(placement.brick, placement.level, known, came, came, at, shift=0.0, tilt=0.0, left_at=left)
+
+
+def _events(told: Told, collapse: Told, fell: float) -> Iterator[Event]:
+    for event in told["events"]:
+        time = _finite(event["time_s"])
+        for key, kind in (("placed", EventKind.PLACED), ("removed", EventKind.REMOVED), ("pushed", EventKind.PUSHED)):
+            if names := tuple(map(str, event.get(key, ()))):
+                yield Event(time, kind, names)
+                held = tuple(name for name in names if told["bricks"].get(name, {}).get("state") == BrickState.FROZEN)
+                if kind is EventKind.PLACED and held:
+                    yield Event(time, EventKind.FROZEN, held)
+    if collapse and fell < inf:
+        yield Event(fell, EventKind.COLLAPSED, (), f"level {collapse['level']}")
+
+
+def _recorded(
+    placements: Iterable[Placement], tracks: Mapping[BodyId, BrickTrack], told: Told, fell: float
+) -> Recording:
+    recorder = Recorder()
+    moved = {}
+    for placement in placements:
+        name = placement.brick.id
+        recorder.add(placement.time, placement.brick, BodyState(placement.pose))
+        if tracks[name].final != placement.pose:
+            moved[name] = BodyState(placement.pose), BodyState(tracks[name].final)
+    last = max((placement.time for placement in placements), default=0.0)
+    when = max(fell if fell < inf else last, last)
+    recorder.see(when, {name: before for name, (before, _) in moved.items()})
+    recorder.see(when + 1e-3, {name: after for name, (_, after) in moved.items()})
+    for event in told["events"]:
+        recorder.remove(_finite(event["time_s"]), map(str, event.get("removed", ())))
+    return recorder.recording()
+
+
+def _world(told: Told) -> World:
+    planes = tuple(
+        Plane(name, _metres(plane["at_mm"]), _vector(plane["normal"]), _finite(plane["friction"]))
+        for name, plane in told["planes"].items()
+    )
+    return World(_finite(told["gravity"]), _finite(told["friction"]), planes)
+
+
+def _place(file: str, text: str, name: BodyId) -> Span:
+    """Where a golden file first speaks of a brick."""
+    found = text.find(f'"{name}": {{')
+    return Span(file, text.count("\n", 0, max(found, 0)) + 1, 1, 1)
+
+
+def _is_told(final: Told) -> bool:
+    at = final.get("at_mm")
+    return isinstance(at, list) and all(isinstance(value, int | float) for value in at)
+
+
+def _number(value: object, otherwise: float) -> float:
+    return _finite(value) if isinstance(value, int | float) else otherwise
+
+
+def _finite(value: object) -> float:
+    if not isinstance(value, int | float) or not isfinite(value):
+        raise TypeError(f"{value} is no number")
+    return float(value)
+
+
+def _sides(size_mm: object) -> Vec3:
+    sides = _metres(size_mm)
+    if min(sides) <= 0.0:
+        raise ValueError("a side has no length")
+    return sides
+
+
+def _metres(values: object) -> Vec3:
+    return scale(0.001, _vector(values))
+
+
+def _vector(values: object) -> Vec3:
+    if not isinstance(values, list):
+        raise TypeError("it is no list")
+    x, y, z = map(_finite, values)
+    return x, y, z
+
+
+def _orientation(turn_deg: object) -> tuple[float, float, float, float]:
+    turn = _vector(turn_deg)
+    angle = norm(turn)
+    return about(scale(1.0 / angle, turn), radians(angle)) if angle > 0.0 else (0.0, 0.0, 0.0, 1.0)

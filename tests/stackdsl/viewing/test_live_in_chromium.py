@@ -1,0 +1,76 @@
+"""A live page in a real browser: what is saved is seen, and a mistake is told as text beside the last good picture."""
+
+import json
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import pytest
+
+from stackdsl.checking.gathering import cases_of
+from stackdsl.reading.source import parse
+from stackdsl.viewing.live.live_runs import preview
+from stackdsl.viewing.live.run_page import RunPage
+from stackdsl.viewing.live.showing import showing
+from stackdsl.viewing.live.sites import OnePage
+from stackdsl.viewing.replay.replay_page import live_page
+from tests.stackdsl.viewing.chromium import chromium, wait_for
+
+if TYPE_CHECKING:
+    from selenium.webdriver import Chrome
+
+pytestmark = pytest.mark.xdist_group("chromium")
+
+COLUMN = """\
+scenario: leaning
+build:
+  - column: {{levels: {levels}, step: 12 mm}}
+    every: 1 s
+systems: [exact]
+expect: [{{stands: all}}]
+"""
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator["Chrome"]:
+    with chromium() as found:
+        yield found
+
+
+def preview_of(levels: int) -> str:
+    (case,), _ = cases_of(parse(COLUMN.format(levels=levels), "scene.yaml"))
+    return preview(case)
+
+
+def text_of(page: "Chrome", place: str) -> str:
+    return str(page.execute_script(f"return document.querySelector({json.dumps(place)}).textContent"))
+
+
+def test_the_page_shows_what_is_saved_and_keeps_it_beside_a_mistake(browser: "Chrome") -> None:
+    with showing(OnePage(live_page("scene.yaml"))) as served:
+        page = RunPage(served)
+        page.expect(1)
+        page.tell_doing("playing")
+        page.show(0, preview_of(5))
+        browser.get(served.url)
+        wait_for(lambda: "proven to stand" in text_of(browser, "h1"))
+        assert "weakest spot: L5.1, whose centre is 10.8 mm inside" in text_of(browser, ".notes")
+        assert browser.execute_script("return replay.positionOf('L5.1')") == pytest.approx(
+            [0.048, 0.0, 0.0351], abs=1e-4
+        )
+        page.show(0, preview_of(12))
+        wait_for(lambda: "proven to fall" in text_of(browser, "h1"))
+        wait_for(lambda: browser.execute_script("return replay.time()") == pytest.approx(9.0))
+        mistake = "<img src=x onerror=alert(1)> </script> \x1b[31m is no length"
+        page.tell_mistakes([mistake])
+        page.note(0, ["<b>it would survive</b>"])
+        wait_for(lambda: text_of(browser, ".mistakes") == mistake)
+        wait_for(lambda: "<b>it would survive</b>" in text_of(browser, ".notes"))
+        assert "proven to fall" in text_of(browser, "h1")
+        assert browser.execute_script("return document.querySelectorAll('img, b').length") == 0
+        page.expect(2)
+        page.show(1, preview_of(3))
+        wait_for(lambda: browser.execute_script("return document.querySelectorAll('header option').length") == 5)
+        page.tell_mistakes([])
+        wait_for(lambda: text_of(browser, ".mistakes") == "")
+        assert browser.get_log("browser") == []  # type: ignore[no-untyped-call]
+    wait_for(lambda: "stackdsl has ended" in text_of(browser, ".state"))
