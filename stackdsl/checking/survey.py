@@ -46,12 +46,6 @@ class _Parts(Library):
         self.digests[path] = _digest_there(path, self.root, sha256(data).hexdigest())
         return data
 
-    def read_text(self, path: str) -> str:
-        """The text of a file that is no scenario; that it was asked for is noted."""
-        text = super().read_text(path)
-        self.digests[path] = _digest_there(path, self.root, _digest_of(Path(path)))
-        return text
-
 
 @dataclass(frozen=True, slots=True)
 class _Made:

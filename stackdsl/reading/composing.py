@@ -28,7 +28,6 @@ class Library:
     """Files that others name, each read once."""
 
     files: dict[str, Loaded] = field(default_factory=dict)  # by their true paths
-    texts: dict[str, str] = field(default_factory=dict)  # of those that bricks are made of, likewise
 
     def read(self, path: str) -> Loaded:
         """What a file holds, whatever is wrong with it."""
@@ -41,20 +40,6 @@ class Library:
         """What a file of another program holds, up to one byte more than `most`. Raises OSError."""
         with FilePath(path).open("rb") as stream:
             return stream.read(most + 1)
-
-    def read_text(self, path: str) -> str:
-        """The text of a file that is no scenario. Raises OutsideError where it cannot be read, or is too large."""
-        true = os.path.realpath(path)
-        if true not in self.texts:
-            try:
-                with open(true, "rb") as stream:
-                    data = stream.read(MAX_BYTES + 1)
-            except OSError as error:
-                raise OutsideError(f"cannot read {path}: {error.strerror}", "name a file that can be read") from error
-            if len(data) > MAX_BYTES:
-                raise OutsideError(f"{path} is larger than {MAX_BYTES >> 20} MiB", "write a simpler solid")
-            self.texts[true] = data.decode("utf-8", "replace")
-        return self.texts[true]
 
 
 class _MistakeError(Exception):
@@ -76,7 +61,7 @@ def composed(loaded: Loaded, library: Library) -> Loaded:
         except _MistakeError as mistake:
             mistakes += mistake.diagnostics
             continue
-        whole, unread = with_solid_files(whole, library.read_text)
+        whole, unread = with_solid_files(whole, library.bytes_of)
         mistakes += unread
         sources += [] if unread else [whole]
     return Loaded(tuple(sources), (*loaded.diagnostics, *sorted(dict.fromkeys(mistakes), key=reading_order)))

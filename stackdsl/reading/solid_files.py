@@ -6,16 +6,16 @@ from typing import Final
 
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.reading.project import OutsideError, file_in_project, root_of
-from stackdsl.reading.source import Path, Plain, Source
+from stackdsl.reading.source import MAX_BYTES, Path, Plain, Source
 
 FILE: Final = "file"
 MAX_FILES: Final = 1000  # of one scenario
 
 
-def with_solid_files(source: Source, read: Callable[[str], str]) -> tuple[Source, tuple[Diagnostic, ...]]:
+def with_solid_files(source: Source, read: Callable[[str, int], bytes]) -> tuple[Source, tuple[Diagnostic, ...]]:
     """The scenario with the texts of the files of its bricks, each named by its path from here; and what is wrong.
 
-    `read` gives the text of a file by its path, and raises OutsideError where it cannot.
+    `read` gives what a file holds, by its path, up to one byte more than is asked for. It may raise OSError.
     """
     named = list(_named(source))
     if not named:
@@ -29,12 +29,22 @@ def with_solid_files(source: Source, read: Callable[[str], str]) -> tuple[Source
             if file not in texts:
                 if len(texts) == MAX_FILES:
                     raise OutsideError(f"the bricks come from more than {MAX_FILES} files", "take fewer")
-                texts[file] = read(file)
+                texts[file] = _text(file, read)
         except OutsideError as error:
             mistakes.append(Diagnostic("SD113", source.span_of(path), error.message, error.hint))
             continue
         values = _with(values, path, file)
     return replace(source, values=values, files=texts, parts=(*source.parts, *texts)), tuple(mistakes)
+
+
+def _text(file: str, read: Callable[[str, int], bytes]) -> str:
+    try:
+        data = read(file, MAX_BYTES)
+    except OSError as error:
+        raise OutsideError(f"cannot read {file}: {error.strerror}", "name a file that can be read") from error
+    if len(data) > MAX_BYTES:
+        raise OutsideError(f"{file} is larger than {MAX_BYTES >> 20} MiB", "write a simpler solid")
+    return data.decode("utf-8", "replace")
 
 
 def _named(source: Source) -> Iterator[tuple[Path, str]]:

@@ -60,11 +60,11 @@ class Scene:
 
 def on_the_way(moving: InPlace, direction: Vec3, scene: Scene) -> Iterator[Standing]:
     """The bricks that a body may meet which goes in a unit direction: of a tower, most lie beside the way."""
-    (px, py, pz), (dx, dy, dz), own = moving.p_WC, direction, hypot(*moving.reach)
+    (px, py, pz), (dx, dy, dz), own = moving.middle_W, direction, hypot(*moving.reach)
     for brick in scene.resting:
-        shape = brick.shape
-        x, y, z = shape.p_WC[0] - px, shape.p_WC[1] - py, shape.p_WC[2] - pz
-        if hypot(y * dz - z * dy, z * dx - x * dz, x * dy - y * dx) <= own + hypot(*shape.reach):
+        (mx, my, mz), reach = brick.shape.middle_W, brick.shape.reach
+        x, y, z = mx - px, my - py, mz - pz
+        if hypot(y * dz - z * dy, z * dx - x * dz, x * dy - y * dx) <= own + hypot(*reach):
             yield brick
 
 
