@@ -46,7 +46,7 @@ def _watch(paths: Sequence[Path], on_checked: Callable[[], None] = lambda: None)
     if missing:
         raise click.UsageError(f"{missing[0]} is not there to be watched")
     command = [sys.executable, "-m", "stackdsl", *(word for word in sys.argv[1:] if word != "--watch")]
-    # A scenario may be made of any file of its project; what does not concern it is known from memory, and costs little.
+    # A scenario may be made of any file of its project. What does not concern it costs little: the rest is remembered.
     folders = {Path(root_of(str(path / "any" if path.is_dir() else path))) for path in paths}
 
     def is_meant(_: object, name: str) -> bool:
