@@ -21,10 +21,24 @@ OF_A_SHELL = set("|<>&;$*\n")  # what a command cannot do without one
 ALL = [need for group in needs().values() for need in group]
 
 
+# What waits for something, or starts several programs; tests of the room of each say the same without waiting.
+SLOW = (
+    "watch files and run again",
+    "a crash costs one test",
+    "a hang costs one test",
+    "Ctrl-C leaves a report of what is done",
+    "write tests in a programming language",
+)
+
+
 def own_rows() -> list[object]:
     """Each with the name of what is needed; those on PyBullet only where there is one."""
     return [
-        pytest.param(probe, id=need, marks=[needs_pybullet] * ("tuned" in str(probe.files)))
+        pytest.param(
+            probe,
+            id=need,
+            marks=[needs_pybullet] * ("tuned" in str(probe.files)) + [pytest.mark.slow] * (need in SLOW),
+        )
         for need, probe in STACKDSL.probes.items()
     ]
 
