@@ -64,6 +64,7 @@ def imported(
     after: str | None = None,
     name: str | None = None,
     every: str | None = None,
+    place: str | Mapping[str, object] | None = None,
 ) -> Written:
     """A step of the build with the boxes of a file that another program wrote, as seen from the calling file.
 
@@ -76,5 +77,5 @@ def imported(
     """
     kept = {"file": file, "format": format, "load": load, "settle": settle}
     of_table = {"point": point, "units": units, "ignore": ignore}
-    step = {"at": when, "after": after, "name": name, "every": every}
+    step = {"at": when, "after": after, "name": name, "every": every, "place": place}
     return written({"import": written({**kept, **of_table}), **step})

@@ -31,13 +31,19 @@ SLOW = (
 )
 
 
+def in_a_shell(command: str) -> bool:
+    """Whether it takes programs of its own, each a second."""
+    return not command.startswith("stackdsl ") or bool(OF_A_SHELL & set(command))
+
+
 def own_rows() -> list[object]:
     """Each with the name of what is needed; those on PyBullet only where there is one."""
     return [
         pytest.param(
             probe,
             id=need,
-            marks=[needs_pybullet] * ("tuned" in str(probe.files)) + [pytest.mark.slow] * (need in SLOW),
+            marks=[needs_pybullet] * ("tuned" in str(probe.files))
+            + [pytest.mark.slow] * (need in SLOW or any(map(in_a_shell, probe.run))),
         )
         for need, probe in STACKDSL.probes.items()
     ]
@@ -46,7 +52,7 @@ def own_rows() -> list[object]:
 @pytest.mark.parametrize("probe", own_rows())
 def test_the_command_of_a_row_does_what_the_row_says(probe: Probe, tmp_path: Path, stackdsl: Stackdsl) -> None:
     def call(folder: Path, command: str) -> Said:
-        if command.startswith("stackdsl ") and not OF_A_SHELL & set(command):
+        if not in_a_shell(command):
             result = stackdsl(*shlex.split(command)[1:])
             return Said(result.code, result.text)
         return in_shell(folder, command, values)

@@ -2,8 +2,7 @@
 
 import pytest
 
-from stability.model import AT_REST, BodyState, Brick, ConvexShape, Pose, Vec3
-from stability.shapes.box import UnknownShapeError
+from stability.model import AT_REST, GROUND, BodyState, Brick, ConvexShape, Plane, Pose, Vec3
 from stackdsl.compiling.fitting import Sited, fits
 from stackdsl.language.claims.height import Height
 from stackdsl.observations import observations
@@ -64,8 +63,7 @@ def test_a_wedge_that_turns_about_its_width_has_the_energy_of_its_own_moment() -
     assert found == pytest.approx(0.5 * moment * 25.0)
 
 
-def test_a_golden_and_a_build_say_that_they_know_boxes_only() -> None:
-    with pytest.raises(UnknownShapeError, match=r"^a golden knows boxes only"):
-        taken(standing(WEDGE, ON_GROUND))
-    with pytest.raises(UnknownShapeError, match="how far apart two bodies are knows boxes only"):
-        fits([Sited(0.0, LOWER_HALF, ON_GROUND)], [])
+def test_a_golden_and_a_build_take_a_wedge() -> None:
+    assert "wedge" in str(taken(standing(WEDGE, ON_GROUND)))
+    (fit,) = fits([Sited(0.0, LOWER_HALF, ON_GROUND)], [Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5)])
+    assert fit.on_planes == (0,)

@@ -25,6 +25,7 @@ WRONG = cos(radians(5.0))  # of the angle from a normal to the true one: below i
 # What leans is looked at after so long [s], or when it may have moved by the rounding of its edges.
 AGAIN = 0.004
 STILL = 10.0  # [1/s] in such roundings: of what is slower normals hardly change
+ALIKE = 2.0  # times the mass of the lightest that touches: what is heavier is not left to one point alone
 # Half of how far a hull is turned to and fro, about each corner of a tetrahedron: its end goes by two micrometres of a
 # plank, as contacts are told apart by one.
 TURN = 1e-5
@@ -67,10 +68,12 @@ class FreshContacts:
             if self.bricks.maker.settings.fresh_edges and self._is_box(name) and leans(state.pose):
                 wrong, lasts = self._seen_edges(name, state)
                 mistaken |= dict.fromkeys(wrong)
-            if name in mistaken or turn_between(self._found[name], state.pose) > STALE:
+            stale = turn_between(self._found[name], state.pose) > STALE and self._may_lose_its_forces(name)
+            if name in mistaken or stale:
                 anew.append(name)
                 self._found[name] = state.pose
-            turning, left = norm(state.angular_velocity_W), STALE - turn_between(self._found[name], state.pose)
+            turned = turn_between(self._found[name], state.pose)
+            turning, left = norm(state.angular_velocity_W), STALE - turned if turned <= STALE else inf
             when = self.bricks.stepper.time + (min(lasts, left / turning) if turning > 0.0 else lasts)
             if when < until:
                 self._due[name] = when
@@ -79,6 +82,15 @@ class FreshContacts:
             self.bricks.swap(name)
         find_all_points(self.bricks, rounding)
         find_contacts_anew(self.bricks, [name for name in anew if name not in rounding])
+
+    def _may_lose_its_forces(self, name: BodyId) -> bool:
+        """Whether it does no harm that it is held by fewer points at first: by all of them at once, or no heavy one."""
+        if self.bricks.maker.settings.fresh_edges:
+            return True
+        own = self.bricks.own.masses
+        points = self.groups.contacts(name, self.bricks.stepper.time)
+        masses = [own[body] for point in points for body in (point.a, point.b) if body in own]
+        return not masses or max(masses) <= ALIKE * min(masses)
 
     def _is_box(self, name: BodyId) -> bool:
         return isinstance(self.bricks.own.bricks[name].shape, Box)

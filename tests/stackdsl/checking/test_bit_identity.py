@@ -145,8 +145,8 @@ def test_the_scenes_show_what_they_are_to(bits: Mapping[str, Bits]) -> None:
 def test_two_planks_of_the_collapse_fall_as_one(cases: tuple[Case, ...], monkeypatch: pytest.MonkeyPatch) -> None:
     as_one: list[int] = []
 
-    def noted(parts: FallingParts, steps: int, shaken: bool = False) -> int:
-        as_one.append(advance(parts, steps, shaken))
+    def noted(parts: FallingParts, steps: int, driven: bool = False) -> int:
+        as_one.append(advance(parts, steps, driven))
         return as_one[-1]
 
     advance = FallingParts.advance

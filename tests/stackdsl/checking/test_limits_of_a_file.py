@@ -5,7 +5,8 @@ No time is measured here: what would take minutes if it were not refused makes t
 
 import pytest
 
-from stability.geometry.separation import Block, Separation, blocks_apart
+from stability.geometry.separation import Separation
+from stability.shapes.apart import InPlace, bodies_apart
 from stability.statics.admission import LIGHTEST
 from stackdsl.diagnostics import MOST_TOLD
 from tests.scenes import compiled, mistakes_of
@@ -36,12 +37,12 @@ def test_of_many_unknown_bricks_the_first_are_told() -> None:
 def test_of_bricks_in_one_place_each_is_held_against_one_other_only(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = 0
 
-    def counted(a: Block, b: Block) -> Separation:
+    def counted(a: InPlace, b: InPlace) -> Separation:
         nonlocal asked
         asked += 1
-        return blocks_apart(a, b)
+        return bodies_apart(a, b)
 
-    monkeypatch.setattr("stackdsl.compiling.fitting.blocks_apart", counted)
+    monkeypatch.setattr("stackdsl.compiling.fitting.bodies_apart", counted)
     count = 60
     bricks = "\n".join(f"    - {{name: b{number}, at: [0 mm, 0 mm, 3.9 mm]}}" for number in range(count))
     mistakes = mistakes_of(f"- bricks:\n{bricks}")

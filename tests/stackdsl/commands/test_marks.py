@@ -8,7 +8,6 @@ from typing import Any
 import pytest
 
 from tests.command_line import Stackdsl, write
-from tests.scenes import mistakes_of
 
 STANDS = "scenario: column\nbuild: [{column: {levels: 3}}]\nexpect: [{stands: all}]\n"
 FALLS = STANDS.replace("stands: all", "collapses: any")

@@ -251,10 +251,20 @@ def test_the_schema_is_a_valid_one() -> None:
 
 
 def test_a_layout_of_the_registry_is_a_key_of_a_step() -> None:
-    assert set(LAYOUTS) | {"bricks", "name", "brick", "every", "until", "place", "at", "after", "repeat"} == set(
-        models().BuildStep.model_fields
-    )
-    assert set(keys_at(("build", 0))) == set(models().BuildStep.model_fields) | {"include"}
+    assert set(LAYOUTS) | {
+        "bricks",
+        "imported",
+        "name",
+        "brick",
+        "every",
+        "until",
+        "place",
+        "at",
+        "after",
+        "repeat",
+    } == set(models().BuildStep.model_fields)
+    keys = {"import" if key == "imported" else key for key in models().BuildStep.model_fields}
+    assert set(keys_at(("build", 0))) == keys | {"include"}
     assert set(keys_at(("build", 0, "wall"))) == {"levels", "bricks", "gap", "origin", "heading"}
 
 
