@@ -111,7 +111,7 @@ def _compared(case: Case, trace: Trace, goldens: Goldens) -> VariantResult:
     if goldens.folder is None or case.system not in SYSTEMS or case.file == STDIN_SHOWN:
         return result
     snapshot = snapshot_of(case, trace)
-    lock_new = goldens.lock_new and not result.unexpected
+    lock_new = goldens.lock_new and (result.passed or not result.unexpected)
     golden = check_golden(snapshot, goldens.folder, goldens.update, lock_new and not goldens.unused)
     if golden.status is GoldenStatus.MISSING and goldens.unused:
         if was := renamed_from(snapshot, goldens.unused):
