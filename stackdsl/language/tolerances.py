@@ -99,7 +99,7 @@ def _malformed(text: str, fault: str, hint: str) -> MistakeError:
 def _with_room(body: str) -> str:
     """What to write in place of a single value: a width around it, or a limit that it may be."""
     is_range = re.search(r"±|\+/?-|\.\.", body)
-    return "add ± and a width" + ("" if is_range else f', or write a limit, such as "<= {body}"')
+    return "add ± and a width" + ("" if is_range else f', or write a limit, "<= {body}" or ">= {body}"')
 
 
 def _after_prefix(text: str, dimension: Dimension) -> str:

@@ -53,7 +53,7 @@ def only(text: str) -> Diagnostic:
         (COLUMN.replace("levels", "levls"), "unknown key 'levls'", "did you mean 'levels'?"),
         (COLUMN.replace("scenario", "scenaro"), "unknown key 'scenaro'", "did you mean 'scenario'?"),
         (COLUMN + "let: {stpe: 1 mm}\nfriction: \"${step}\"\n", "unknown variable 'step'", "did you mean 'stpe'?"),
-        (COLUMN + "expect: [{drift: 0.1 mm}]\n", "leaves no room", 'or write a limit, such as "<= 0.1 mm"'),
+        (COLUMN + "expect: [{drift: 0.1 mm}]\n", "leaves no room", 'or write a limit, "<= 0.1 mm" or ">= 0.1 mm"'),
         (COLUMN + "gravity: 9.81 m/s2\n", "unknown key 'gravity'", "it belongs in `world`"),
         (COLUMN.replace("3}", "3, step: 12,5 mm}"), "a value is missing", "a decimal point in place of the comma"),
         (COLUMN.replace(" {levels: 3}", "\n    levels: 3"), "a value is missing", "indent the lines below"),
