@@ -9,12 +9,12 @@ from stackdsl.project_file import ProjectError, project_of
 
 
 def golden_directory(config: pytest.Config, test: Path) -> Path:
-    """The directory of the golden files for a test in this file. Raises UsageError where the project is mistaken."""
+    """The directory of the golden files for a test in this file. Fails the test where the project is mistaken."""
     if named := config.getini("golden_directory"):
         return config.rootpath / str(named)
     try:
         project = project_of([test.parent])
     except ProjectError as error:
-        raise pytest.UsageError(str(error)) from error
+        pytest.fail(str(error), pytrace=False)
     home = config.rootpath if project.root is None else Path.cwd()  # the project is told as seen from there
     return Path(os.path.normpath(home / project.golden))

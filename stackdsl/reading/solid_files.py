@@ -49,13 +49,19 @@ def _text(file: str, read: Callable[[str, int], bytes]) -> str:
 
 def _named(source: Source) -> Iterator[tuple[Path, str]]:
     """Where a brick says which file it is of."""
-    for path in source.value_spans:
-        if path[-1:] == (FILE,) and ("brick" in path[-2:-1] or "brick_types" in path[-3:-2]):
-            value: Plain = source.values
-            for key in path:
-                value = value[key]  # type: ignore[index]  # a path leads through mappings and lists
-            if isinstance(value, str) and value.strip() and "\0" not in value:
-                yield path, value
+    waiting: list[tuple[Path, Plain]] = [((), source.values)]
+    while waiting:
+        path, value = waiting.pop()
+        if isinstance(value, dict):
+            waiting += [((*path, key), inner) for key, inner in reversed(value.items())]
+        elif isinstance(value, list):
+            waiting += [((*path, index), inner) for index, inner in reversed([*enumerate(value)])]
+        elif _is_of_brick(path) and isinstance(value, str) and value.strip() and "\0" not in value:
+            yield path, value
+
+
+def _is_of_brick(path: Path) -> bool:
+    return path[-1:] == (FILE,) and ("brick" in path[-2:-1] or "brick_types" in path[-3:-2])
 
 
 def _with(values: dict[str, Plain], path: Path, leaf: str) -> dict[str, Plain]:

@@ -172,3 +172,10 @@ def test_a_claim_is_held_against_a_run_of_one_of_several_cases() -> None:
     runs = tower.play_all()
     assert [run.passed for run in runs] == [True, True]
     assert [run.judge(claims.height("31.2 mm ± 0.1 mm")).passed for run in runs] == [False, True]
+
+
+def test_a_brick_may_come_from_a_file_beside_the_calling_one() -> None:
+    stone = {"file": "../../../scenarios/solids/stone.obj", "unit": "cm", "density": "2600 kg/m3"}
+    built = [bricks([brick(name="cut", brick=stone, on="ground")])]
+    run = Scenario("stone", build=built, expect=[claims.stands("all")]).play()
+    assert [outcome.passed for outcome in run.outcomes] == [True]
