@@ -1,4 +1,4 @@
-"""Tests that reach for PyBullet where it is not installed are skipped, each by name and with the reason."""
+"""Tests that reach for an engine where it is not installed are skipped, each by name and with the reason."""
 
 from collections.abc import Generator
 from importlib.util import find_spec
@@ -7,6 +7,7 @@ import pytest
 
 HAS_PYBULLET = find_spec("pybullet") is not None
 REASON = "needs PyBullet, which has wheels up to CPython 3.11 only"
+REASONS = {"pybullet": REASON, "mujoco": "mujoco is in the extra mujoco", "sapien": "sapien is in the extra sapien"}
 # For tests that would not reach for it themselves, but for a command that says so.
 needs_pybullet = pytest.mark.skipif(not HAS_PYBULLET, reason=REASON)
 
@@ -27,9 +28,9 @@ def _skipped_without() -> Generator[None, None, None]:
     try:
         yield
     except ModuleNotFoundError as error:
-        if error.name != "pybullet" or HAS_PYBULLET:
+        if error.name not in REASONS or find_spec(error.name) is not None:
             raise
-        pytest.skip(REASON)
+        pytest.skip(REASONS[error.name])
 
 
 @pytest.hookimpl(wrapper=True)

@@ -178,10 +178,10 @@ class ProvenStability:
 
     def _notice_new(self) -> None:
         bricks = self.engine.masses()
-        apart = self._apart()
+        apart = set(self._apart())
         # Without a guard nobody else adds bricks, so that counting them is enough.
         if self.guard or len(bricks) != len(self._awake.names) + len(self.assembly.bricks) + len(apart):
-            self._awake.notice(bricks.keys() - set(apart), self.assembly.bricks.keys())
+            self._awake.notice([name for name in bricks if name not in apart], self.assembly.bricks.keys())
 
     def _apart(self) -> Collection[BodyId]:
         """The bricks that are neither moved by the engine alone nor judged."""

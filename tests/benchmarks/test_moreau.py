@@ -3,6 +3,7 @@
 import pytest
 
 pytest.importorskip("numba")
+pytestmark = pytest.mark.slow  # numba compiles it for a minute
 
 from benchmarks.end_hits import EndHit, referred, timeline
 from benchmarks.hits import shifts
