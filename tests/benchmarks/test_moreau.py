@@ -3,7 +3,6 @@
 import pytest
 
 pytest.importorskip("numba")
-pytestmark = pytest.mark.slow  # numba compiles it for a minute
 
 from benchmarks.end_hits import EndHit, referred, timeline
 from benchmarks.hits import shifts
@@ -13,6 +12,8 @@ from stability.shapes.box import Box
 from stability.statics.facts import Placed
 from stackdsl.playing.runner import play
 from stackdsl.systems.systems import SYSTEMS
+
+pytestmark = pytest.mark.slow  # numba compiles it for a minute
 
 STEP, GRAVITY, FRICTION = 1.0 / 4000.0, 9.81, 0.5
 SIDE, MASS = 0.02, 0.01
