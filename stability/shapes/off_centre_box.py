@@ -47,12 +47,12 @@ class OffCentreBox:
     @property
     def least_thickness(self) -> float:
         """Its smallest side [m]."""
-        return min(self.size)
+        return self.box.least_thickness
 
     @property
     def length(self) -> float:
         """Its longest side [m]."""
-        return max(self.size)
+        return self.box.length
 
     @property
     def bounding_radius(self) -> float:
