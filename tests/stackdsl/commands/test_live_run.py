@@ -65,7 +65,8 @@ def test_a_save_is_shown_and_a_mistake_is_told_beside_what_was_there(tmp_path: P
             with urllib.request.urlopen(f"{url}events", timeout=AMPLE) as another:  # who comes now sees the last run
                 assert len(next_of(another, "run")["told"]["bricks"]["name"]) == 3
             file.write_text(GOOD.replace("levels: 3", "levels: 5"), encoding="utf-8")
-            assert len(next_of(stream, "run")["told"]["bricks"]["name"]) == 5
+            while len(next_of(stream, "run")["told"]["bricks"]["name"]) != 5:
+                pass  # a mistake ends nothing: what was played before it may still come
             while next_of(stream, "status")["doing"]:
                 pass
         process.send_signal(signal.SIGINT)
