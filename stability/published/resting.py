@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from stability.engines.protocol import Engine
 from stability.geometry.separation import in_world
-from stability.geometry.touching import reach_between
+from stability.geometry.touching import gap_bridged, reach_between
 from stability.model import (
     BodyId,
     BodyState,
@@ -80,7 +80,8 @@ def corners_on(upper: Shape, at: Pose, lower: Shape, below: Pose, limits: Contac
         case Box(), Box():
             between = apart(upper, at, lower, below)
             reach = reach_between(upper.least_thickness, lower.least_thickness)
-            if abs(between.gap) > reach or between.normal_BA_W[2] < limits.upward:
+            upward = between.normal_BA_W[2]
+            if upward < limits.upward or not -reach <= between.gap <= gap_bridged(reach, upward):
                 return ()
             return face_patch(upper.size, at, lower.size, below) or None
         case (None | HalfSpace(), _) | (_, None):
@@ -112,7 +113,7 @@ def _lowest_corners(upper: ConvexShape, at: Pose, plane: Plane, limits: ContactL
         return ()
     heights = {(x, y, z): (x - px) * nx + (y - py) * ny + (z - pz) * nz for x, y, z in corners_W(upper, at)}
     reach = reach_of(upper)
-    if min(heights.values()) < -reach:
+    if not -reach <= min(heights.values()) <= gap_bridged(reach, nz):
         return ()
     return [corner for corner, height in heights.items() if height <= reach]
 

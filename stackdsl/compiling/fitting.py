@@ -6,7 +6,7 @@ from math import hypot, inf
 
 from stability.geometry.neighbours import Neighbours
 from stability.geometry.separation import Separation
-from stability.geometry.touching import LIMIT_ITSELF, reach_between
+from stability.geometry.touching import LIMIT_ITSELF, gap_bridged, reach_between
 from stability.model import ConvexShape, Plane, Pose
 from stability.shapes.apart import InPlace, above_plane, bodies_apart, in_place
 
@@ -96,7 +96,7 @@ class _Near:
 
     @property
     def touches(self) -> bool:
-        return self.apart.gap <= self.reach
+        return self.apart.gap <= gap_bridged(self.reach, self.apart.normal_BA_W[2])
 
     @property
     def is_below(self) -> bool:

@@ -7,6 +7,7 @@ from typing import TypeAlias
 
 from stability.geometry.clipping import within_rectangle
 from stability.geometry.plan import Polygon
+from stability.geometry.touching import gap_bridged
 from stability.model import Vec3
 from stability.statics.contacts.solids import BoxSolid, PlanRectangle
 
@@ -62,7 +63,8 @@ def side_patch(a: BoxSolid, b: BoxSolid, reach: float) -> tuple[tuple[Vec3, ...]
     if half_u + other_u - abs(x) > half_v + other_v - abs(y):  # they touch across the second side: turn the frame
         ux, uy, x, y = -uy, ux, y, -x
         half_u, half_v, other_u, other_v = half_v, half_u, other_v, other_u
-    if abs(half_u + other_u - abs(x)) > reach or half_v + other_v - abs(y) <= reach:
+    gap = abs(x) - half_u - other_u
+    if gap > gap_bridged(reach, 0.0) or gap < -reach or half_v + other_v - abs(y) <= reach:
         return None
     if a.rise + b.rise - abs(dz) <= reach:
         return None

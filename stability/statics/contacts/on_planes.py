@@ -1,6 +1,7 @@
 """Where a box touches a plane: the corners of its lowest face that are within the tolerance of the plane."""
 
 from stability.geometry.separating_axes import half_extent
+from stability.geometry.touching import gap_bridged
 from stability.geometry.vectors import add_scaled, dot, scale, subtract
 from stability.model import Plane, Vec3
 from stability.statics.contacts.solids import BoxSolid
@@ -12,7 +13,7 @@ def points_on_plane(body: BoxSolid, plane: Plane, reach: float) -> tuple[Vec3, .
     p_PB = subtract(body.pose.position_W, plane.point_W)
     height = dot(p_PB, plane.normal_W)
     gap = height - half_extent(body.axes, body.half, plane.normal_W)
-    if gap > reach or gap < -reach:
+    if gap > gap_bridged(reach, plane.normal_W[2]) or gap < -reach:
         return ()
     if body.plan is not None and plane.normal_W == UP:
         return _of_plan(body, body.pose.position_W[2] - height)

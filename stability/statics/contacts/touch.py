@@ -1,7 +1,8 @@
 """Where do two bodies touch? Exact contacts from poses and shapes alone, between convex solids, and solids and planes.
 
-Bodies touch if they are no further apart, and no deeper in each other, than a tolerance; forces then act at the corners
-of the overlap of two faces, at the ends of an edge, or at a point, and along every normal that the features admit.
+Bodies touch if they are no further apart, and no deeper in each other, than a tolerance, of which a gap beside a body
+has a small share only; forces then act at the corners of the overlap of two faces, at the ends of an edge, or at a
+point, and along every normal that the features admit.
 Within the tolerance, noise does not change which features touch; what is aligned to rounding is taken at its word.
 Two boxes, and a box and a plane, take a shorter way to the same contacts as any two hulls.
 """
@@ -12,6 +13,7 @@ from stability.geometry.touching import reach_between
 from stability.geometry.vectors import scale
 from stability.model import Plane, Vec3
 from stability.statics.contacts.axes import Closeness, closeness, disturbance
+from stability.statics.contacts.bridging import bridged
 from stability.statics.contacts.faces import LEVEL, face_on_face
 from stability.statics.contacts.features import Meeting, Slack, meeting
 from stability.statics.contacts.level import level_patch, side_patch
@@ -76,11 +78,12 @@ def _general_contact(a: BoxSolid, b: BoxSolid, friction: float, reach: float) ->
     sideways = min(off, SIDEWAYS * reach) + exact
     patch = face_on_face(a, b, close, reach, sideways)
     if patch:
-        return Contact(patch.lower.id, patch.upper.id, patch.points_W, (patch.normal_W,), friction)
+        lying = Contact(patch.lower.id, patch.upper.id, patch.points_W, (patch.normal_W,), friction)
+        return bridged(lying, close.gap, reach)
     found = _best_meeting(a, b, close, Slack(sideways, off + exact, reach))
     # What a gap as wide as the tolerance has displaced further still touches.
     found = found or _best_meeting(a, b, close, Slack(reach, reach, reach))
-    return _of_meeting(a, b, found, friction) if found else None
+    return bridged(_of_meeting(a, b, found, friction), close.gap, reach) if found else None
 
 
 def _best_meeting(a: BoxSolid, b: BoxSolid, close: Closeness, slack: Slack) -> Meeting | None:

@@ -15,19 +15,19 @@ from stability.statics.solvers.conic_program import Point
 from stability.statics.solvers.separating_motion import separating_motion
 from stability.statics.upright_forces import upright_group
 
-SIDE, PITCH = 0.04, 0.0404  # [m]: every box but the lowest lies on the corners of four, over gaps of 0.4 mm
+SIDE = 0.04  # [m]: every box but the lowest lies on the corners of four that touch one another
 FLOOR = Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5)
 
 
-def heap(count: int) -> list[Placed]:
-    """Layers of count x count boxes, every other one half a pitch aside, so that its last rows hang out by half."""
+def heap(count: int, pitch: float = SIDE) -> list[Placed]:
+    """Layers of count x count boxes, every other one aside, so that its last rows hang out by a little over half."""
     return [
         Placed(
             Brick(f"{layer}.{row}.{column}", Box((SIDE, SIDE, SIDE)), 0.05),
-            Pose(((row + aside) * PITCH, (column + aside) * PITCH, (layer + 0.5) * SIDE)),
+            Pose(((row + aside) * pitch, (column + aside) * pitch, (layer + 0.5) * SIDE)),
         )
         for layer in range(count)
-        for aside in [0.5 * (layer % 2)]
+        for aside in [0.505 * (layer % 2)]
         for row in range(count)
         for column in range(count)
     ]
@@ -53,10 +53,16 @@ def test_a_heap_of_interlocked_boxes_stands_with_forces_that_hold_and_few_progra
     assert len(asked) <= 3  # one by one: eight
 
 
+def test_what_hangs_out_tips_where_gaps_let_nothing_hold_it_from_the_side() -> None:
+    verdict = Assembly((FLOOR,), 0.5, 9.81).add_all(heap(2, 1.01 * SIDE))
+    assert verdict.stability is Stability.UNSTABLE
+    assert {*verdict.moving} <= {"1.0.1", "1.1.0", "1.1.1"}
+
+
 def test_one_box_too_far_out_falls_however_many_are_asked_together() -> None:
     count = 4
     boxes = heap(count)
-    over = Pose(((count - 0.5) * PITCH + 0.51 * SIDE, 0.0, (count + 0.5) * SIDE))
+    over = Pose(((count - 0.5) * SIDE + 0.51 * SIDE, 0.0, (count + 0.5) * SIDE))
     verdict = Assembly((FLOOR,), 0.5, 9.81).add_all([*boxes, Placed(Brick("out", boxes[0].brick.shape, 0.05), over)])
     assert verdict.stability is Stability.UNSTABLE
     assert verdict.moving == ("out",)

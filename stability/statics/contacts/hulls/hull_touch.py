@@ -7,8 +7,10 @@ import numpy as np
 
 from stability.geometry.hulls import hull
 from stability.geometry.polyhedra import Array, vector
+from stability.geometry.touching import gap_bridged
 from stability.geometry.vectors import cross, scale, unit
 from stability.model import Plane, Vec3
+from stability.statics.contacts.bridging import bridged
 from stability.statics.contacts.faces import LEVEL
 from stability.statics.contacts.features import Meeting, Slack
 from stability.statics.contacts.hulls.hull_closeness import HullCloseness, closeness, disturbance
@@ -34,12 +36,17 @@ def hull_contact(a: Solid, b: Solid, friction: float, reach: float) -> Contact |
     patch = face_on_face(close, reach, sideways, exact)
     if patch is not None:
         lower, upper = (a, b) if patch.a_is_lower else (b, a)
-        return Contact(lower.id, upper.id, patch.points_W, (patch.normal_W,), friction)
+        lying = Contact(lower.id, upper.id, patch.points_W, (patch.normal_W,), friction)
+        return bridged(lying, close.gap, reach)
     found = _best_meeting(close, Slack(sideways, off + exact, reach))
     # What a gap as wide as the tolerance has displaced further still touches.
     found = found or _best_meeting(close, Slack(reach, reach, reach))
     if found is None:
         return None
+    return bridged(_of_meeting(a, b, found, friction), close.gap, reach)
+
+
+def _of_meeting(a: Solid, b: Solid, found: Meeting, friction: float) -> Contact:
     if sum(normal[2] for normal in found.normals_AB_W) >= -LEVEL:
         return Contact(a.id, b.id, found.points_W, found.normals_AB_W, friction)
     return Contact(b.id, a.id, found.points_W, tuple(scale(-1.0, normal) for normal in found.normals_AB_W), friction)
@@ -73,7 +80,7 @@ def hull_on_plane(body: HullSolid, plane: Plane, reach: float) -> tuple[Vec3, ..
     height = float((np.array(own.p_WC) - np.array(plane.point_W)) @ normal)
     rises = own.heights(normal)
     gap = height + float(rises.min())
-    if gap > reach or gap < -reach:
+    if gap > gap_bridged(reach, plane.normal_W[2]) or gap < -reach:
         return ()
     low = own.corners[rises + height <= reach]
     on_plane = np.array(own.p_WC) + low - ((low @ normal) + height)[:, None] * normal
