@@ -130,24 +130,26 @@ def least_norm(load: Point2, corners: Sequence[Point2]) -> list[float] | None:
     """
     lx, ly = load
     offsets = [(x - lx, y - ly) for x, y in corners]
-    scale = max([max(abs(x), abs(y)) for x, y in offsets], default=0.0)
+    scale = 0.0
+    for x, y in offsets:
+        scale = max(scale, x, -x, y, -y)
     if scale == 0.0:
         return [1.0 / len(corners)] * len(corners) if corners else None
     points = [(x / scale, y / scale) for x, y in offsets]
     if not _is_amid(points):
         return None
-    pressing = [True] * len(points)
+    pressing, pressed = [True] * len(points), points
     for _ in range(MOST_TURNS):
-        pressure = _plane([point for point, presses in zip(points, pressing, strict=True) if presses])
+        pressure = _plane(pressed)
         if pressure is None:
             return None if hull(corners) else _on_a_line(load, corners)
         u, v, w = pressure
         heights = [u + v * x + w * y for x, y in points]
         now = [height > 0.0 for height in heights]
         if now == pressing:
-            forces = [max(0.0, height) for height in heights]
+            forces = [height if height > 0.0 else 0.0 for height in heights]
             return forces if _balances(forces, points) else None
-        pressing = now
+        pressing, pressed = now, [point for point, presses in zip(points, now, strict=True) if presses]
     return None
 
 
@@ -161,9 +163,13 @@ def _is_amid(points: Sequence[Point2]) -> bool:
 def _plane(points: Sequence[Point2]) -> tuple[float, float, float] | None:
     """The linear pressure over these points that balances a unit load at the origin."""
     n = float(len(points))
-    sx, sy = sum(x for x, _ in points), sum(y for _, y in points)
-    sxx, syy = sum(x * x for x, _ in points), sum(y * y for _, y in points)
-    sxy = sum(x * y for x, y in points)
+    sx = sy = sxx = syy = sxy = 0.0
+    for x, y in points:
+        sx += x
+        sy += y
+        sxx += x * x
+        syy += y * y
+        sxy += x * y
     # Cramer's rule on the normal equations [[n, sx, sy], [sx, sxx, sxy], [sy, sxy, syy]] (u, v, w) = (1, 0, 0).
     cu, cv, cw = sxx * syy - sxy * sxy, sxy * sy - sx * syy, sx * sxy - sxx * sy
     determinant = n * cu + sx * cv + sy * cw
@@ -174,9 +180,12 @@ def _plane(points: Sequence[Point2]) -> tuple[float, float, float] | None:
 
 def _balances(forces: Sequence[float], points: Sequence[Point2]) -> bool:
     """Whether forces balance a unit load: close to the border of the hull the equations lose digits."""
-    moment_x = sum(force * x for force, (x, _) in zip(forces, points, strict=True))
-    moment_y = sum(force * y for force, (_, y) in zip(forces, points, strict=True))
-    return abs(sum(forces) - 1.0) < ROUNDING and max(abs(moment_x), abs(moment_y)) < ROUNDING
+    total = moment_x = moment_y = 0.0
+    for force, (x, y) in zip(forces, points, strict=True):
+        total += force
+        moment_x += force * x
+        moment_y += force * y
+    return abs(total - 1.0) < ROUNDING and abs(moment_x) < ROUNDING and abs(moment_y) < ROUNDING
 
 
 def _on_a_line(load: Point2, corners: Sequence[Point2]) -> list[float] | None:
