@@ -112,16 +112,16 @@ gc.collect()
 gc.freeze()  # looking for garbage in it would copy its memory
 
 
-def ended():
+def ended(program):
     try:
-        main()
+        exec(compile(program, "<string>", "exec"), {"__name__": "__main__"}) if program else main()
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else int(end.code is not None)
     return 0
 
 
 for line in sys.stdin:
-    folder, arguments, environment, *streams = json.loads(line)
+    folder, program, arguments, environment, *streams = json.loads(line)
     child = os.fork()
     if not child:
         for stream, (path, flags) in enumerate(zip(streams, (os.O_RDONLY, *[os.O_RDWR | os.O_CREAT | os.O_TRUNC] * 2))):
@@ -129,7 +129,7 @@ for line in sys.stdin:
         os.chdir(folder)
         os.environ.update(environment)
         sys.argv = ["stackdsl", *arguments]
-        code = ended()
+        code = ended(program)
         threading._shutdown()
         atexit._run_exitfuncs()
         sys.stdout.flush()
@@ -161,17 +161,18 @@ def forking() -> Iterator[subprocess.Popen[str]]:
 
 @pytest.fixture(scope="session")
 def stackdsl_in(forking: subprocess.Popen[str], tmp_path_factory: pytest.TempPathFactory) -> StackdslIn:
-    """The command, to be called in any folder."""
+    """The command, to be called in any folder; or a program in Python instead of it."""
     said = tmp_path_factory.mktemp("said")
     given, out, err = (said / name for name in ("given", "out", "err"))
 
-    def call(folder: Path, *arguments: str, keys: str = "", **environment: str) -> Result:
+    def call(folder: Path, *arguments: str, program: str = "", keys: str = "", **environment: str) -> Result:
         if any(name.startswith("PYTHON") for name in environment):  # which Python reads as it starts
+            assert not program
             return ended(folder, *arguments, **environment)
         given.write_text(keys, encoding="utf-8")
         assert forking.stdin is not None
         assert forking.stdout is not None
-        order = [str(folder), arguments, environment, *map(str, (given, out, err))]
+        order = [str(folder), program, arguments, environment, *map(str, (given, out, err))]
         print(json.dumps(order), file=forking.stdin, flush=True)
         code = int(forking.stdout.readline())
         return _without_traceback(Result(code, out.read_text(encoding="utf-8"), err.read_text(encoding="utf-8")))
@@ -190,3 +191,10 @@ def write(folder: Path, text: str | bytes, name: str = "scene.yaml") -> Path:
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_bytes(text.encode() if isinstance(text, str) else text)
     return path
+
+
+def saved(file: Path, text: str) -> None:
+    """Save a file that is watched, at one stroke as editors do: no watcher sees it empty or half written."""
+    fresh = file.with_name(f".{file.name}.fresh")
+    fresh.write_text(text, encoding="utf-8")
+    fresh.replace(file)
