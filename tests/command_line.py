@@ -145,9 +145,11 @@ def interruptible() -> Iterator[None]:
 
     What is started in the background of a shell, or by `nohup`, ignores it, and so does all that this starts in turn.
     """
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    meant = {signal.SIGINT: signal.default_int_handler, signal.SIGHUP: signal.SIG_DFL}
+    before = {number: signal.signal(number, handler) for number, handler in meant.items()}
     yield
-    signal.signal(signal.SIGINT, before)
+    for number, handler in before.items():
+        signal.signal(number, handler)
 
 
 @pytest.fixture(scope="session")
