@@ -145,11 +145,11 @@ def interruptible() -> Iterator[None]:
 
     What is started in the background of a shell, or by `nohup`, ignores it, and so does all that this starts in turn.
     """
-    meant = {signal.SIGINT: signal.default_int_handler, signal.SIGHUP: signal.SIG_DFL}
-    before = {number: signal.signal(number, handler) for number, handler in meant.items()}
+    pressed = signal.signal(signal.SIGINT, signal.default_int_handler)
+    closed = signal.signal(signal.SIGHUP, signal.SIG_DFL)
     yield
-    for number, handler in before.items():
-        signal.signal(number, handler)
+    signal.signal(signal.SIGINT, pressed)
+    signal.signal(signal.SIGHUP, closed)
 
 
 @pytest.fixture(scope="session")
