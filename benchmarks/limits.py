@@ -31,9 +31,9 @@ LOWEST, HIGHEST, SHARP = 0.8, 1.2, 0.001  # of the share of the friction that is
 
 
 def falls(case: Case, system: System) -> bool:
-    """Whether users are told of a collapse."""
+    """Whether users are told of a collapse; what comes after it is not played."""
     watched = WATCHED * sqrt(max(1.0, case.size[0] / KAPLA[0]))
-    return play(replace(timeline(case), hold=watched), system).collapse is not None
+    return play(replace(timeline(case), hold=watched, aftermath=False), system).collapse is not None
 
 
 def scaled(length: float) -> Vec3:

@@ -6,6 +6,7 @@ from math import inf
 
 import numpy as np
 
+from stability.geometry.rows import cross_rows
 from stability.geometry.touching import reach_between
 from stability.geometry.vectors import dot, scale, subtract, unit
 from stability.model import BodyId, Plane, Vec3
@@ -161,6 +162,7 @@ def slip_matrix(cones: Cones, place: Place) -> Array:
     for bodies, sign in ((cones.upper, 1.0), (cones.lower, -1.0)):
         arms = cones.points_W - centres[bodies]
         rows[each, bodies, :, :3] += sign * cones.axes_W
-        rows[each, bodies, :, 3:] += sign * np.cross(arms[:, None, :], cones.axes_W)
+        turning = cross_rows(np.repeat(arms, 3, axis=0), cones.axes_W.reshape(-1, 3))
+        rows[each, bodies, :, 3:] += sign * turning.reshape(-1, 3, 3)
     matrix: Array = rows[:, :bricks].transpose(0, 2, 1, 3).reshape(3 * count, 6 * bricks)
     return matrix

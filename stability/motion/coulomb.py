@@ -87,6 +87,7 @@ def _by_newton(meeting: Meeting, mobility: Array, guess: Array) -> Pressing:
     stiff = 1.0 / np.maximum(np.diag(mobility).reshape(-1, 3).max(axis=1), 1e-300)
     firm = FIRM * float(np.diag(mobility).max()) * np.identity(3 * count)
     impulses, best = guess, _checked(meeting, guess)
+    alone, level = np.identity(3), np.identity(2)
     for _ in range(MOST_STEPS):
         if best.miss <= MET:
             break
@@ -99,13 +100,13 @@ def _by_newton(meeting: Meeting, mobility: Array, guess: Array) -> Pressing:
         for point in np.flatnonzero(opens):
             rows = slice(3 * point, 3 * point + 3)
             matrix[rows], wanted[rows] = 0.0, 0.0
-            matrix[rows, rows] = np.identity(3)
+            matrix[rows, rows] = alone
         for point in np.flatnonzero(slides):
             rows = slice(3 * point + 1, 3 * point + 3)
             along = trial[point, 1:] / max(size[point], 1e-300)
-            turning = (np.identity(2) - np.outer(along, along)) * (most[point] / max(size[point], 1e-300))
+            turning = (level - along[:, None] * along) * (most[point] / max(size[point], 1e-300))
             matrix[rows] = stiff[point] * turning @ mobility[rows]
-            matrix[rows, rows] += np.identity(2) - turning
+            matrix[rows, rows] += level - turning
             matrix[rows, 3 * point] -= meeting.friction[point] * along
             wanted[rows] = -stiff[point] * turning @ still[point, 1:]
         try:

@@ -5,6 +5,7 @@ from collections.abc import Collection
 import numpy as np
 
 from stability.geometry.rotations import body_axes
+from stability.geometry.vectors import cross
 from stability.shapes.in_pose import principal_turn
 from stability.statics.facts import Placed
 from stability.statics.solvers.conic_program import Array
@@ -27,7 +28,7 @@ def accelerations(bricks: Collection[Placed], velocities: Array, gravity: float)
     for i, placed in enumerate(bricks):
         axes, moments = _inertia(placed)
         spin = axes @ velocities[6 * i + 3 : 6 * i + 6]
-        found[i, 3:] = -(np.cross(spin, moments * spin) / moments) @ axes
+        found[i, 3:] = -(np.array(cross(spin.tolist(), (moments * spin).tolist())) / moments) @ axes
     return found.ravel()
 
 

@@ -39,7 +39,7 @@ def _parts() -> Iterator[bytes]:
         yield file.read_bytes()
     told = (sys.version, sys.implementation.cache_tag, platform.system(), platform.machine(), platform.node())
     yield from (str(text).encode() for text in told)
-    yield from (f"{name} {_version(name)}".encode() for name in LIBRARIES)
+    yield from (f"{name} {_metadata(name)}".encode() for name in LIBRARIES)
     yield from (f"{name}={os.environ.get(name, '')}".encode() for name in SETTINGS)
 
 
@@ -49,10 +49,11 @@ def _files() -> Iterator[Path]:
         yield from sorted(file for file in (home / package).rglob("*") if file.suffix in SUFFIXES)
 
 
-def _version(name: str) -> str:
-    from importlib.metadata import PackageNotFoundError, version  # noqa: PLC0415 -- `--help` does without
+def _metadata(name: str) -> str:
+    """What is installed under a name, in its makers' words; the version alone would take longer to read."""
+    from importlib.metadata import PackageNotFoundError, distribution  # noqa: PLC0415 -- `--help` does without
 
     try:
-        return version(name)
+        return distribution(name).read_text("METADATA") or ""
     except PackageNotFoundError:
         return ""

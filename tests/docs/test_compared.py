@@ -1,13 +1,14 @@
 """What docs/compared.md says of this tool is run, row by row, so that no row can go stale; so is what checks it."""
 
 import shlex
+import subprocess
 import sys
+import time
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from benchmarks.compared import asking
 from benchmarks.compared.__main__ import shown, tables
 from benchmarks.compared.asking import Said, complaints, environment, in_shell
 from benchmarks.compared.probes import FOLDER, NOT_TRIED, OWN, Probe, Tool, needs, read_tool, tools
@@ -117,7 +118,15 @@ def test_a_tool_that_is_not_at_hand_keeps_its_cells() -> None:
 def test_a_command_that_hangs_is_ended_with_all_that_it_started(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(asking, "AMPLE", 0.5)
-    said = in_shell(tmp_path, "echo begun; sleep 600 & wait", environment())
+    class OutOfTime(subprocess.Popen[str]):
+        """A process whose time is over as soon as it has begun."""
+
+        def communicate(self, input: str | None = None, timeout: float | None = None) -> tuple[str, str]:
+            while not (tmp_path / "there").exists():
+                time.sleep(0.01)
+            return super().communicate(input, None if timeout is None else 0.01)
+
+    monkeypatch.setattr("benchmarks.compared.asking.subprocess.Popen", OutOfTime)
+    said = in_shell(tmp_path, "echo begun; touch there; sleep 600 & wait", environment())
     assert said.code != 0
-    assert said.text == "begun\n\nended after 0.5 s"
+    assert said.text == "begun\n\nended after 120 s"

@@ -6,10 +6,10 @@ from itertools import chain
 
 import pytest
 
-from stackdsl.checking.gathering import gather
 from stackdsl.language.catalogue import CATALOGUE
 from stackdsl.systems.known_systems import KNOWN
 from tests.paths import ROOT
+from tests.test_scenarios import GATHERED
 
 PAGE = ROOT / "docs" / "publication.md"
 ROW = re.compile(r"^\| (?!where \|)(.+) \|$", re.MULTILINE)
@@ -74,4 +74,4 @@ def is_there(name: str) -> bool:
 
 @cache
 def scenarios() -> set[str]:
-    return {case.scenario.scenario for case in gather([ROOT / "scenarios"]).cases}
+    return {case.scenario.scenario for case in GATHERED.cases}

@@ -15,6 +15,7 @@ from stability.statics.facts import Placed
 from tests.stability.statics.independent import TOUCHING, bottom, near, outline, overlap, top
 
 FRICTION = 0.5
+SEED = 0
 KAPLA: Vec3 = (0.1176, 0.0234, 0.0078)
 SIZES: tuple[Vec3, ...] = (KAPLA, (0.0588, 0.0234, 0.0078), (0.1176, 0.0468, 0.0156), (0.0234, 0.0234, 0.0468))
 DENSITY = 557.0  # [kg/m3]
@@ -22,7 +23,7 @@ DENSITY = 557.0  # [kg/m3]
 DOUBTFUL = 0.04 * 0.0234
 
 
-def random_piles(count: int, seed: int = 0) -> list[tuple[Placed, ...]]:
+def random_piles(count: int, seed: int = SEED) -> list[tuple[Placed, ...]]:
     """Piles of 3 to 12 planks, and every tenth of up to 30, in the order in which the planks were set down."""
     return [random_pile(np.random.default_rng([seed, number]), number) for number in range(count)]
 

@@ -15,7 +15,7 @@ from stability.statics.facts import Placed, Stability, Tolerances, Verdict
 from stability.statics.proof import check_forces, check_motion
 from tests.stability.statics.independent import Answer, flat_touches, independent_verdict, verdict_of
 from tests.stability.statics.published_model import published_model_says_stable
-from tests.stability.statics.random_piles import FRICTION, random_piles
+from tests.stability.statics.random_piles import FRICTION, SEED, random_pile
 
 # What takes long is worked out once for all tests here, which so stay in one process.
 pytestmark = pytest.mark.xdist_group("random piles")
@@ -40,18 +40,19 @@ class Judged:
 
 
 @cache
-def piles() -> list[tuple[Placed, ...]]:
-    return random_piles(PILES)
+def pile(number: int) -> tuple[Placed, ...]:
+    """One of `random_piles`, of which most are not needed every time."""
+    return random_pile(np.random.default_rng([SEED, number]), number)
 
 
 @cache
 def judged(chunk: int) -> list[Judged]:
     """A tenth of them; kept for all tests, since the independent check takes longest."""
     found = []
-    for pile in piles()[chunk::CHUNKS]:
+    for number in range(chunk, PILES, CHUNKS):
         assembly = Assembly(friction=FRICTION)
-        verdict = assembly.add_all(pile)
-        found.append(Judged(pile, assembly, verdict, independent_verdict(pile, FRICTION)))
+        verdict = assembly.add_all(pile(number))
+        found.append(Judged(pile(number), assembly, verdict, independent_verdict(pile(number), FRICTION)))
     return found
 
 
@@ -130,7 +131,7 @@ def test_after_a_plank_is_moved_the_verdict_is_that_of_the_new_pile_judged_afres
 @in_each_chunk
 def test_no_verdict_on_a_pile_on_a_slope_is_contradicted(chunk: int) -> None:
     # Slopes of up to 35 deg and frictions on either side of that: there most piles that stand need friction to do so.
-    for number, pile in enumerate(piles()[chunk : 200 + chunk : CHUNKS]):
+    for number, each in enumerate(map(pile, range(chunk, 200 + chunk, CHUNKS))):
         generator = np.random.default_rng([5, chunk, number])
         friction, angle, bearing = (float(generator.uniform(0.0, most)) for most in (1.0, 0.6, 2.0 * pi))
         turn = (-sin(bearing) * sin(0.5 * angle), cos(bearing) * sin(0.5 * angle), 0.0, cos(0.5 * angle))
@@ -141,15 +142,15 @@ def test_no_verdict_on_a_pile_on_a_slope_is_contradicted(chunk: int) -> None:
                 normal=rotate(turn, touch.normal),
                 along=rotate(turn, touch.along),
             )
-            for touch in flat_touches(pile, friction)
+            for touch in flat_touches(each, friction)
         ]
         bricks = [
-            Placed(each.brick, Pose(rotate(turn, each.pose.position_W), multiply(turn, each.pose.orientation)))
-            for each in pile
+            Placed(placed.brick, Pose(rotate(turn, placed.pose.position_W), multiply(turn, placed.pose.orientation)))
+            for placed in each
         ]
         ground = Plane(GROUND, (0.0, 0.0, 0.0), rotate(turn, (0.0, 0.0, 1.0)), friction)
         verdict = Assembly(planes=(ground,), friction=friction).add_all(bricks)
-        checked = verdict_of({each.brick.id: each for each in bricks}, touches)
+        checked = verdict_of({placed.brick.id: placed for placed in bricks}, touches)
         assert checked != OPPOSITE.get(verdict.stability), (chunk, number)
         assert verdict.stability is not Stability.UNDECIDED
 

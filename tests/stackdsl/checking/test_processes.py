@@ -8,10 +8,13 @@ import sys
 import threading
 import time
 from contextlib import suppress
+from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
 
 import pytest
 
+from stackdsl.checking import processes, worker
 from stackdsl.checking.processes import PoolResult, run_supervised
 from stackdsl.checking.worker import Task, TaskResult, TaskStatus
 from stackdsl.exits import INTERRUPTS
@@ -78,11 +81,19 @@ def return_something_unreadable() -> object:
     return Unreadable()
 
 
-class SlowToRead:
-    """Takes longer to be read by a worker than its task may take, as an import may."""
+@dataclass(frozen=True)
+class ReadOnceThere:
+    """Is read by a worker once a file is there, as what has to be imported is once it is."""
+
+    file: Path
 
     def __reduce__(self) -> tuple[object, ...]:
-        return (time.sleep, (1.5,))
+        return (wait_for, (self.file,))
+
+
+def wait_for(file: Path) -> None:
+    while not file.exists():
+        time.sleep(0.01)
 
 
 def is_nothing(value: object) -> bool:
@@ -172,8 +183,20 @@ def test_a_task_beyond_its_limit_is_ended_and_costs_no_other(stubborn: object) -
     assert time.monotonic() - began < AMPLE  # and not until it has hung for 600 s
 
 
-def test_the_limit_does_not_count_the_start_of_the_worker() -> None:
-    (done,) = run(call(is_nothing, SlowToRead(), limit=1.0))
+def test_the_limit_does_not_count_the_start_of_the_worker(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    # Before the worker has read its task, twice as much time passes as that may take.
+    read, looks = tmp_path / "may be read", count()
+
+    def clock() -> float:
+        if next(looks) < 5:
+            return time.monotonic()
+        read.touch()
+        return time.monotonic() + 2.0 * AMPLE
+
+    for module in (processes, worker):
+        monkeypatch.setattr(module, "monotonic", clock)
+    monkeypatch.setattr(processes, "START_LIMIT", 10.0 * AMPLE)
+    (done,) = run(call(is_nothing, ReadOnceThere(read), limit=AMPLE))
     assert (done.status, done.value) == (TaskStatus.DONE, True)
 
 
@@ -345,7 +368,12 @@ def test_a_worker_is_a_copy_of_this_process_unless_that_has_several_threads(
     assert done.stdout == copied + "\n"
 
 
-def test_whoever_waits_is_told_again_and_again() -> None:
-    told: list[None] = []
-    run_supervised([call(time.sleep, 0.5)], 1, on_wait=lambda: told.append(None))
-    assert len(told) > 2
+def test_whoever_waits_is_told_again_and_again(tmp_path: Path) -> None:
+    told, enough = count(1), tmp_path / "told three times"
+
+    def on_wait() -> None:
+        if next(told) == 3:
+            enough.touch()
+
+    (result,) = run_supervised([call(wait_for, enough)], 1, on_wait=on_wait).results
+    assert result.status is TaskStatus.DONE

@@ -2,8 +2,6 @@
 
 import json
 import re
-import signal
-import time
 from pathlib import Path
 
 import pytest
@@ -30,6 +28,22 @@ truth:
   - collapses: {at: level 3}
     source: closed form, N d <= L
 """
+# The command, with a Ctrl-C once two runs are written down.
+INTERRUPTED = """
+import signal
+from itertools import count
+from stackdsl.bench.journal import Journal
+from stackdsl.commands.main import main
+add, added = Journal.add, count(1)
+
+def interrupted(journal, record):
+    add(journal, record)
+    if next(added) == 2:
+        signal.raise_signal(signal.SIGINT)
+
+Journal.add = interrupted
+main()
+"""
 QUICK = ("bench", "scenes.yaml", "--system", "exact", "--system", "stock", "--resolutions", "1,1/2", "--output", "out")
 
 
@@ -39,17 +53,10 @@ def _folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def lines_in(path: Path) -> int:
-    return len(path.read_text(encoding="utf-8").splitlines()) if path.exists() else 0
-
-
 @needs_pybullet
 def test_a_bench_is_interrupted_resumed_and_written_down(stackdsl: Stackdsl, folder: Path) -> None:
     journal = folder / "out" / "runs.jsonl"
-    process = started(folder, *QUICK)
-    while lines_in(journal) < 2 and process.poll() is None:
-        time.sleep(0.02)
-    process.send_signal(signal.SIGINT)
+    process = started(folder, *QUICK, program=("-c", INTERRUPTED))
     out, _ = process.communicate(timeout=AMPLE)
     assert process.returncode == 130
     assert "interrupted, go on with --resume" in out.splitlines()[-1]

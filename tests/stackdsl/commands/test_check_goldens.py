@@ -6,18 +6,18 @@ from pathlib import Path
 
 import pytest
 
-from tests.command_line import AMPLE, GOOD, Result, Stackdsl, ended, started, write
+from tests.command_line import AMPLE, GOOD, Result, Stackdsl, StackdslIn, started, write
 
 MOVED = GOOD.replace("{levels: 3}", "{levels: 3, origin: [5 mm, 0 mm, 0 mm]}")
 
 
 @pytest.fixture(scope="module")
-def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def written(stackdsl_in: StackdslIn, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A project with two scenarios, their golden files, and a draft beside."""
     folder = tmp_path_factory.mktemp("project")
     for name in ("scenarios/good", "scenarios/part/deep", "wip/draft"):
         write(folder, GOOD.replace("good", Path(name).name), f"{name}.yaml")
-    assert ended(folder, "check", "--update").code == 0
+    assert stackdsl_in(folder, "check", "--update").code == 0
     assert len(list((folder / "golden").iterdir())) == 2
     return folder
 

@@ -11,7 +11,7 @@ from random import Random
 
 import pytest
 
-from tests.command_line import GOOD, Result, Stackdsl, write
+from tests.command_line import GOOD, Stackdsl, write
 from tests.paths import ROOT
 
 MOVED = GOOD.replace("{levels: 3}", "{levels: 3, origin: [5 mm, 0 mm, 0 mm]}")
@@ -28,13 +28,6 @@ def locked(stackdsl: Stackdsl, tmp_path: Path) -> Path:
 
 def change(folder: Path, text: str) -> None:
     write(folder, text, "scenarios/good.yaml")
-
-
-def with_keys(folder: Path, keys: str) -> Result:
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "CI": ""}
-    command = [sys.executable, "-m", "stackdsl", "golden", "review"]
-    done = subprocess.run(command, cwd=folder, env=environment, input=keys, capture_output=True, text=True, check=False)
-    return Result(done.returncode, done.stdout, done.stderr)
 
 
 def test_a_difference_waits_is_accepted_and_then_the_same(stackdsl: Stackdsl, tmp_path: Path, locked: Path) -> None:
@@ -83,11 +76,11 @@ def test_a_review_shows_brick_quantity_was_and_is_and_takes_one_key(
 ) -> None:
     change(tmp_path, MOVED)
     stackdsl("check")
-    seen = with_keys(tmp_path, "s")
+    seen = stackdsl("golden", "review", keys="s")
     (row,) = [line for line in seen.out.splitlines() if line.startswith("L2.1") and "when placed" in line]
     assert row.split() == ["L2.1", "x", "when", "placed", "0.00", "mm", "5.00", "mm"]
-    assert (seen.code, with_keys(tmp_path, "q").code) == (3, 3)
-    assert with_keys(tmp_path, "a").code == 0
+    assert (seen.code, stackdsl("golden", "review", keys="q").code) == (3, 3)
+    assert stackdsl("golden", "review", keys="a").code == 0
     assert stackdsl("check", CI="true").code == 0
 
 
@@ -99,9 +92,9 @@ def test_what_fails_its_expectations_is_accepted_only_if_that_is_asked_for(
     assert stackdsl("check").code == 1
     refused = stackdsl("golden", "accept")
     assert (refused.code, "--though-it-fails" in refused.err, locked.read_text()) == (3, True, was)
-    assert "A accepts it all the same" in with_keys(tmp_path, "aq").err
+    assert "A accepts it all the same" in stackdsl("golden", "review", keys="aq").err
     assert locked.read_text() == was
-    assert with_keys(tmp_path, "A").code == 0
+    assert stackdsl("golden", "review", keys="A").code == 0
     assert locked.read_text() != was
 
 

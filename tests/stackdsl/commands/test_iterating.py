@@ -4,12 +4,11 @@ import json
 import os
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
 
-from tests.command_line import AMPLE, GOOD, Stackdsl, started, write
+from tests.command_line import AMPLE, GOOD, Stackdsl, saved, started, write
 from tests.paths import ROOT
 
 BAD = GOOD.replace("good", "bad") + "  - height: 20 mm ± 1 mm\n"
@@ -160,8 +159,7 @@ def test_a_watch_checks_again_when_a_scenario_is_saved(folder: Path) -> None:
     assert process.stdout is not None
     try:
         assert "1 passed" in next(line for line in process.stdout if "variant" in line)
-        time.sleep(1.0)
-        write(folder, BAD)
+        saved(folder / "scene.yaml", BAD)
         assert "1 failed" in next(line for line in process.stdout if "variant" in line)
     finally:
         process.terminate()
@@ -177,8 +175,7 @@ def test_a_watch_of_a_file_notices_what_the_file_is_made_of(folder: Path) -> Non
     assert process.stdout is not None
     try:
         assert "1 passed" in next(line for line in process.stdout if "variant" in line)
-        time.sleep(1.0)
-        base.write_text(BAD, encoding="utf-8")
+        saved(base, BAD)
         assert "1 failed" in next(line for line in process.stdout if "variant" in line)
     finally:
         process.terminate()

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from tests.command_line import AMPLE, GOOD, Stackdsl, started
+from tests.command_line import AMPLE, GOOD, Stackdsl, saved, started
 
 WRONG = GOOD.replace("levels", "lvels").replace("good", "<b>good")
 
@@ -58,13 +58,13 @@ def test_a_save_is_shown_and_a_mistake_is_told_beside_what_was_there(tmp_path: P
             while not (lines := next_of(stream, "lines")["lines"]):
                 pass
             assert any("it would survive" in line for line in lines)
-            file.write_text(WRONG, encoding="utf-8")
+            saved(file, WRONG)
             while not (mistakes := next_of(stream, "status")["mistakes"]):
                 pass
             assert any("unknown key 'lvels'" in mistake for mistake in mistakes)
             with urllib.request.urlopen(f"{url}events", timeout=AMPLE) as another:  # who comes now sees the last run
                 assert len(next_of(another, "run")["told"]["bricks"]["name"]) == 3
-            file.write_text(GOOD.replace("levels: 3", "levels: 5"), encoding="utf-8")
+            saved(file, GOOD.replace("levels: 3", "levels: 5"))
             while len(next_of(stream, "run")["told"]["bricks"]["name"]) != 5:
                 pass  # a mistake ends nothing: what was played before it may still come
             while next_of(stream, "status")["doing"]:

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from stackdsl.commands.formats import FORMATS
-from tests.command_line import GOOD, Result, Stackdsl, ended, write
+from tests.command_line import GOOD, Result, Stackdsl, StackdslIn, write
 from tests.engines_at_hand import needs_pybullet
 from tests.paths import ROOT
 
@@ -40,12 +40,12 @@ MISTAKES: list[tuple[str | bytes, tuple[str, str, str]]] = [
 
 
 @pytest.fixture(scope="module")
-def with_mistakes(tmp_path_factory: pytest.TempPathFactory) -> Result:
+def with_mistakes(stackdsl_in: StackdslIn, tmp_path_factory: pytest.TempPathFactory) -> Result:
     """What is told of all these files, each in a folder of its own."""
     folder = tmp_path_factory.mktemp("mistakes")
     for number, (text, _) in enumerate(MISTAKES):
         write(folder, text, f"{number:02}/scene.yaml")
-    return ended(folder, "check", ".")
+    return stackdsl_in(folder, "check", ".")
 
 
 @pytest.mark.parametrize("number", range(len(MISTAKES)), ids=[f"{code} {cause}" for _, (code, _, cause) in MISTAKES])

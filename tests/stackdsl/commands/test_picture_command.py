@@ -9,12 +9,14 @@ import pytest
 from tests.command_line import GOOD, Stackdsl
 
 FALLS = GOOD.replace("levels: 3", "levels: 12, step: 12 mm").replace("stands: all", "collapses: any")
+SOON = FALLS.replace("levels: 12, step: 12 mm", "levels: 3, step: 44 mm").replace("1 s", "0.1 s")  # few pictures
 SVG = "{http://www.w3.org/2000/svg}"
 
 
 @pytest.fixture(autouse=True)
 def falls(tmp_path: Path) -> Path:
     (tmp_path / "falls.yaml").write_text(FALLS, encoding="utf-8")
+    (tmp_path / "soon.yaml").write_text(SOON, encoding="utf-8")
     return tmp_path
 
 
@@ -50,7 +52,7 @@ def test_the_name_of_the_file_says_in_which_form_it_is(
 ) -> None:
     pytest.importorskip("resvg_py")
     pytest.importorskip(library)
-    assert stackdsl("picture", "falls.yaml", "-o", name).code == 0
+    assert stackdsl("picture", "soon.yaml", "-o", name).code == 0
     assert (falls / name).read_bytes().startswith(begins)
 
 
@@ -64,14 +66,14 @@ def test_a_film_is_made_where_there_is_ffmpeg(falls: Path, stackdsl: Stackdsl) -
     pytest.importorskip("resvg_py")
     if shutil.which("ffmpeg") is None:
         pytest.skip("needs ffmpeg")
-    assert stackdsl("picture", "falls.yaml", "-o", "a.mp4", "--view", "front").code == 0
+    assert stackdsl("picture", "soon.yaml", "-o", "a.mp4", "--view", "front").code == 0
     film = (falls / "a.mp4").read_bytes()
     assert film[4:8] == b"ftyp"
     assert film.index(b"moov") < film.index(b"mdat")  # it plays before it is there as a whole
 
 
 def test_without_ffmpeg_a_film_is_refused_with_what_to_do(falls: Path, stackdsl: Stackdsl) -> None:
-    result = stackdsl("picture", "falls.yaml", "-o", "a.mp4", PATH="")
+    result = stackdsl("picture", "soon.yaml", "-o", "a.mp4", PATH="")
     assert result.code == 4
     assert "install ffmpeg" in result.err
     assert not (falls / "a.mp4").exists()
@@ -84,7 +86,7 @@ def test_what_ffmpeg_says_of_a_film_that_it_does_not_make_is_told(
     program = tmp_path_factory.mktemp("bin") / "ffmpeg"
     program.write_text("#!/bin/sh\necho no encoder here >&2\nexit 1\n", encoding="utf-8")
     program.chmod(0o755)
-    result = stackdsl("picture", "falls.yaml", "-o", "a.mp4", PATH=str(program.parent))
+    result = stackdsl("picture", "soon.yaml", "-o", "a.mp4", PATH=str(program.parent))
     assert result.code == 4
     assert "made no film: no encoder here" in result.err
     assert not (falls / "a.mp4").exists()

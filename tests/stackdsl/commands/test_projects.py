@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 import yaml
 
-from tests.command_line import Stackdsl, ended
+from tests.command_line import Stackdsl, StackdslIn
 
 
-def test_a_new_project_is_checked_and_green(stackdsl: Stackdsl, tmp_path: Path) -> None:
+def test_a_new_project_is_checked_and_green(stackdsl: Stackdsl, stackdsl_in: StackdslIn, tmp_path: Path) -> None:
     begun = stackdsl("init", "towers")
     assert begun.code == 0, begun.text
     home = tmp_path / "towers"
@@ -17,10 +17,10 @@ def test_a_new_project_is_checked_and_green(stackdsl: Stackdsl, tmp_path: Path) 
     workflow = yaml.safe_load((home / ".github" / "workflows" / "stackdsl.yml").read_text())
     assert workflow["jobs"]["check"]["steps"][-1]["run"] == "stackdsl check scenarios"
     assert "then: stackdsl check, which writes the first golden file" in begun.out
-    first = ended(home, "check")
+    first = stackdsl_in(home, "check")
     assert first.code == 0, first.text
     assert list((home / "golden").rglob("*.json"))
-    assert ended(home, "check").code == 0
+    assert stackdsl_in(home, "check").code == 0
 
 
 def test_the_schema_that_a_scenario_names_is_there(stackdsl: Stackdsl, tmp_path: Path) -> None:
@@ -67,15 +67,17 @@ def test_doctor_tells_what_is_there_and_what_is_not(stackdsl: Stackdsl, tmp_path
     assert "scenario.schema.json is of another version; write it anew by: stackdsl schema >" in again.out
 
 
-def test_doctor_looks_where_the_project_says_from_wherever_it_is_called(stackdsl: Stackdsl, tmp_path: Path) -> None:
+def test_doctor_looks_where_the_project_says_from_wherever_it_is_called(
+    stackdsl_in: StackdslIn, tmp_path: Path
+) -> None:
     (tmp_path / "pyproject.toml").write_text('[tool.stackdsl]\nscenarios = "towers"\ngolden = "locked"\n')
     (tmp_path / "towers").mkdir()
     (tmp_path / "towers" / "one.yaml").write_text("scenario: one\nbuild: [column: {levels: 1}]\n")
-    told = ended(tmp_path / "towers", "doctor")
+    told = stackdsl_in(tmp_path / "towers", "doctor")
     assert f"the root of the project is {tmp_path.resolve()}" in told.out
     assert "ok     1 files in ." in told.out
     (tmp_path / "pyproject.toml").write_text("[tool.stackdsl]\ngoldens = 'locked'\n")
-    wrong = ended(tmp_path, "doctor")
+    wrong = stackdsl_in(tmp_path, "doctor")
     assert (wrong.code, "unknown key 'goldens'" in wrong.out) == (1, True)
 
 

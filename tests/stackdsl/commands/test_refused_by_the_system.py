@@ -1,5 +1,6 @@
 """What the machine has too little of is said in words, with a remedy, and is no fault of stackdsl."""
 
+import os
 import resource
 import subprocess
 import sys
@@ -11,13 +12,20 @@ import pytest
 
 from stackdsl.commands.main import refused_by_the_system
 from stackdsl.exits import ExitCode
-from tests.command_line import GOOD, write
+from tests.command_line import AMPLE, GOOD, write
+from tests.paths import ROOT
 
 
 def run(folder: Path, *arguments: str, before: Callable[[], None] | None = None) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "stackdsl", *arguments]
     return subprocess.run(
-        command, cwd=folder, preexec_fn=before, capture_output=True, text=True, check=False, timeout=100
+        [sys.executable, "-m", "stackdsl", *arguments],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        preexec_fn=before,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=AMPLE,
     )
 
 

@@ -2,24 +2,32 @@
 
 import json
 import os
+import shutil
 import time
 from pathlib import Path
 
 import pytest
 
-from tests.command_line import GOOD, Stackdsl, write
+from tests.command_line import GOOD, Stackdsl, StackdslIn, write
 
 TWO = GOOD + "---\n" + GOOD.replace("good", "other")
 
 
-@pytest.fixture
-def passed(stackdsl: Stackdsl, tmp_path: Path) -> Path:
+@pytest.fixture(scope="module")
+def known(stackdsl_in: StackdslIn, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder of a file with two scenarios that pass, and are known to."""
-    write(tmp_path, TWO)
-    assert stackdsl("check", "scene.yaml").code == 0  # which locks
-    first = stackdsl("check", "scene.yaml")
+    folder = tmp_path_factory.mktemp("known")
+    write(folder, TWO)
+    assert stackdsl_in(folder, "check", "scene.yaml").code == 0  # which locks
+    first = stackdsl_in(folder, "check", "scene.yaml")
     assert "2 passed in" in first.out
-    return tmp_path
+    return folder
+
+
+@pytest.fixture
+def passed(known: Path, tmp_path: Path) -> Path:
+    """A copy of that folder, where `stackdsl` is called."""
+    return shutil.copytree(known, tmp_path, dirs_exist_ok=True)
 
 
 def test_what_passed_as_it_stands_is_told_and_not_played(stackdsl: Stackdsl, passed: Path) -> None:

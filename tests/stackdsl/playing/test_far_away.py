@@ -1,9 +1,12 @@
 """What is far away and touches nothing changes no digit of what moves."""
 
+from functools import cache
+
 import pytest
 
 from stackdsl.playing.runner import play
 from stackdsl.systems.systems import SYSTEMS
+from stackdsl.trace import Trace
 from tests.scenes import timeline_of
 
 FIN_AND_PLANK = """
@@ -26,12 +29,17 @@ FAR_AWAY = {
 }
 
 
+@cache  # what is alone is held against several
+def played(build: str, rest: str = "") -> Trace:
+    return play(timeline_of(build, rest), SYSTEMS["exact"])
+
+
 @pytest.mark.parametrize("far", FAR_AWAY)
 @pytest.mark.parametrize("before", [True, False], ids=["before", "after"])
 def test_a_plank_that_tips_over_a_fin_falls_alike_whatever_stands_elsewhere(far: str, before: bool) -> None:
     steps = [FAR_AWAY[far], FIN_AND_PLANK] if before else [FIN_AND_PLANK, FAR_AWAY[far]]
-    alone = play(timeline_of(FIN_AND_PLANK), SYSTEMS["exact"])
-    beside = play(timeline_of("\n".join(steps)), SYSTEMS["exact"])
+    alone = played(FIN_AND_PLANK)
+    beside = played("\n".join(steps))
     for name in ("fin", "plank"):
         assert repr(beside.tracks[name].final) == repr(alone.tracks[name].final)
     assert beside.cost.steps == alone.cost.steps > 0
@@ -45,9 +53,7 @@ def test_a_gentle_push_moves_a_plank_alike_whatever_stands_elsewhere(far: str) -
     #   v^2 / (2 mu g) = 1 mm at 0.1 m/s
     rest = "impacts: [{after: built + 1 s, push: {brick: L3.1, impulse: [0 N*s, 1.2 mN*s, 0 N*s]}}]"
     column = "- column: {levels: 3, origin: [0 mm, 300 mm, 0 mm]}"
-    alone, beside = (
-        play(timeline_of(build, rest), SYSTEMS["exact"]) for build in (column, column + "\n" + FAR_AWAY[far])
-    )
+    alone, beside = (played(build, rest) for build in (column, column + "\n" + FAR_AWAY[far]))
     assert 0.9e-3 < alone.tracks["L3.1"].shift < 1.1e-3
     assert repr(beside.tracks["L3.1"].final) == repr(alone.tracks["L3.1"].final)
 
@@ -65,7 +71,7 @@ SHOT = "{size: [8 mm, 20 mm, 7 mm], density: 8000 kg/m3}"
 def test_a_fast_hit_moves_what_it_hits_whatever_stands_elsewhere(build: str) -> None:
     #   9 g at 15 m/s give a plank of 12 g at least 6.4 m/s.
     throw = f"{{at: plank, from: {{bearing: 90 deg, distance: 100 mm}}, speed: 15 m/s, name: shot, brick: {SHOT}}}"
-    trace = play(timeline_of(build, f"impacts: [{{at: 1 s, throw: {throw}}}]"), SYSTEMS["exact"])
+    trace = played(build, f"impacts: [{{at: 1 s, throw: {throw}}}]")
     assert trace.tracks["plank"].shift > 0.5
     assert trace.collapse is not None
 
@@ -75,7 +81,7 @@ def test_how_thin_a_brick_is_that_is_set_down_elsewhere_changes_no_digit_of_what
     push = "{at: 1 s, push: {brick: L3.1, impulse: [60 mN*s, 0 N*s, 0 N*s], point: [0 mm, 8 mm, 0 mm]}}"
     insert = "{{name: late, at: [0 m, 1 m, {at} mm], brick: {{size: [50 mm, 20 mm, {side} mm], density: 500 kg/m3}}}}"
     sheet, plate = (
-        play(timeline_of(build, f"impacts: [{push}, {{at: 1.05 s, insert: {late}}}]"), SYSTEMS["exact"])
+        played(build, f"impacts: [{push}, {{at: 1.05 s, insert: {late}}}]")
         for late in (insert.format(at=39.1, side=0.2), insert.format(at=41.5, side=5))
     )
     assert sheet.cost.steps > 0
@@ -97,7 +103,7 @@ def test_how_many_bricks_lie_elsewhere_changes_no_digit_of_what_gives_way() -> N
        brick: {size: [11.171 mm, 43.157 mm, 10.898 mm], density: 2788 kg/m3}}
 """
     far = "    - {name: other, at: [25 m, 7 m, 3.9 mm]}\n"
-    alone, beside = (play(timeline_of(build, "friction: 1.2"), SYSTEMS["exact"]) for build in (debris, debris + far))
+    alone, beside = (played(build, "friction: 1.2") for build in (debris, debris + far))
     assert alone.collapse is not None
     for name in ("b0", "b1", "b2", "b3"):
         assert repr(beside.tracks[name].final) == repr(alone.tracks[name].final)
@@ -117,8 +123,8 @@ DONE_FAR_AWAY = {
 @pytest.mark.parametrize("done", DONE_FAR_AWAY)
 def test_a_tower_topples_alike_whatever_is_done_elsewhere_meanwhile(done: str) -> None:
     build, impact = DONE_FAR_AWAY[done]
-    alone = play(timeline_of(TOWER, ASKED), SYSTEMS["exact"])
-    beside = play(timeline_of(build, f"impacts: [{impact}]\n{ASKED}"), SYSTEMS["exact"])
+    alone = played(TOWER, ASKED)
+    beside = played(build, f"impacts: [{impact}]\n{ASKED}")
     assert alone.onset is not None
     assert beside.onset == alone.onset
 
@@ -127,17 +133,17 @@ def test_when_something_is_frozen_elsewhere_is_not_when_a_fall_is_seen() -> None
     #   Looks are a hundredth of a second apart. The clock is a sum of what passes between them.
     late = "{{at: {at} s, insert: {{name: late, at: [10 m, 10 m, 3.9 mm]}}}}"
     build = "- column: {levels: 8, step: 20 mm}"
-    alone = play(timeline_of(build), SYSTEMS["exact"])
+    alone = played(build)
     fell = {name: track.left_at for name, track in alone.tracks.items()}
     first = min(left for left in fell.values() if left is not None)
     for before in (0.003, 0.002, 0.001):
-        beside = play(timeline_of(build, f"impacts: [{late.format(at=first - before)}]"), SYSTEMS["exact"])
+        beside = played(build, f"impacts: [{late.format(at=first - before)}]")
         assert {name: beside.tracks[name].left_at for name in fell} == pytest.approx(fell)
 
 
 def test_what_is_done_within_reach_of_what_topples_parts_it() -> None:
     near = "impacts: [{at: 9.05 s, insert: {name: late, at: [0 mm, 100 mm, 3.9 mm]}}]"
-    alone, beside = (play(timeline_of(TOWER, f"{rest}\n{ASKED}"), SYSTEMS["exact"]) for rest in ("", near))
+    alone, beside = (played(TOWER, f"{rest}\n{ASKED}") for rest in ("", near))
     assert beside.cost.steps > alone.cost.steps
 
 
@@ -148,7 +154,7 @@ def test_a_far_block_does_not_change_when_a_tower_comes_down() -> None:
         "- at: 0 s\n  bricks: [{name: far, at: [9 km, 0 m, 2.5 km],"
         " brick: {size: [5 km, 5 km, 5 km], density: 500 kg/m3}}]"
     )
-    alone, beside = (play(timeline_of(build), SYSTEMS["exact"]) for build in (tower, f"{tower}\n{block}"))
+    alone, beside = (played(build) for build in (tower, f"{tower}\n{block}"))
     assert alone.collapse is not None
     assert beside.collapse == alone.collapse
     times = [event.time for event in beside.events]

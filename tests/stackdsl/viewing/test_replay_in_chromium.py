@@ -124,7 +124,8 @@ def test_a_click_on_the_collapse_goes_there(page: "Chrome", tower: RunView) -> N
     x = asked(page, f"replay.onTimeline({tower.trace.collapse.time!r})")
     line = page.find_element("css selector", "footer canvas")
     ActionChains(page).move_to_element_with_offset(line, int(x + 2 - line.size["width"] / 2), 0).click().perform()
-    assert asked(page, "replay.time()") == pytest.approx(tower.trace.collapse.time, abs=1e-6)
+    there = pytest.approx(tower.trace.collapse.time, abs=1e-6)
+    wait_for(lambda: asked(page, "replay.time()") == there)
 
 
 def test_every_view_colour_and_overlay_can_be_chosen_without_a_complaint(page: "Chrome") -> None:
@@ -164,6 +165,11 @@ def test_the_policy_lets_no_other_program_run_and_nothing_be_fetched(page: "Chro
         fetch('https://example.org/').catch(() => undefined);
         """
     )
+    told: list[str] = []
+
+    def are_told() -> bool:
+        told.extend(complaints(page))  # some come a while later
+        return "\n".join(told).count("Content Security Policy") >= 3
+
+    wait_for(are_told)
     assert asked(page, "window.ran") is None
-    told = "\n".join(complaints(page))
-    assert told.count("Content Security Policy") >= 3

@@ -1,5 +1,6 @@
 """Runs that are to be looked at."""
 
+from functools import cache
 from textwrap import dedent
 
 from stackdsl.checking.gathering import cases_of
@@ -20,7 +21,8 @@ SLANT_TOWER = """
 """
 
 
-def views_of(text: str, file: str = "scene.yaml") -> list[RunView]:
+@cache  # many tests look at the same run
+def views_of(text: str, file: str = "scene.yaml") -> tuple[RunView, ...]:
     """All cases of a text without mistakes, played."""
     cases, mistakes = cases_of(parse(dedent(text), file))
     assert mistakes == []
@@ -29,4 +31,4 @@ def views_of(text: str, file: str = "scene.yaml") -> list[RunView]:
         recorder = Recorder()
         trace = play_case(case.timeline, case.system, recorder=recorder)
         views.append(view_of(case, trace, recorder.recording(), judged(case, trace)))
-    return views
+    return tuple(views)

@@ -12,6 +12,7 @@ import pytest
 from stackdsl.viewing.live.board import Board
 from stackdsl.viewing.live.server import PageServer, events, listening
 from stackdsl.viewing.live.sites import Folder, OnePage, Site
+from tests.command_line import AMPLE
 
 TOKEN = "a-token-that-nobody-guesses"
 
@@ -26,7 +27,7 @@ class Served:
         threading.Thread(target=self.server.serve_forever, args=(0.01,), daemon=True).start()
 
     def got(self, path: str, *hosts: str) -> tuple[int, bytes]:
-        with closing(http.client.HTTPConnection(self.host, timeout=10.0)) as connection:
+        with closing(http.client.HTTPConnection(self.host, timeout=AMPLE)) as connection:
             connection.putrequest("GET", path, skip_host=True)
             for host in hosts or (self.host,):
                 connection.putheader("Host", host)
@@ -101,7 +102,7 @@ def test_a_reader_gets_all_there_is_and_then_every_change(page: Served) -> None:
     page.board.put("run 0", '"tower"')
     page.board.put("run 1", '"gone"')
     page.board.drop("run 1")
-    with closing(http.client.HTTPConnection(page.host, timeout=10.0)) as connection:
+    with closing(http.client.HTTPConnection(page.host, timeout=AMPLE)) as connection:
         connection.request("GET", f"/{TOKEN}/events")
         answer = connection.getresponse()
         assert answer.getheader("Content-Type") == "text/event-stream"
