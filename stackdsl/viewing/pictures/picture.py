@@ -88,10 +88,10 @@ def strip(run: RunView, view: View, count: int, forces: bool = False) -> list[Pa
     return [Panel(Frame(view, time, forces), f"{time:.2f} s") for time in times]
 
 
-def moving_frames(run: RunView, view: View, rate: float, most: int) -> list[Panel]:
+def moving_frames(run: RunView, view: View, rate: float, most: int, forces: bool = False) -> list[Panel]:
     """So many panels a second of what moves, and no more in all than `most`."""
     begin, end = moving_span(run)
-    return strip(run, view, max(2, min(most, round((end - begin) * rate))))
+    return strip(run, view, max(2, min(most, round((end - begin) * rate))), forces)
 
 
 def moving_span(run: RunView) -> tuple[float, float]:
