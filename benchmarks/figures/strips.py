@@ -3,6 +3,7 @@
 Each shows the case that a page tells of, from before something moves to the end; of what never moves, its building.
 """
 
+import re
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -14,7 +15,7 @@ from stackdsl.checking.gathering import Case, gather
 from stackdsl.checking.one_case import play_case
 from stackdsl.checking.results import judged
 from stackdsl.recording.recorder import Recorder
-from stackdsl.viewing.pictures.picture import picture, strip
+from stackdsl.viewing.pictures.picture import building, picture, strip
 from stackdsl.viewing.pictures.views import VIEWS
 from stackdsl.viewing.run_view import view_of
 
@@ -29,25 +30,29 @@ class Strip(NamedTuple):
     case: str
     view: str = "three-quarter"
     panels: int = 5
+    built: bool = False  # whether its building is shown rather than what moves in the end
 
     @property
     def path(self) -> Path:
         """Where it is kept."""
-        return FOLDER / f"{self.case.replace('[', '-').rstrip(']')}.svg"
+        return FOLDER / f"{re.sub(r'[^A-Za-z0-9.]+', '-', self.case).rstrip('-')}.svg"
 
 
 STRIPS: Final = (
     Strip("capabilities/four-stack.yaml", "capabilities-four-stack[thesis]", panels=6),
-    Strip("capabilities/four-stack.yaml", "capabilities-four-stack-stock[stock]"),
-    Strip("capabilities/card-house.yaml", "capabilities-card-house[thesis]"),
-    Strip("capabilities/slant-tower.yaml", "capabilities-slant-tower[exact]"),
-    Strip("capabilities/slant-tower.yaml", "capabilities-slant-tower[thesis]"),
-    Strip("capabilities/impact-top.yaml", "capabilities-impact-top-fast[exact]"),
-    Strip("capabilities/impact-level-3.yaml", "capabilities-impact-level-3-hard[exact]"),
-    Strip("user_test/leaning-structure.yaml", "user-test-leaning-structure[exact]"),
-    Strip("user_test/card-house.yaml", "user-test-card-house[exact]"),
-    Strip("user_test/three-left-of-one.yaml", "user-test-three-left-of-one[exact]"),
-    Strip("user_test/wrong-configurations.yaml", "user-test-three-on-one-side[exact]"),
+    Strip("capabilities/four-stack.yaml", "capabilities-four-stack-stock[stock]", "front", built=True),
+    Strip("capabilities/card-house.yaml", "capabilities-card-house[thesis]", "front"),
+    Strip("capabilities/slant-tower.yaml", "capabilities-slant-tower[exact]", "front"),
+    Strip("capabilities/slant-tower.yaml", "capabilities-slant-tower[thesis]", "front"),
+    Strip("capabilities/impact-top.yaml", "capabilities-impact-top-fast[exact]", "side"),
+    Strip("capabilities/impact-top.yaml", "capabilities-impact-top-thesis[speed=1m/s,thesis]", "side"),
+    Strip("capabilities/impact-level-3.yaml", "capabilities-impact-level-3-hard[exact]", "side"),
+    Strip("capabilities/impact-level-3.yaml", "capabilities-impact-level-3-thesis[speed=2m/s,thesis]", "side"),
+    Strip("user_test/leaning-structure.yaml", "user-test-leaning-structure[exact]", "front"),
+    Strip("user_test/card-house.yaml", "user-test-card-house[exact]", "front"),
+    Strip("user_test/card-house.yaml", "user-test-card-house[thesis]", "front"),
+    Strip("user_test/three-left-of-one.yaml", "user-test-three-left-of-one[exact]", "front"),
+    Strip("user_test/wrong-configurations.yaml", "user-test-three-on-one-side[exact]", "front"),
     Strip("user_test/wrong-configurations.yaml", "user-test-held-by-one-that-leans-away[exact]"),
 )
 
@@ -69,7 +74,8 @@ def drawn(one: Strip) -> str:
     case, recorder = case_of(one), Recorder()
     trace = play_case(case.timeline, case.system, recorder=recorder)
     run = view_of(case, trace, recorder.recording(), judged(case, trace))
-    return picture(run, strip(run, VIEWS[one.view], one.panels), width=WIDTH)
+    panels = building if one.built else strip
+    return picture(run, panels(run, VIEWS[one.view], one.panels), width=WIDTH)
 
 
 if __name__ == "__main__":

@@ -44,7 +44,7 @@ export function listen(player: Player, heard: Heard): void {
   });
   on<{ run: number; lines: string[] }>("lines", ({ run, lines }) => {
     heard.lines[run] = lines;
-    player.touch();
+    player.retell();
   });
   source.addEventListener("open", () => say(state, ""));
   source.addEventListener("error", () => say(state, "stackdsl has ended: what is seen is of its last run"));

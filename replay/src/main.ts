@@ -87,7 +87,7 @@ function build(player: Player): Heard {
     several.hidden = runs.length < 2;
     offer(first[1], names, String(player.shown[0] ?? 0));
     offer(second[1], [["", "nothing"], ...names], String(player.shown[1] ?? ""));
-    player.touch();
+    player.retell();
   };
   viewer.canvas.tabIndex = 0;
   document.body.append(
@@ -187,7 +187,7 @@ function build(player: Player): Heard {
     event.preventDefault();
     player.touch();
   });
-  addEventListener("resize", () => player.touch());
+  new ResizeObserver(() => player.touch()).observe(viewer.canvas);
   changed();
   return { mistakes, lines, changed };
 }

@@ -29,7 +29,8 @@ export class Player {
   drawn = 0; // frames so far
   heard = 0; // runs that came while the page was open, each time anew
   private sought = false; // whether somebody chose what time is seen
-  private fresh = false;
+  private fresh = false; // whether what is drawn is what is there
+  private said = false; // likewise what is told in words
   private before = 0; // when the last frame was drawn [ms]
   private late = 0; // [s] between the last frames
   private toldAt = 0; // when texts and the line of time were last brought up to date [ms]
@@ -180,6 +181,11 @@ export class Player {
     this.fresh = false;
   }
 
+  // Only words have changed: to draw all bricks for them would take time from whoever works out what comes next.
+  retell(): void {
+    this.said = false;
+  }
+
   private frame(now: number): void {
     const passed = Math.min(0.1, (now - this.before) / 1000);
     this.before = now;
@@ -190,13 +196,15 @@ export class Player {
       if (this.time >= this.timeline.end) [this.time, this.playing] = [this.timeline.end, false];
     }
     if (this.swinging) this.swingTime += passed;
-    if ((this.fresh && !this.swinging) || !this.viewer.stages.length) return;
-    this.fresh = true;
-    this.update();
-    this.viewer.draw();
-    this.drawn++;
-    if (this.playing && now - this.toldAt < TELLING) return;
-    this.toldAt = now;
+    if (!this.viewer.stages.length) return;
+    if (!this.fresh || this.swinging) {
+      [this.fresh, this.said] = [true, false];
+      this.update();
+      this.viewer.draw();
+      this.drawn++;
+    }
+    if (this.said || (this.playing && now - this.toldAt < TELLING)) return;
+    [this.said, this.toldAt] = [true, now];
     this.timeline.draw(this.time);
     this.told();
   }

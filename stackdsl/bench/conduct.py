@@ -140,7 +140,7 @@ def bench(
 ) -> Bench:
     """Do all jobs that are not done yet; an interrupt ends that, and what is there is scored.
 
-    `on_record` hears of each as it is done, and `on_wait` is called several times a second meanwhile.
+    `on_record` hears of each as it is done, and `on_wait` is called many times a second meanwhile.
     """
     made_with = versions({job.system for job in jobs})
     records: dict[str, Record] = {}

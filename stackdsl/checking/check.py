@@ -36,7 +36,7 @@ class Terms:
     time_limit: float = TIME_LIMIT  # [s] of wall time a case
     update_command: str = ""  # the same call, with an update of the golden files
     refine: bool = False  # play each case again at half the step and twice the iterations
-    on_wait: OnWait = lambda: None  # called several times a second while cases are played
+    on_wait: OnWait = lambda: None  # called many times a second while cases are played
     lock_new: bool = False  # write the golden file of what is as expected and has none
     first_failure: bool = False  # play nothing more once something has failed
     memory: Memory = field(default_factory=lambda: Memory(Path(), used=False))

@@ -25,7 +25,7 @@ from stackdsl.checking.worker import (
     safe,
 )
 
-LONGEST_WAIT = 0.1  # [s] between two looks at whoever is told that we wait
+LONGEST_WAIT = 0.02  # [s] between two looks at whoever is told that we wait
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +53,7 @@ def run_supervised(
 ) -> PoolResult:
     """Run all tasks in at most `workers` processes at a time.
 
-    `on_done` hears of each as it ends, and `on_wait` is called several times a second meanwhile. An interrupt (Ctrl-C)
+    `on_done` hears of each as it ends, and `on_wait` is called many times a second meanwhile. An interrupt (Ctrl-C)
     ends all workers at once; what was done is returned. So does an EnoughSeenError of `on_done`.
     """
     pool = _Pool(tasks, on_done, on_wait, start)

@@ -12,7 +12,7 @@ from typing import NoReturn
 
 import click
 
-from stackdsl.checking.gathering import STDIN, Case, gather
+from stackdsl.checking.gathering import STDIN, Case, Gathered, gather
 from stackdsl.checking.one_case import played_or_blocked
 from stackdsl.checking.processes import EnoughSeenError, run_supervised
 from stackdsl.checking.results import held_up, set_aside, skipped
@@ -29,9 +29,10 @@ from stackdsl.report.diagnostic_text import diagnostic_text
 from stackdsl.systems.known_systems import unplayable
 from stackdsl.viewing.live.live_runs import Played, margin_lines, played, preview
 from stackdsl.viewing.live.run_page import RunPage
-from stackdsl.viewing.live.saved import INTERVAL, Stamps, is_saved_since, settled_stamps_of, stamps_of
+from stackdsl.viewing.live.saved import INTERVAL, Stamps, is_saved_since, read_whole, stamps_of
 from stackdsl.viewing.live.showing import showing
 from stackdsl.viewing.live.sites import OnePage
+from stackdsl.viewing.live.warming import warm_up
 from stackdsl.viewing.replay.replay_page import live_page
 
 LONGEST_MARGINS = 60.0  # [s] that margins may take: of hundreds of bricks they take minutes
@@ -46,6 +47,7 @@ def watch_run(file: Path, selection: Selection) -> int:
     try:
         with showing(OnePage(live_page(file.name))) as page:
             tell(f"open {page.url}")
+            warm_up()
             live = _Live(file, selection, RunPage(page))
             try:
                 live.go_on()
@@ -87,8 +89,7 @@ class _Live:
         return bool(self.cases)
 
     def _read(self) -> None:
-        self.stamps = settled_stamps_of(self.files)  # before they are read: a save meanwhile is a change
-        gathered = gather([self.file])
+        self.stamps, gathered = read_whole(self.files, lambda: gather([self.file]), _makes_sense)
         self.cases = self.selection.of(gathered.cases)
         self._watch_also(gathered.diagnostics)
         complain(gathered.diagnostics)
@@ -119,6 +120,10 @@ class _Live:
         self.files |= others
 
 
+def _makes_sense(gathered: Gathered) -> bool:
+    return bool(gathered.cases) and not gathered.diagnostics
+
+
 @dataclass
 class _Playing:
     """What a file holds now, being played."""
@@ -132,10 +137,10 @@ class _Playing:
         """Preview, play and judge all cases; False if something else was there to be played before that was done."""
         able = [number for number, case in enumerate(self.cases) if self._is_playable(number, case)]
         self.page.tell_doing("playing" if able else "")
-        for number in able:
-            self.page.note(number, [])  # what was said was of another structure
         for number in able[:1]:  # who works on several looks at the first
             self.page.show(number, preview(self.cases[number]))
+        for number in able:
+            self.page.note(number, [])  # what was said was of another structure
         tasks = [Task(played_or_blocked, (played, self.cases[number]), LONGEST_LIMIT) for number in able]
         tasks += [Task(margin_lines, (self.cases[number],), LONGEST_MARGINS) for number in able]
         pool = run_supervised(tasks, 2, lambda place, result: self._done(able, place, result), self._look)

@@ -1,5 +1,6 @@
 """`stackdsl picture`: draws a run without a display."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import click
@@ -11,6 +12,7 @@ from stackdsl.checking.selection import Selection
 from stackdsl.commands.keeping import write_file
 from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath
 from stackdsl.commands.selecting import code_without_runs, selected_of
+from stackdsl.commands.terminal import tell
 from stackdsl.playing.clearance import BlockedPlacementError
 from stackdsl.reading.characters import visible
 from stackdsl.recording.recorder import Recorder
@@ -55,16 +57,24 @@ def picture_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     """Play one case of FILE, and draw it: at the end, at a time, as a strip, or moving."""
     if output.suffix.lower() not in (*STILL, *MOVING):
         raise click.UsageError(f"{output}: write to a file that ends in {', '.join((*STILL, *MOVING))}")
+    moves = output.suffix.lower() in MOVING
+    _refuse_at_odds(moves, views, time, count)
     if output.suffix.lower() == FILM:
         _refuse_without_film_maker()
     gathered, selected = selected_of(file, Selection(systems, keyword))
     if not selected:
         context.exit(code_without_runs(gathered, selected))
+    if len(selected) > 1:
+        first, other = selected[0].name, selected[1].name
+        tell(f"drawing {first}, the first of {len(selected)}: choose another by --system or -k, such as -k '{other}'")
     run = _played(selected[0])
+    if not moves and not count:
+        _warn_of_nothing_there(run, time, forces)
     seen = [VIEWS[name] for name in views] or [VIEWS[name] for name in ("three-quarter", "front", "plan")]
     try:
-        if output.suffix.lower() in MOVING:
-            write_file(output, _moving(run, moving_frames(run, seen[0], RATE / slower, MOST_FRAMES), output.suffix[1:]))
+        if moves:
+            frames = moving_frames(run, seen[0], RATE / slower, MOST_FRAMES, forces)
+            write_file(output, _moving(run, frames, output.suffix[1:]))
             return
         panels = strip(run, seen[0], count, forces) if count else panels_at(run, seen, time, forces)
         svg = picture(run, panels, width=240.0 if count else 420.0)
@@ -73,6 +83,27 @@ def picture_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
         raise click.ClickException(
             f"{output.suffix} needs {error.name}, which is not installed; try: {HINT}"
         ) from error
+
+
+def _refuse_at_odds(moves: bool, views: Sequence[str], time: float | None, count: int | None) -> None:
+    """Options of which one would be left out without a word."""
+    if time is not None and count is not None:
+        raise click.UsageError("--at draws one time, and --strip several: leave one of them out")
+    if moves and (time is not None or count is not None):
+        raise click.UsageError("what moves is shown as a whole: leave out --at and --strip, or write a .svg or .png")
+    if (moves or count is not None) and len(views) > 1:
+        raise click.UsageError("a strip and a moving picture are seen from one side: give one --view")
+
+
+def _warn_of_nothing_there(run: RunView, time: float | None, forces: bool) -> None:
+    """What was asked for, and cannot be seen."""
+    end = run.trace.cost.simulated_time
+    if time is not None and time > end:
+        raise click.UsageError(f"--at {time:g}: {run.name} ends at {end:.3f} s")
+    at = end if time is None else time
+    if forces and not any(proof.begin <= at < proof.end for proof in run.proofs.standing):
+        spans = ", ".join(f"{p.begin:g} s to {min(p.end, end):g} s" for p in run.proofs.standing) or "never"
+        tell(f"no forces at {at:g} s: they are known where a proof is kept ({spans})")
 
 
 def _moving(run: RunView, panels: list[Panel], form: str) -> bytes:

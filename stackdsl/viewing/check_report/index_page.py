@@ -12,8 +12,8 @@ from typing import Final
 from stackdsl.outcome import Outcome, Report, VariantResult
 from stackdsl.report.outcome_text import outcome_text, significant
 from stackdsl.report.text import closing_line
+from stackdsl.viewing.check_report.charts import charts
 from stackdsl.viewing.check_report.shown_case import ShownCase
-from stackdsl.viewing.check_report.variables import charts
 from stackdsl.viewing.replay.replay_page import hash_of
 
 COLUMNS: Final = ("", "case", "verdict", "expectations", "golden file", "speed, error")
@@ -38,13 +38,13 @@ def index_page(report: Report, shown: Mapping[str, ShownCase], unseen: Mapping[s
             f"<title>{escape(closing_line(report))}</title><style>{style}</style></head><body>",
             f"<h1>{escape(closing_line(report))}</h1>",
             *(f'<p class="failed">{escape(str(d.span))}: {escape(d.message)}</p>' for d in report.diagnostics),
+            charts(report.results),
             '<p class="filter" hidden>',
             '<input type="search" id="search" placeholder="words of a case" aria-label="filter">',
             '<label><input type="checkbox" id="only"> only what did not pass</label></p>',
             f'<table id="cases"><thead><tr>{head}</tr></thead><tbody>',
             rows,
             "</tbody></table>",
-            *charts(report.results),
             f"<script>{script}</script></body></html>",
         ]
     )

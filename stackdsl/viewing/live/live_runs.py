@@ -11,6 +11,7 @@ from stackdsl.judging.knobs import Knobs
 from stackdsl.judging.known import known_of
 from stackdsl.judging.proofs import proofs_of
 from stackdsl.outcome import VariantResult
+from stackdsl.reading.uncollected import uncollected
 from stackdsl.recording.recorder import Recorder
 from stackdsl.report.proof_text import Extent, proven_lines
 from stackdsl.report.run_text import run_text
@@ -32,6 +33,7 @@ class Played:
     result: VariantResult
 
 
+@uncollected()  # what is made is small, and who looks waits
 def preview(case: Case) -> str:
     """What a page is told at once."""
     return told(preview_of(case))

@@ -7,6 +7,7 @@ from xml.sax.saxutils import escape
 
 import numpy as np
 
+from stackdsl.recording.thinning import NUMBER, POSITION, TIME, Rows
 from stackdsl.trace import EventKind
 from stackdsl.viewing.pictures.drawing import EDGE, FORCE, Frame, Paper, drawn, solids_at
 from stackdsl.viewing.pictures.views import Floats, View
@@ -15,6 +16,7 @@ from stackdsl.viewing.run_view import RunView
 MARGIN, CAPTION = 10.0, 20.0  # [px]
 MOST_WIDE, MOST_HIGH = 420.0, 320.0  # of the drawing in a panel [px]
 MOST_IN_ROW = 1300.0  # [px]
+AROUND = 1.0  # times the longest side of all that is there: what hits is on the paper so far around
 FONTS = "DejaVu Sans, Liberation Sans, Noto Sans, Arial, Helvetica, sans-serif"
 TIP = (
     f'<defs><marker id="tip" viewBox="0 0 6 6" refX="5" refY="3" markerWidth="5" markerHeight="5" orient="auto">'
@@ -63,12 +65,23 @@ def _panel(run: RunView, panel: Panel, paper: Paper, width: float, corner: tuple
 
 def _paper(run: RunView, panels: Sequence[Panel], view: View, width: float) -> tuple[Paper, float]:
     """Paper on which all is that is seen from a direction at any of the times, and how wide its panel is [px]."""
+    hitting = {placement.brick.id for placement in run.timeline.placements if placement.hits}
     seen: list[Floats] = [np.zeros((0, 2))]
+    hits: list[Floats] = []
     for time in {panel.frame.time for panel in panels if panel.frame.view is view}:
-        hitting = {placement.brick.id for placement in run.timeline.placements if placement.hits}
-        seen += [view.on_paper(s.corners) for name, s in solids_at(run, time).items() if name not in hitting]
+        for name, solid in solids_at(run, time).items():
+            (hits if name in hitting else seen).append(view.on_paper(solid.corners))
     points = np.concatenate(seen)
     low, high = (points.min(axis=0), points.max(axis=0)) if len(points) else (np.zeros(2), np.ones(2))
+    reach = AROUND * (high - low).max()  # what hits may come from far away
+    middles = [one.mean(axis=0) for one in hits]
+    near = [
+        one for one, at in zip(hits, middles, strict=True) if (low - reach <= at).all() and (at <= high + reach).all()
+    ]
+    low, high = (
+        np.min([low, *(one.min(axis=0) for one in near)], axis=0),
+        np.max([high, *(one.max(axis=0) for one in near)], axis=0),
+    )
     size = np.maximum(high - low, 1e-9)
     scale = min(width / size[0], MOST_HIGH / size[1])
     low = low - MARGIN / scale
@@ -82,23 +95,60 @@ def panels_at(run: RunView, views: Sequence[View], time: float | None, forces: b
 
 
 def strip(run: RunView, view: View, count: int, forces: bool = False) -> list[Panel]:
-    """Panels from just before something moves to the end; of what never does, while it is built."""
+    """Panels from just before something moves to the end, with as much motion between each two.
+
+    Of what never moves, while it is built.
+    """
     begin, end = moving_span(run)
-    times = np.linspace(begin, end, count).tolist()
+    if not _beginnings(run):
+        return _panels(view, np.linspace(begin, end, count).tolist(), forces)
+    return _panels(view, times_of_motion(run.recording.keys, begin, end, count), forces)
+
+
+def building(run: RunView, view: View, count: int) -> list[Panel]:
+    """Panels from the first brick to the end, evenly."""
+    return _panels(view, np.linspace(0.0, run.trace.cost.simulated_time, count).tolist())
+
+
+def _panels(view: View, times: Sequence[float], forces: bool = False) -> list[Panel]:
     return [Panel(Frame(view, time, forces), f"{time:.2f} s") for time in times]
 
 
-def moving_frames(run: RunView, view: View, rate: float, most: int) -> list[Panel]:
+def moving_frames(run: RunView, view: View, rate: float, most: int, forces: bool = False) -> list[Panel]:
     """So many panels a second of what moves, and no more in all than `most`."""
     begin, end = moving_span(run)
-    return strip(run, view, max(2, min(most, round((end - begin) * rate))))
+    count = max(2, min(most, round((end - begin) * rate)))
+    return _panels(view, np.linspace(begin, end, count).tolist(), forces)
 
 
 def moving_span(run: RunView) -> tuple[float, float]:
     """From when to when there is something to see [s]."""
-    moving = (EventKind.WOKEN, EventKind.PUSHED, EventKind.COLLAPSED)
-    hits = [placement.time for placement in run.timeline.placements if placement.hits]
-    began = [event.time for event in run.trace.events if event.kind in moving] + hits
+    began = _beginnings(run)
     end = run.trace.cost.simulated_time
     last = run.recording.times.max(initial=0.0)
     return (max(0.0, min(began) - 0.001), min(end, last)) if began else (0.0, max(last, min(end, 1e-3)))
+
+
+def _beginnings(run: RunView) -> list[float]:
+    """When something begins to move [s]."""
+    moving = (EventKind.WOKEN, EventKind.PUSHED, EventKind.COLLAPSED)
+    hits = [placement.time for placement in run.timeline.placements if placement.hits]
+    return [event.time for event in run.trace.events if event.kind in moving] + hits
+
+
+def times_of_motion(keys: Rows, begin: float, end: float, count: int) -> list[float]:
+    """Times [s] between each two of which all bricks together go as far; evenly spaced where nothing moves.
+
+    So a fall that takes a tenth of the time fills a strip, and what lies still afterwards takes one picture.
+    """
+    parts = np.linspace(0.0, 1.0, count)
+    ways = np.linalg.norm(np.diff(keys[:, POSITION], axis=0), axis=1)
+    ways[np.diff(keys[:, NUMBER]) != 0.0] = 0.0  # from the last pose of a brick to the first of the next
+    times = keys[1:, TIME]
+    moving = np.flatnonzero((ways > 0.0) & (times > begin) & (times <= end))
+    order = moving[np.argsort(times[moving], kind="stable")]
+    gone = np.concatenate(([0.0], np.cumsum(ways[order])))
+    if gone[-1] == 0.0:
+        return list((begin + parts * (end - begin)).tolist())
+    found = np.interp(parts * gone[-1], gone, np.concatenate(([begin], times[order])))
+    return [*found[:-1].tolist(), end]

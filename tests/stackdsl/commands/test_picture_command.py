@@ -56,6 +56,41 @@ def test_the_name_of_the_file_says_in_which_form_it_is(
     assert (falls / name).read_bytes().startswith(begins)
 
 
+def test_of_several_cases_it_says_which_one_it_draws_and_how_to_choose_another(falls: Path, stackdsl: Stackdsl) -> None:
+    (falls / "two.yaml").write_text(GOOD.replace("expect:", "systems: [exact, thesis]\nexpect:"), encoding="utf-8")
+    result = stackdsl("picture", "two.yaml", "-o", "a.svg", "--at", "0.5")
+    assert (
+        "drawing good[exact], the first of 2: choose another by --system or -k, such as -k 'good[thesis]'" in result.err
+    )
+    again = stackdsl("picture", "two.yaml", "-o", "b.svg", "--at", "0.5", "-k", "good[thesis]")
+    assert "drawing" not in again.err
+    assert "good[thesis], front, 0.5 s" in (falls / "b.svg").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (("a.svg", "--at", "1", "--strip", "3"), "leave one of them out"),
+        (("a.gif", "--at", "1"), "leave out --at and --strip"),
+        (("a.gif", "--view", "front", "--view", "plan"), "give one --view"),
+        (("a.svg", "--strip", "3", "--view", "front", "--view", "plan"), "give one --view"),
+        (("a.svg", "--at", "1e6"), "good[exact] ends at"),
+    ],
+)
+def test_what_would_be_left_out_without_a_word_is_refused(
+    falls: Path, stackdsl: Stackdsl, options: tuple[str, ...], told: str
+) -> None:
+    result = stackdsl("picture", "falls.yaml", "-o", *options)
+    assert result.code == 4
+    assert told in result.err
+    assert not (falls / options[0]).exists()
+
+
+def test_where_no_proof_holds_it_says_so(stackdsl: Stackdsl) -> None:
+    assert "no forces at" in stackdsl("picture", "falls.yaml", "-o", "a.svg", "--forces", "--at", "9.2").err
+    assert "no forces at" not in stackdsl("picture", "falls.yaml", "-o", "a.svg", "--forces", "--at", "4.5").err
+
+
 def test_a_name_that_means_no_picture_is_refused(stackdsl: Stackdsl) -> None:
     result = stackdsl("picture", "falls.yaml", "-o", "a.txt")
     assert result.code == 4

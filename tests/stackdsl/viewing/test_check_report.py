@@ -3,6 +3,7 @@
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
+from math import inf
 from pathlib import Path
 from urllib.parse import unquote
 
@@ -10,9 +11,10 @@ import pytest
 
 from stackdsl.diagnostics import Span
 from stackdsl.outcome import Outcome, Report, RunStatus, VariantResult
+from stackdsl.viewing.check_report.axes import Axis
+from stackdsl.viewing.check_report.charts import charts
 from stackdsl.viewing.check_report.index_page import index_page
 from stackdsl.viewing.check_report.shown_case import ShownCase, file_name
-from stackdsl.viewing.check_report.variables import charts
 from tests.command_line import GOOD, Stackdsl
 
 SPAN = Span("a.yaml", 7, 5, 9)
@@ -70,17 +72,22 @@ def test_a_case_has_a_file_of_its_own_that_every_system_takes() -> None:
 
 
 def test_a_margin_over_one_variable_is_a_line_and_over_two_a_map() -> None:
-    line = "".join(charts([result("tower", 3.0 - step, step=f"{step} mm") for step in range(6)]))
+    line = charts([result("tower", 3.0 - step, step=f"{step} mm") for step in range(6)])
     assert line.count("<circle") == 6
-    assert "tower: margin of stands in mm over step" in line
+    assert "tower: margin of stands over step" in line
+    assert ">step, mm</text>" in line  # what the axes are, with their units
+    assert ">margin of stands, mm</text>" in line
     crossed = [result("tower", a - b, a=f"{a} mm", b=f"{b} mm") for a in range(3) for b in range(2)]
-    cells = "".join(charts(crossed))
+    cells = charts(crossed)
     assert cells.count("<td") == 6
     assert cells.count('class="below') == 1  # where a < b
 
 
 def test_what_has_no_numbers_has_no_chart() -> None:
-    assert not list(charts([result("a", kind="wood"), result("a", kind="stone"), result("b")]))
+    assert not charts([result("a", kind="wood"), result("a", kind="stone"), result("b")])
+    assert not charts([result("a", x="1 mm"), result("a", x="2 s"), result("a", x="3 mm")])  # of two kinds
+    unmeasured = [replace(run, outcomes=(replace(run.outcomes[0], margin=inf),)) for run in [result("a", x="1")] * 4]
+    assert not charts(unmeasured)
 
 
 @pytest.mark.parametrize("extra", [(), ("--no-golden",)])
@@ -110,13 +117,55 @@ def test_all_systems_that_play_the_same_share_a_page_with_their_golden_files(
     assert names == ["good[exact]", "good[exact], golden file", "good[thesis]", "good[thesis], golden file"]
 
 
-def test_margins_in_another_unit_are_told_with_it_and_make_no_line() -> None:
+def test_charts_stand_above_all_rows() -> None:
+    page = index_page(Report(tuple(result("tower", 3.0, step=f"{step} mm") for step in range(4))), {}, {})
+    assert page.index('<details class="studies" open>') < page.index("<table")
+
+
+def test_a_map_holds_one_quantity_and_of_what_is_told_in_another_unit_only_whether_it_passed() -> None:
     runs = [result("tower", 3.0, step=f"{step} mm") for step in range(4)]
-    bricks = replace(runs[3], outcomes=(replace(runs[3].outcomes[0], margin=-75.0, unit="bricks"),))
-    line = "".join(charts([*runs[:3], bricks]))
+    bricks = replace(runs[3], outcomes=(replace(runs[3].outcomes[0], margin=-75.0, unit="bricks", passed=False),))
+    line = charts([*runs[:3], bricks])
     assert line.count("<circle") == 3
-    assert "without 1 in another unit" in line
+    assert line.count('class="cross"') == 1
+    assert "crosses: 1 without a number in mm" in line
     crossed = [result("tower", 5.0, a=f"{a} mm", b=f"{b} mm") for a in range(2) for b in range(2)]
-    cells = "".join(charts([*crossed[:3], replace(crossed[3], outcomes=bricks.outcomes)]))
-    assert cells.count('class="above4">5<') == 3
-    assert 'class="below4">-75 bricks<' in cells
+    cells = charts([*crossed[:3], replace(crossed[3], outcomes=bricks.outcomes)])
+    assert re.findall(r'class="(above|below)4"[^>]*>([^<]*)<', cells) == [("above", "5")] * 3 + [("below", "fails")]
+    assert "margin -75 bricks" in cells  # to be read at the cell
+
+
+def test_a_claim_that_all_cases_tell_in_one_unit_is_drawn_rather_than_the_first() -> None:
+    runs = [result("tower", 3.0, step=f"{step} mm") for step in range(3)]
+    other = Outcome("creep", "< 1 mm", "0.4 mm", 0.6, "mm", passed=True, span=SPAN)
+    units = zip(runs, "abc", strict=True)
+    mixed = [replace(run, outcomes=(replace(run.outcomes[0], unit=unit), other)) for run, unit in units]
+    assert "tower: margin of creep over step" in charts(mixed)
+
+
+def test_lengths_in_several_units_lie_on_one_axis() -> None:
+    line = charts([result("tower", 1.0, step=step) for step in ("20 mm", "1 cm", "0.03 m")])
+    assert line.count("<circle") == 3
+    assert re.findall(r'text-anchor="middle">([^<]+)</text>', line) == ["10", "15", "20", "25", "30", "step, mm"]
+
+
+def test_what_else_differs_makes_a_line_of_its_own() -> None:
+    runs = [result("tower", 1.0, step=f"{step} mm", kind=kind) for kind in ("wood", "stone") for step in range(3)]
+    line = charts(runs)
+    assert line.count("<polyline") == 2
+    assert "exact, kind stone" in line
+
+
+@pytest.mark.parametrize(
+    ("least", "largest", "ticks"),
+    [(0.0, 6.0, [0, 1, 2, 3, 4, 5, 6]), (-48.0, 6.0, [-40, -30, -20, -10, 0]), (0.1, 0.3, [0.1, 0.15, 0.2, 0.25, 0.3])],
+)
+def test_axes_have_round_numbers(least: float, largest: float, ticks: list[float]) -> None:
+    axis = Axis(least, largest, 0.0, 100.0)
+    assert list(axis.ticks()) == pytest.approx(ticks)
+    assert (axis.place(least), axis.place(largest)) == (0.0, 100.0)
+
+
+def test_names_of_variables_are_never_markup() -> None:
+    runs = [result(HOSTILE, 1.0, **{HOSTILE: f"{step} mm", "b": f"{other}"}) for step in range(3) for other in range(2)]
+    assert "<script" not in charts(runs) + charts([run for run in runs if ("b", "0") in run.parameters])
