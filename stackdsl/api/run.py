@@ -18,10 +18,12 @@ from stackdsl.diagnostics import Diagnostic
 from stackdsl.judging.judge import compare_with_truth, judge
 from stackdsl.judging.known import known_of
 from stackdsl.outcome import GoldenResult, Outcome
+from stackdsl.project_file import SCENARIOS, project_of
 from stackdsl.reading.composing import variables_of
 from stackdsl.reading.source import Loaded, Source
 from stackdsl.report.diagnostic_text import diagnostic_text
 from stackdsl.snapshots.golden import check_golden
+from stackdsl.snapshots.keepers import keeper_of
 from stackdsl.trace import BrickTrack, Event, Trace
 
 if TYPE_CHECKING:
@@ -108,9 +110,16 @@ class Run:
     def golden(self, directory: Path | str, update: bool = False) -> GoldenResult:
         """The comparison with its golden file, which is that of the same scenario in YAML; with `update`, write it.
 
-        Raises GoldenWriteRefusedError if asked to write in CI.
+        A file that is written says which file of Python, or of YAML beside the project's scenarios, keeps it, so that
+        `stackdsl check --update` does not remove it.
+
+        Raises GoldenWriteRefusedError if asked to write in CI, and ProjectError.
         """
-        return check_golden(snapshot_of(self.case, self.trace), Path(directory), update)
+        folder = Path(directory)
+        project = project_of([folder])
+        scenarios = project.scenarios if project.root is not None else folder.parent / SCENARIOS
+        keeper = keeper_of(self.case.source.file, folder, scenarios)
+        return check_golden(snapshot_of(self.case, self.trace), folder, update, kept_by=keeper)
 
     def arrays(self) -> Mapping[str, npt.NDArray[Any]]:
         """By quantity, an array with an entry a brick, in order of placement.
