@@ -153,8 +153,20 @@ def project_around(paths: Sequence[Path]) -> Project:
 def _places(written: Sequence[Path]) -> tuple[tuple[Path, ...], list[tuple[str, int]]]:
     """The paths meant, and the lines of files among them: `tower.yaml:12`, or with a column, as reports tell it."""
     found = [_split(path) for path in written]
+    for path, line in found:
+        _refuse_beyond(path, line)
     places = [(visible(path.as_posix()), line) for path, line in found if line is not None]
     return tuple(path for path, _ in found), places
+
+
+def _refuse_beyond(path: Path, line: int | None) -> None:
+    """Raise a usage error for a line beyond the end of a file."""
+    try:
+        lines = path.read_bytes().splitlines() if line is not None and path.is_file() else []
+    except OSError:
+        return  # which is told when the file is read for its scenarios
+    if lines and line is not None and line > len(lines):
+        raise click.UsageError(f"{path} has {len(lines)} lines, so there is none numbered {line}")
 
 
 def _split(path: Path) -> tuple[Path, int | None]:

@@ -53,7 +53,7 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     friction: float,
     name: str | None,
 ) -> None:
-    """Print a scenario with the boxes of FILE, which another program wrote; tell what was moved or is mistaken."""
+    """Print a scenario with the boxes of FILE, which another program wrote; tell what was moved or is wrong."""
     asked = _asked(
         file=str(file), format=format_, load=load, settle=settle, point=point, ignore=ignore, length=length, mass=mass
     )
