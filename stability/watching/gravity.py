@@ -3,6 +3,7 @@
 from math import hypot, isclose
 
 from stability.engines.protocol import Engine, TellsGravity
+from stability.geometry.given_numbers import admit_number
 from stability.model import EARTH
 
 SAME = 1e-6  # of the size of gravity: what an engine may round, and how far it may lean
@@ -14,8 +15,12 @@ def gravity_of(engine: Engine, given: float | None) -> float:
     Of an engine that tells of none, or has none as its owner applies it otherwise, it is the given one, or EARTH.
 
     Raises ValueError where the engine has other gravity than is given, where it has none and none is given, and where
-    its gravity leans.
+    its gravity leans. Raises TypeError for what is no engine.
     """
+    if not callable(getattr(engine, "masses", None)):
+        raise TypeError(f"expected an engine, such as PyBulletBodies(client), not {engine!r}")
+    if given is not None:
+        admit_number("the gravity is", given, "write m/s2, as a number that is more than 0")
     if not isinstance(engine, TellsGravity):
         return EARTH if given is None else given
     x, y, z = engine.gravity_W()

@@ -33,6 +33,10 @@ class PyBulletBodies:
     _warned_of: set[tuple[bool, str]] = field(default_factory=set, init=False)  # fixed or not, and what shape
 
     def __post_init__(self) -> None:
+        if not isinstance(self.client, int):
+            raise TypeError(f"expected the number of a client, as p.connect gives it, not {self.client!r}")
+        if not pybullet.getConnectionInfo(self.client)["isConnected"]:
+            raise ValueError(f"there is no client {self.client}: p.connect gives the number of one")
         self._bodies = ClientBodies(self.client, self.names)
 
     def time(self) -> float:
