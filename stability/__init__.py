@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:  # what type checkers see; at run time `__getattr__` finds the same
     from stability.engines.pybullet import PyBulletBodies
+    from stability.engines.pybullet.client_shapes import UnknownShapeWarning
     from stability.exact.proven_stability import ProvenStability
     from stability.model import Brick, Plane, Pose
     from stability.published.stack_stability import StackStability
@@ -39,6 +40,7 @@ __all__ = [
     "PyBulletBodies",
     "Stability",
     "StackStability",
+    "UnknownShapeWarning",
     "Verdict",
     "margins",
     "prism",
@@ -57,6 +59,7 @@ _HOMES = {
     "ProvenStability": "stability.exact.proven_stability",
     "PyBulletBodies": "stability.engines.pybullet",
     "StackStability": "stability.published.stack_stability",
+    "UnknownShapeWarning": "stability.engines.pybullet.client_shapes",
     "Stability": "stability.statics.facts",
     "Verdict": "stability.statics.facts",
     "margins": "stability.statics.margins.summary",

@@ -65,6 +65,7 @@ class Span:
     excerpt_column: int = 1  # where in the line the excerpt begins: above 1 when a long line is cut
     # Of what is repeated: in which repetition, such as `i = 3`. A mistake is told once, of the first.
     where: str = field(default="", compare=False)
+    key: str = ""  # of which value it is, such as `column.step`, where several stand in one line of a program
 
     def __str__(self) -> str:
         return f"{self.file}:{self.line}:{self.column}"

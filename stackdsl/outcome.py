@@ -165,6 +165,11 @@ class VariantResult:
         return self.passed and self.strict
 
     @property
+    def may_be_locked(self) -> bool:
+        """Whether what came out may become a golden file unasked: all is as expected, or its author knows that not."""
+        return self.passed or not self.unexpected
+
+    @property
     def moved(self) -> tuple[Change, ...]:
         """The observations that refinement moves."""
         return tuple(change for change in self.refinement or () if change.moved)

@@ -102,6 +102,7 @@ class Collapse:
     brick: BodyId  # the brick that left first
     gave_way: BodyId | None = None  # the brick whose support test failed, where a model names it
     step: str = ""  # of the build, such as `step 5`, where several build that level
+    broke: int | None = None  # level of what gave way, where the last that was done set nothing down
 
 
 @dataclass(frozen=True, slots=True)

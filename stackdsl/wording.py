@@ -53,6 +53,11 @@ def names_text(names: Sequence[str], least: int = 2) -> str:
     return ", ".join(shown) + (f" and {more} more" if more else "")
 
 
+def broke_text(level: int | None, brick: str | None) -> str:
+    """Where a structure broke on which nothing was being built: `, broke at level 2 (L2.1)`; empty elsewhere."""
+    return "" if level is None else f", broke at level {level} ({brick})"
+
+
 def level_text(level: int, step: str) -> str:
     """A level, and the step that builds it where several build one of that number: `level 2 of step 5`."""
     return f"level {level}" + (f" of {step}" if step else "")

@@ -1,7 +1,7 @@
 """What stability needs from a physics engine, and nothing more. SI units, world frame W, z up."""
 
 from collections.abc import Collection, Mapping, Sequence, Set
-from typing import Protocol, TypeVar
+from typing import Protocol, TypeVar, runtime_checkable
 
 from stability.engines.prescribed import PrescribedMotion
 from stability.engines.settings import EngineSettings
@@ -49,6 +49,14 @@ class Engine(Protocol):
 
     def put_at(self, brick: BodyId, pose: Pose) -> None:
         """Put a frozen brick somewhere else."""
+
+
+@runtime_checkable
+class TellsGravity(Protocol):
+    """An engine that knows its gravity; an extension then need not be told, and refuses what it cannot reckon with."""
+
+    def gravity_W(self) -> Vec3:
+        """The acceleration of what falls freely [m/s2]."""
 
 
 class Joining(Protocol):

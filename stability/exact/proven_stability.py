@@ -21,10 +21,11 @@ from stability.exact.hits.waking import wake
 from stability.exact.outside_changes import Site, changed
 from stability.exact.release import Judgement, release_until_stable
 from stability.geometry.vectors import norm, scale
-from stability.model import EARTH, BodyId, BodyState, Plane, Pose, Vec3
+from stability.model import BodyId, BodyState, Plane, Pose, Vec3
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability, Stage, Verdict
 from stability.watching.extension import Update
+from stability.watching.gravity import gravity_of
 from stability.watching.held_bodies import HeldBodies
 from stability.watching.life_cycle import Observers
 from stability.watching.limits_by_size import LimitsBySize
@@ -41,7 +42,7 @@ class ProvenStability:
     # Coulomb coefficient of brick on brick, and on the engine's half-spaces. If bodies differ, give the least: what
     # stands with less friction stands with more.
     friction: float = 0.5
-    gravity: float = EARTH  # [m/s2]
+    gravity: float | None = None  # along -z [m/s2]; None to take what the engine says, or else that of the Earth
     rest: RestLimits = field(default_factory=RestLimits)  # for planks of 8 mm; other bricks have their own, by size
     # Whether every update also looks for frozen bricks that somebody else has moved, and judges them again. It is dear.
     guard: bool = True
@@ -59,17 +60,18 @@ class ProvenStability:
     _observers: Observers = field(init=False)  # all of these: who hears what becomes of bricks, in this order
 
     def __post_init__(self) -> None:
+        gravity = gravity_of(self.engine, self.gravity)
         self._held = HeldBodies(self.engine)
         self._rigid_groups = RigidGroups(self.joiner)
         self._dead_loads = DeadLoads(self.engine, self.presser)
         limits_of = LimitsBySize(self.engine, self.rest)
         self._awake = AwakeBricks(self.engine, limits_of, self._rigid_groups)
-        self._disturbances = Disturbances(self.engine, limits_of, self.gravity, self._dead_loads.reactions)
+        self._disturbances = Disturbances(self.engine, limits_of, gravity, self._dead_loads.reactions)
         guarded = (self._held,) if self.guard else ()
         self._observers = Observers(
             (*guarded, limits_of, self._rigid_groups, self._dead_loads, self._disturbances, self._awake)
         )
-        self.assembly = Assembly(self.planes or (), self.friction, self.gravity)
+        self.assembly = Assembly(self.planes or (), self.friction, gravity)
 
     def awake(self) -> list[BodyId]:
         """The bricks that the engine moves, by name."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 
 from stability.engines.protocol import Engine
 from stability.graph import with_all_above
-from stability.model import EARTH, BodyId, BodyState, Plane, Vec3
+from stability.model import BodyId, BodyState, Plane, Vec3
 from stability.published.contact_areas import ContactArea, contact_area, main_contact
 from stability.published.direct_hits import DirectHits
 from stability.published.impacts import Impact, energy_of_flight, energy_of_load, energy_of_push
@@ -21,6 +21,7 @@ from stability.published.resting import ContactLimits, resting_points
 from stability.published.support import Load, StackedBrick, failing, lies_above, loads_above, shares, tipping_margin
 from stability.statics.facts import Verdict
 from stability.watching.extension import Update
+from stability.watching.gravity import gravity_of
 from stability.watching.held_bodies import HeldBodies
 from stability.watching.life_cycle import Observers
 from stability.watching.refusals import Refusals
@@ -42,12 +43,13 @@ class StackStability:
     # Coulomb coefficient of brick on brick, and on fixed bodies that are not among the planes; for leaning bricks only.
     friction: float = 0.5
     planes: Sequence[Plane] = ()
-    gravity: float = EARTH  # [m/s2]; for impacts only
+    gravity: float | None = None  # as of ProvenStability [m/s2]; for impacts only
     readings: Readings = AS_READ  # of what the published text leaves open
     stack: dict[BodyId, StackedBrick] = field(default_factory=dict, init=False)
     leaning: dict[BodyId, LeaningBrick] = field(default_factory=dict, init=False)  # those of the stack that lean
     loads: dict[BodyId, Load] = field(default_factory=dict, init=False)
     in_hands: set[BodyId] = field(default_factory=set, init=False)  # of somebody who moves them: no part of the stack
+    _gravity: float = field(init=False)
     _stillness: Stillness = field(init=False)
     _held: HeldBodies = field(init=False)
     _friction: Friction = field(init=False)
@@ -56,6 +58,7 @@ class StackStability:
     _observers: Observers = field(init=False)  # all of these: who hears what becomes of bricks, in this order
 
     def __post_init__(self) -> None:
+        self._gravity = gravity_of(self.engine, self.gravity)
         self._friction = Friction(self.friction, {plane.id: plane.friction for plane in self.planes})
         self._stillness = Stillness(lambda _: self.rest)
         self._held = HeldBodies(self.engine, self._held_by)
@@ -149,7 +152,7 @@ class StackStability:
         return self._wake(sorted(blows)), "; ".join(blows[brick] for brick in sorted(blows))
 
     def _energy_of_load(self, brick: BodyId) -> float:
-        return energy_of_load(brick, self.stack, self.loads, self.leaning.get(brick), self.gravity, self.readings)
+        return energy_of_load(brick, self.stack, self.loads, self.leaning.get(brick), self._gravity, self.readings)
 
     def wake(self, bricks: Iterable[BodyId]) -> tuple[BodyId, ...]:
         """Give these bricks and all that rests on them back to the engine (section 3.3.7); returns those woken."""

@@ -3,11 +3,14 @@
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Final
+from math import inf
+from numbers import Integral
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stability.geometry.given_numbers import admit_number, admit_numbers
 from stability.geometry.turn_of_axes import orientation_of
 from stability.geometry.vectors import norm, subtract
 from stability.model import IDENTITY, Face, Quaternion, Vec3
@@ -35,6 +38,8 @@ def solid_of_corners(points: Sequence[Vec3], centre_of_mass: Vec3 | None = None)
     `centre_of_mass` is in the frame of the points; by default, that of an even filling. Raises NotASolidError: for
     fewer than four points, for points in a plane, inside of the others, or too many, and for a centre of mass outside.
     """
+    points = _admitted(points, 3, "corners", "x, y and z in metres")
+    _admit_centre(centre_of_mass)
     corners, loops, inside = hull_faces(points)
     if inside:
         raise NotASolidError(
@@ -48,10 +53,41 @@ def prism(outline: Sequence[tuple[float, float]], depth: float, centre_of_mass: 
 
     The outline runs either way round. Raises NotASolidError if it is not convex, and as `solid_of_corners`.
     """
+    outline = _admitted(outline, 2, "corners of an outline", "x and z in metres")
+    admit_number("a prism has the depth", depth, "write metres, as a number")
+    if not 0.0 < depth < inf:
+        raise ValueError(f"a prism has the depth {depth}; write metres, more than 0")
+    _admit_centre(centre_of_mass)
     _admit_outline(outline)
     half = 0.5 * depth
     corners, loops, _ = hull_faces([(x, y, z) for y in (-half, half) for x, z in outline])
     return _made(corners, loops, centre_of_mass)
+
+
+def _admitted(points: Sequence[tuple[float, ...]], count: int, what: str, parts: str) -> list[tuple[Any, ...]]:
+    """Points of so many numbers. Raises TypeError for what is none, and ValueError for what is not finite."""
+    if isinstance(points, str) or not hasattr(points, "__iter__"):
+        raise TypeError(f"expected a list of {what}, each {parts}, not {points!r}")
+    points = list(points)
+    for number, point in enumerate(points, start=1):
+        admit_numbers(f"point {number} is", point, count, f"write {parts}")
+    return [tuple(point) for point in points]
+
+
+def _admit_centre(centre_of_mass: Vec3 | None) -> None:
+    if centre_of_mass is not None:
+        admit_numbers("the centre of mass is", centre_of_mass, 3, "write x, y and z in metres")
+
+
+def _admit_loops(loops: Sequence[Sequence[int]], count: int) -> None:
+    """Raise TypeError or ValueError for faces that do not list corners by number."""
+    if isinstance(loops, str) or not hasattr(loops, "__iter__"):
+        raise TypeError(f"expected a list of faces, each the numbers of its corners, not {loops!r}")
+    for number, loop in enumerate(loops, start=1):
+        if isinstance(loop, str) or not all(isinstance(corner, Integral) for corner in loop):
+            raise TypeError(f"face {number} is {loop!r}; list the numbers of its corners, from 0")
+        if not all(0 <= corner < count for corner in loop):
+            raise ValueError(f"face {number} is {tuple(loop)}; there are the corners 0 to {count - 1}")
 
 
 def _admit_outline(outline: Sequence[tuple[float, float]]) -> None:
@@ -87,6 +123,9 @@ def solid_of_mesh(points: Sequence[Vec3], loops: Sequence[Sequence[int]], centre
 
     Raises NotASolidError for faces that leave a hole, look inwards, or bound nothing convex, and as `solid_of_corners`.
     """
+    points = _admitted(points, 3, "corners", "x, y and z in metres")
+    _admit_loops(loops, len(points))
+    _admit_centre(centre_of_mass)
     _admit_closed(loops)
     used = sorted({corner for loop in loops for corner in loop})
     extent = float(np.ptp(np.array([points[n] for n in used]), axis=0).max())

@@ -1,11 +1,15 @@
 """What statics takes in: bodies whose numbers mean something. Anything else is an error with its remedy."""
 
 from collections.abc import Collection, Iterable, Sequence
-from math import isfinite
+from typing import TypeVar
 
-from stability.model import BodyId, ConvexShape, Plane
+from stability.geometry.given_numbers import admit_number, admit_numbers
+from stability.model import BodyId, Brick, ConvexShape, Plane, Pose
 from stability.shapes.box import Box
+from stability.shapes.off_centre_box import OffCentreBox
 from stability.statics.facts import Placed
+
+Given = TypeVar("Given")
 
 UNIT = 1e-6  # how far the length of a quaternion or a normal may be from 1
 SHORTEST, LONGEST = 1e-9, 1e9  # [m] of sides and distances: beyond, their squares and products lose their digits
@@ -13,11 +17,16 @@ LIGHTEST, HEAVIEST = 1e-60, 1e60  # [kg]
 
 
 def admit_brick(placed: Placed) -> None:
-    """Raise ValueError for a brick whose size, mass or place means nothing."""
-    if _is_usual(placed):
-        return
+    """Raise ValueError for a brick whose size, mass or place means nothing, TypeError for what is none."""
+    try:
+        if _is_usual(placed):
+            return
+    except (AttributeError, TypeError):
+        pass  # which is told below
+    _admit_kinds(placed)
     brick, name = placed.brick, placed.brick.id
     _admit_shape("brick", name, brick.shape)
+    admit_number(f"brick '{name}' has the mass", brick.mass, "write kilograms, as a number")
     if not LIGHTEST <= brick.mass <= HEAVIEST:
         raise ValueError(f"brick '{name}' has the mass {brick.mass}; it is from {LIGHTEST:g} to {HEAVIEST:g} kg")
     admit_place(placed)
@@ -29,6 +38,8 @@ def _is_usual(placed: Placed) -> bool:
     if not isinstance(brick.shape, Box):
         return False  # it takes the longer way
     size = brick.shape.size
+    if not isinstance(brick, Brick) or not isinstance(pose, Pose) or not isinstance(brick.id, str):
+        return False
     if not (len(size) == len(pose.position_W) == 3 and len(pose.orientation) == 4):  # noqa: PLR2004 -- as they are
         return False
     (a, b, c), (x, y, z), (i, j, k, w) = size, pose.position_W, pose.orientation
@@ -44,8 +55,20 @@ def _is_usual(placed: Placed) -> bool:
     )
 
 
+def _admit_kinds(placed: object) -> None:
+    """Raise TypeError for what is no brick in a pose."""
+    if not isinstance(placed, Placed):
+        raise TypeError(f"expected Placed(brick, pose), not {placed!r}")
+    if not isinstance(placed.brick, Brick):
+        raise TypeError(f"expected Brick(name, shape, mass), not {placed.brick!r}")
+    if not isinstance(placed.brick.id, str):
+        raise TypeError(f"a brick is called {placed.brick.id!r}; write its name as a text")
+    if not isinstance(placed.pose, Pose):
+        raise TypeError(f"brick '{placed.brick.id}' has the pose {placed.pose!r}; write Pose((x, y, z)) in metres")
+
+
 def admit_place(placed: Placed) -> None:
-    """Raise ValueError for a pose that means nothing."""
+    """Raise ValueError for a pose that means nothing, TypeError for what is none."""
     name, pose = placed.brick.id, placed.pose
     _admit(name, "position", pose.position_W, 3, "write x, y and z in metres")
     if not all(-LONGEST <= part <= LONGEST for part in pose.position_W):
@@ -56,7 +79,9 @@ def admit_place(placed: Placed) -> None:
 
 
 def admit_site(planes: Sequence[Plane], tables: Sequence[Placed], friction: float, gravity: float) -> None:
-    """Raise ValueError for fixed bodies, a friction or a gravity that mean nothing."""
+    """Raise ValueError for fixed bodies, a friction or a gravity that mean nothing, TypeError for what is none."""
+    admit_number("the friction is", friction, "write a coefficient of 0 or more")
+    admit_number("the gravity is", gravity, "write m/s2, as a number that is more than 0")
     if not 0.0 <= friction < float("inf"):
         raise ValueError(f"the friction is {friction}; it is 0 or more")
     if not 0.0 < gravity < float("inf"):
@@ -64,6 +89,7 @@ def admit_site(planes: Sequence[Plane], tables: Sequence[Placed], friction: floa
     for plane in planes:
         _admit_plane(plane)
     for table in tables:
+        _admit_kinds(table)
         _admit_shape("table", table.brick.id, table.brick.shape)
         admit_place(table)
     names = [plane.id for plane in planes] + [table.brick.id for table in tables]
@@ -79,18 +105,35 @@ def _admit_shape(what: str, name: BodyId, shape: ConvexShape) -> None:
                 raise ValueError(f"{what} '{name}' has the size {size}; each side is {limits}")
         case tuple():
             raise ValueError(f"{what} '{name}' has the shape {shape}; write Box({shape})")
+        case OffCentreBox(size, centre):
+            _admit(name, "size", size, 3, "write length, width and thickness in metres")
+            _admit(name, "centre of mass", centre, 3, "write x, y and z from the middle of the box in metres")
+            if any(abs(part) >= 0.5 * side for part, side in zip(centre, size, strict=True)) and what == "brick":
+                raise ValueError(f"{what} '{name}' has its centre of mass at {centre}, which is not inside of {size}")
+        case _ if not (hasattr(shape, "faces") and hasattr(shape, "least_thickness")):
+            raise TypeError(f"{what} '{name}' has the shape {shape!r}; write Box((length, width, thickness)) in metres")
         case _ if not SHORTEST <= shape.least_thickness <= shape.length <= LONGEST:
             across = f"{shape.least_thickness} to {shape.length} m"
             raise ValueError(f"{what} '{name}' measures {across}; each measure is {limits}")
 
 
 def _admit_plane(plane: Plane) -> None:
+    if not isinstance(plane, Plane):
+        raise TypeError(f"expected Plane(name, point, normal, friction), not {plane!r}")
+    admit_number(f"plane '{plane.id}' has the friction", plane.friction, "write a coefficient of 0 or more")
     _admit(plane.id, "point", plane.point_W, 3, "write x, y and z in metres")
     _admit(plane.id, "normal", plane.normal_W, 3, "write x, y and z of the way out of the solid")
     if abs(sum(part * part for part in plane.normal_W) - 1.0) > UNIT:
         raise ValueError(f"plane '{plane.id}' has the normal {plane.normal_W}; divide it by its length")
     if not 0.0 <= plane.friction < float("inf"):
         raise ValueError(f"plane '{plane.id}' has the friction {plane.friction}; it is 0 or more")
+
+
+def listed(given: Iterable[Given], what: str) -> tuple[Given, ...]:
+    """All of what can be gone through. Raises TypeError, with what was expected, for anything else."""
+    if isinstance(given, str) or not isinstance(given, Iterable):
+        raise TypeError(f"expected a collection of {what}, not {given!r}")
+    return tuple(given)
 
 
 def admit_names(coming: Iterable[BodyId], known: Collection[BodyId]) -> None:
@@ -103,5 +146,4 @@ def admit_names(coming: Iterable[BodyId], known: Collection[BodyId]) -> None:
 
 
 def _admit(name: BodyId, what: str, numbers: Sequence[float], count: int, remedy: str) -> None:
-    if len(numbers) != count or not all(map(isfinite, numbers)):
-        raise ValueError(f"'{name}' has the {what} {tuple(numbers)}; {remedy}")
+    admit_numbers(f"'{name}' has the {what}", numbers, count, remedy)

@@ -17,7 +17,7 @@ from stability.geometry.plan import Point2
 from stability.geometry.polygons import depth
 from stability.graph import reached
 from stability.model import EARTH, GROUND, BodyId, Brick, Plane, Pose
-from stability.statics.admission import admit_brick, admit_names, admit_site
+from stability.statics.admission import admit_brick, admit_names, admit_site, listed
 from stability.statics.brick_graph import brick_graph, rests_on
 from stability.statics.certificate import Tally, tallied, total_forces
 from stability.statics.facts import Contact, Forces, Placed, Problem, Stability, Stage, Tolerances, Verdict, by_place
@@ -43,8 +43,9 @@ class Assembly:
 
         `friction` is the Coulomb coefficient of brick on brick and on tables; `gravity` is along -z [m/s2].
         """
-        self._structure = Structure(tuple(planes), tuple(tables), friction, gravity, tolerances)
-        admit_site(self.planes, self.tables, friction, gravity)
+        planes, tables = listed(planes, "planes, such as [Plane(...)]"), listed(tables, "tables, such as [Placed(...)]")
+        admit_site(planes, tables, friction, gravity)
+        self._structure = Structure(planes, tables, friction, gravity, tolerances)
         self._fixed = {plane.id for plane in self.planes} | {table.brick.id for table in self.tables}
         self._prover = Prover(self._structure)
         self._verdict = Verdict(Stability.STABLE)
@@ -82,7 +83,7 @@ class Assembly:
         With `names_smallest` an UNSTABLE verdict names as few bricks as are found to fall without the rest: of a heap
         that takes seconds.
         """
-        return self._set_down(tuple(bricks), names_smallest)
+        return self._set_down(listed(bricks, "bricks, such as [Placed(brick, pose)]"), names_smallest)
 
     def _set_down(self, bricks: Sequence[Placed], names_smallest: bool) -> Verdict:
         started = perf_counter()
@@ -99,7 +100,7 @@ class Assembly:
         started = perf_counter()
         if isinstance(bricks, str):
             raise TypeError(f"give a collection of names, such as ['{bricks}']")
-        names = sorted(set(bricks))
+        names = sorted(set(listed(bricks, "names, such as ['a']")))
         self._reject_unknown(names)
         return self._judged(started, self._prover.take(names), names_smallest)
 
@@ -107,7 +108,7 @@ class Assembly:
         """Put a brick somewhere else, at rest."""
         started = perf_counter()
         self._reject_unknown([brick])
-        placed = replace(self._structure.bricks[brick], pose=pose)
+        placed = Placed(self._structure.bricks[brick].brick, pose)
         admit_brick(placed)
         again = self._prover.take([brick])
         self._prover.put([placed])
@@ -176,6 +177,7 @@ class Assembly:
     def problem(self, bricks: Collection[BodyId] | None = None) -> Problem:
         """The equilibrium of some bricks with all others held fixed, or that of all bricks."""
         group = list(self._structure.bricks) if bricks is None else sorted(bricks)
+        self._reject_unknown(group)
         return self._structure.problem(group, self._structure.contacts_of(group))
 
     def forces(self) -> Forces | None:

@@ -9,6 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from stability.model import Pose
+from stackdsl.api.python_remedies import in_python
+from stackdsl.api.run_table import Row, Table
 from stackdsl.api.written import Written, copied, spans_of
 from stackdsl.checking.gathering import Case, cases_of
 from stackdsl.checking.one_case import play_case
@@ -18,17 +20,17 @@ from stackdsl.diagnostics import Diagnostic
 from stackdsl.judging.judge import compare_with_truth, judge
 from stackdsl.judging.known import known_of
 from stackdsl.outcome import GoldenResult, Outcome
+from stackdsl.project_file import SCENARIOS, project_of
 from stackdsl.reading.composing import variables_of
 from stackdsl.reading.source import Loaded, Source
 from stackdsl.report.diagnostic_text import diagnostic_text
 from stackdsl.snapshots.golden import check_golden
+from stackdsl.snapshots.keepers import keeper_of
 from stackdsl.trace import BrickTrack, Event, Trace
 
 if TYPE_CHECKING:
     import pandas as pd
     import polars as pl
-
-Row = dict[str, str | int | float | bool | None]
 
 
 NOT_OF_THE_RUN: Final = ("expect", "truth", "skip", "xfail")  # what is said of what comes of it
@@ -38,8 +40,8 @@ class ScenarioError(ValueError):
     """A scenario is not meant as it stands; the text tells every mistake with its line of Python."""
 
     def __init__(self, diagnostics: Sequence[Diagnostic]) -> None:
-        super().__init__("\n\n".join(diagnostic_text(found) for found in diagnostics))
-        self.diagnostics = tuple(diagnostics)
+        self.diagnostics = tuple(map(in_python, diagnostics))
+        super().__init__("\n\n".join(map(diagnostic_text, self.diagnostics)))
 
 
 class NotMeasuredError(LookupError):
@@ -79,6 +81,9 @@ class Run:
 
         Raises ScenarioError if the claim is mistaken, and NotMeasuredError if only another run could show what it asks.
         """
+        if not isinstance(claim, Mapping):
+            wanted = 'a claim, such as stands("all") of stackdsl.api.claims'
+            raise TypeError(f"expected {wanted}, not {type(claim).__name__}: {claim!r}")
         source = self.case.written
         values = {key: value for key, value in source.values.items() if key not in NOT_OF_THE_RUN}
         values |= {"expect": [copied(claim)], "systems": [self.case.system]}
@@ -108,9 +113,16 @@ class Run:
     def golden(self, directory: Path | str, update: bool = False) -> GoldenResult:
         """The comparison with its golden file, which is that of the same scenario in YAML; with `update`, write it.
 
-        Raises GoldenWriteRefusedError if asked to write in CI.
+        A file that is written says which file of Python, or of YAML beside the project's scenarios, keeps it, so that
+        `stackdsl check --update` does not remove it.
+
+        Raises GoldenWriteRefusedError if asked to write in CI, and ProjectError.
         """
-        return check_golden(snapshot_of(self.case, self.trace), Path(directory), update)
+        folder = Path(directory)
+        project = project_of([folder])
+        scenarios = project.scenarios if project.root is not None else folder.parent / SCENARIOS
+        keeper = keeper_of(self.case.source.file, folder, scenarios)
+        return check_golden(snapshot_of(self.case, self.trace), folder, update, kept_by=keeper)
 
     def arrays(self) -> Mapping[str, npt.NDArray[Any]]:
         """By quantity, an array with an entry a brick, in order of placement.
@@ -133,28 +145,24 @@ class Run:
             "left_at": np.array([np.nan if t.left_at is None else t.left_at for t in tracks], dtype=float),
         }
 
-    def table(self) -> list[Row]:
+    def table(self) -> Table:
         """A row a brick, in order of placement: its name, level, state, end, and how far it came [m, rad, s]."""
-        return [_row(name, track) for name, track in self.trace.tracks.items()]
+        return Table(_row(name, track) for name, track in self.trace.tracks.items())
 
-    def events(self) -> list[Row]:
+    def events(self) -> Table:
         """A row an event: when [s], what, of which bricks, and why."""
-        return [
+        return Table(
             {"time": event.time, "event": event.kind.value, "bricks": " ".join(event.bricks), "reason": event.reason}
             for event in self.trace.events
-        ]
+        )
 
     def to_pandas(self) -> "pd.DataFrame":
         """The table as a data frame of pandas. Raises ImportError where that is not installed."""
-        import pandas as pd  # noqa: PLC0415 -- nothing else needs it
-
-        return pd.DataFrame(self.table())
+        return self.table().to_pandas()
 
     def to_polars(self) -> "pl.DataFrame":
         """The table as a data frame of polars. Raises ImportError where that is not installed."""
-        import polars as pl  # noqa: PLC0415 -- nothing else needs it
-
-        return pl.DataFrame(self.table())
+        return self.table().to_polars()
 
     def __repr__(self) -> str:
         return f"<Run of {self.case.name}: {self.verdict}>"
@@ -163,8 +171,11 @@ class Run:
 def play(case: Case, on_event: Callable[[Event], None] = lambda event: None) -> Run:
     """Play a case in this process, wherever it comes from; `on_event` hears of each event as it happens.
 
-    Raises BlockedPlacementError where something has moved in the way of an action.
+    Raises BlockedPlacementError where something has moved in the way of an action, and TypeError for what is no case.
     """
+    if not isinstance(case, Case):
+        hint = "a scenario plays itself, by its `play`" if hasattr(case, "play_all") else "see `Scenario.cases`"
+        raise TypeError(f"expected a case, of `Scenario.cases` or `gather`, not {type(case).__name__}; {hint}")
     return Run(case, play_case(case.timeline, case.system, known_of(case.scenario, case.system), on_event))
 
 

@@ -85,6 +85,9 @@ class Scenario:
 
         Raises ScenarioError, LookupError if there are several such cases or none, and BlockedPlacementError.
         """
+        if not isinstance(case, str):
+            wanted = "the text of a variant, such as 'step=10mm,exact'"
+            raise TypeError(f"expected {wanted}, not {type(case).__name__}; `stackdsl.api.run.play` plays a case")
         found = [one for one in self.cases if case in one.identity.variant]
         if len(found) != 1:
             told = ", ".join(one.identity.variant for one in self.cases)

@@ -3,10 +3,12 @@
 import linecache
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path as FilePath
 from types import FrameType
 from typing import Final
 
+from stackdsl.api.python_remedies import python_name
 from stackdsl.diagnostics import Span
 from stackdsl.reading.source import Path, Plain
 
@@ -23,21 +25,23 @@ class Written(dict[str, "Plain"]):
 
 def written(values: Mapping[str, object]) -> Written:
     """The keys that have a value, written where the caller of this package stands. Raises TypeError."""
-    kept = {key: plain(value) for key, value in values.items() if value is not None}
+    kept = {key: plain(value, _keyed("", key, value)) for key, value in values.items() if value is not None}
     return Written(kept, callers_place())
 
 
-def plain(value: object) -> Plain:
-    """A value as YAML knows it; keys of mappings without a value are left out. Raises TypeError."""
+def plain(value: object, called: str) -> Plain:
+    """A value as YAML knows it; keys of mappings without a value are left out. Raises TypeError, with what it is of."""
     if isinstance(value, Written | str | bool | int | float):
         return float(value) if type(value) not in (str, bool, int) and isinstance(value, float) else value
     if isinstance(value, Mapping):
-        return {str(key): plain(member) for key, member in value.items() if member is not None}
+        return {str(key): plain(one, _keyed(called, str(key), one)) for key, one in value.items() if one is not None}
     if isinstance(value, Sequence):
-        return [plain(item) for item in value]
+        return [plain(item, f"{called}[{number}]") for number, item in enumerate(value)]
     if callable(number := getattr(value, "item", None)):  # a number, or a whole array, of numpy
-        return plain(getattr(value, "tolist", number)())
-    raise TypeError(f"a scenario holds texts, numbers, lists and mappings, not {type(value).__name__}: {value!r}")
+        return plain(getattr(value, "tolist", number)(), called)
+    raise TypeError(
+        f"`{called}`: a scenario holds texts, numbers, lists and mappings, not {type(value).__name__}: {value!r}"
+    )
 
 
 def callers_place() -> Span:
@@ -59,13 +63,27 @@ def _relative(name: str) -> str:
     return path.relative_to(FilePath.cwd()).as_posix() if path.is_relative_to(FilePath.cwd()) else name
 
 
-def spans_of(value: Plain, path: Path = ()) -> dict[Path, Span]:
-    """By path, the place of every mapping that was written in Python."""
-    found = {path: value.span} if isinstance(value, Written) else {}
+def spans_of(value: Plain, path: Path = (), within: Span | None = None) -> dict[Path, Span]:
+    """By path, the place of every value that was written in Python; `within` is that of what is around it."""
+    span = value.span if isinstance(value, Written) else within
+    found = {path: span} if span is not None else {}
+    if isinstance(value, Written) and within is not None and path and isinstance(path[-1], str):
+        found[path] = replace(value.span, key=within.key)
     members = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
     for key, member in members:
-        found |= spans_of(member, (*path, key))
+        own = None if span is None else replace(span, key=_keyed(span.key, key, member))
+        found |= spans_of(member, (*path, key), own)
     return found
+
+
+def _keyed(within: str, key: str | int, member: object) -> str:
+    """What a caller calls a value: `column.step`, `build[0]`; the time of a step is `when`."""
+    if isinstance(key, int):
+        return f"{within}[{key}]"
+    if within:
+        return f"{within}.{python_name(key)}"
+    is_time = key == "at" and isinstance(member, str | int | float)  # the place of a brick is a list
+    return "when" if is_time else "name" if key == "scenario" else python_name(key)
 
 
 def copied(value: Plain) -> Plain:

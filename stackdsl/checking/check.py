@@ -34,6 +34,8 @@ class Terms:
     update: bool = False
     workers: int = 1
     time_limit: float = TIME_LIMIT  # [s] of wall time a case
+    though_it_fails: bool = False  # with `update`, accept also what fails its expectations
+    scenarios: Path | None = None  # directory of the scenarios that are checked together; None for that beside `golden`
     update_command: str = ""  # the same call, with an update of the golden files
     refine: bool = False  # play each case again at half the step and twice the iterations
     on_wait: OnWait = lambda: None  # called many times a second while cases are played
@@ -46,7 +48,13 @@ class Terms:
     @property
     def goldens(self) -> Goldens:
         """What is done about golden files."""
-        return Goldens(self.golden, self.update, self.lock_new and not self.update)
+        return Goldens(
+            self.golden,
+            self.update,
+            self.lock_new and not self.update,
+            though_it_fails=self.though_it_fails,
+            scenarios=self.scenarios,
+        )
 
 
 OnResult = Callable[[VariantResult], None]
@@ -117,8 +125,8 @@ class _Played:
         self.results[index] = result
         _remember(self.selected[index], result, self.terms)
         if self.terms.waiting is not None and result.golden is not None:
-            missed = tuple(_missed(outcome) for outcome in result.outcomes if not outcome.passed)
-            self.terms.waiting.note(result.name, result.golden, missed)
+            missed = () if result.may_be_locked else tuple(_missed(each) for each in result.outcomes if not each.passed)
+            self.terms.waiting.note(result.name, result.golden, missed, result.file)
         self.on_result(result)
 
 
@@ -149,7 +157,12 @@ def _unused(found: Found, terms: Terms) -> tuple[str, ...]:
     if terms.golden is None:
         return ()
     used = [golden_file(terms.golden, case.identity).relative_to(terms.golden).as_posix() for case in found.cases]
-    return obsolete(terms.golden, used, whole_set=True)
+    return obsolete(terms.golden, used, whole_set=True, checked=_files(found, terms))
+
+
+def _files(found: Found, terms: Terms) -> set[str]:
+    """The files of YAML that were found."""
+    return {*terms.digests, *(case.file for case in found.cases)}
 
 
 def _may_be_known(case: Listed, terms: Terms) -> bool:
@@ -185,13 +198,16 @@ def check(
     if terms.waiting is not None:  # also of what is remembered, and so was not played
         goldens = [result.golden for result in played.results.values() if result.golden is not None]
         terms.waiting.forget(golden.file for golden in goldens if golden.status is GoldenStatus.SAME)
+        if not found.diagnostics:
+            terms.waiting.forget_gone({case.name for case in found.cases}, _files(found, terms))
     if played.interrupted:
         unused = ()
     moved = {result.golden.renamed_from for result in played.results.values() if result.golden is not None}
     unused = tuple(file for file in unused if file not in moved)
     removed = remove_obsolete(unused) if terms.update else ()
     # After an interrupt an update would accept what nobody has seen.
-    to_accept = (unused or any(result.golden_failed for result in played.results.values())) and not played.interrupted
+    differ = any(result.golden_failed and result.may_be_locked for result in played.results.values())
+    to_accept = (unused or differ) and not played.interrupted
     results = [played.results[index] for index in range(len(selected))]
     shown = [result for result in results if played.interrupted or result.status is not RunStatus.NOT_RUN]
     return Report(

@@ -1,6 +1,7 @@
 """What came of one case: its run judged, held against its snapshot, or told why there was none."""
 
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 from stackdsl.checking.gathering import STDIN_SHOWN, Case
@@ -11,9 +12,11 @@ from stackdsl.compiling.origins import origin_of
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.judging.judge import compare_with_truth, judge
 from stackdsl.judging.numerical import Refinement
-from stackdsl.outcome import GoldenStatus, RunStatus, Spared, VariantResult
+from stackdsl.outcome import GoldenResult, GoldenStatus, RunStatus, Spared, VariantResult
 from stackdsl.playing.clearance import Blocked
+from stackdsl.project_file import SCENARIOS
 from stackdsl.snapshots.golden import check_golden, renamed_from
+from stackdsl.snapshots.keepers import keeper_of
 from stackdsl.snapshots.record import Snapshot
 from stackdsl.snapshots.snapshot import take
 from stackdsl.snapshots.stamp import current_stamp
@@ -46,6 +49,8 @@ class Goldens:
     update: bool = False  # whether what comes out is accepted
     lock_new: bool = False  # whether one is written where there was none, and all is as expected
     unused: tuple[str, ...] = ()  # those that belong to no case, so that one may have been renamed
+    though_it_fails: bool = False  # whether an update also accepts what fails its expectations
+    scenarios: Path | None = None  # whose golden files name nobody who keeps them; None for that beside `folder`
 
 
 def checked(case: Case, result: TaskResult, goldens: Goldens) -> VariantResult:
@@ -110,15 +115,23 @@ def _compared(case: Case, trace: Trace, goldens: Goldens) -> VariantResult:
     # What came with another package is nobody's snapshot, and what came by a pipe is in nobody's keeping.
     if goldens.folder is None or case.system not in SYSTEMS or case.file == STDIN_SHOWN:
         return result
-    snapshot = snapshot_of(case, trace)
-    lock_new = goldens.lock_new and (result.passed or not result.unexpected)
-    golden = check_golden(snapshot, goldens.folder, goldens.update, lock_new and not goldens.unused)
+    return replace(result, golden=held_against(snapshot_of(case, trace), goldens, case.source.file, result))
+
+
+def held_against(snapshot: Snapshot, goldens: Goldens, file: str, result: VariantResult) -> GoldenResult:
+    """The comparison with the golden file. What fails its expectations is locked only if that is asked for."""
+    assert goldens.folder is not None
+    update = goldens.update and (result.may_be_locked or goldens.though_it_fails)
+    lock_new = goldens.lock_new and result.may_be_locked
+    keeper = keeper_of(file, goldens.folder, goldens.scenarios or goldens.folder.parent / SCENARIOS)
+    held = partial(check_golden, snapshot, goldens.folder, kept_by=keeper)
+    golden = held(update, lock_new and not goldens.unused)
     if golden.status is GoldenStatus.MISSING and goldens.unused:
         if was := renamed_from(snapshot, goldens.unused):
-            golden = replace(golden, status=GoldenStatus.RENAMED, note=f"it was {was}", renamed_from=was)
-        elif lock_new:
-            golden = check_golden(snapshot, goldens.folder, update=False, lock_new=True)
-    return replace(result, golden=golden)
+            return replace(golden, status=GoldenStatus.RENAMED, note=f"it was {was}", renamed_from=was)
+        if lock_new:
+            return held(update=False, lock_new=True)
+    return golden
 
 
 def judged(case: Case, trace: Trace) -> VariantResult:

@@ -48,7 +48,8 @@ def check_command(context: click.Context, **asked: Unpack[Asked]) -> None:
     golden = asked["golden"] or project.golden
     memory = Memory(project.state(golden), asked["cache"])
     found = survey(paths, memory)
-    terms = _terms(asked, golden, memory, found)
+    scenarios = project.scenarios if project.root is not None else None
+    terms = _terms(asked, golden, scenarios, memory, found)
     selection = _selection(asked, places, memory)
     selected = selection.of(found.cases)
     if asked["only_changed"]:
@@ -62,7 +63,7 @@ def check_command(context: click.Context, **asked: Unpack[Asked]) -> None:
         memory.settle()
         _tell_only(asked, outputs, found, selected)
         context.exit(code_without_runs(found, selected))
-    whole = is_whole_set(paths, golden, project.scenarios if project.root is not None else None)
+    whole = is_whole_set(paths, golden, scenarios)
     report = _checked(found, selected, whole and not asked["no_golden"], terms)
     write_report(report, outputs, Style(asked["verbosity"], asked["durations"]))
     if asked["html"] is not None and not report.interrupted:
@@ -86,10 +87,12 @@ def _checked(found: Surveyed, selected: Sequence[Listed], whole: bool, terms: Te
     return report
 
 
-def _terms(asked: Asked, golden: Path, memory: Memory, found: Surveyed) -> Terms:
+def _terms(asked: Asked, golden: Path, scenarios: Path | None, memory: Memory, found: Surveyed) -> Terms:
     return Terms(
         golden=None if asked["no_golden"] else golden,
         update=asked["update"],
+        though_it_fails=asked["though_it_fails"],
+        scenarios=scenarios,
         workers=asked["jobs"],
         time_limit=asked["time_limit"],
         update_command=_update_command(asked),
@@ -121,6 +124,8 @@ def _refuse_what_does_not_go_together(asked: Asked) -> None:
     """Raise a usage error if what was asked for cannot be had together, or golden files must not be written."""
     if asked["update"] and asked["no_golden"]:
         raise click.UsageError("--no-golden leaves golden files alone; leave one of --no-golden and --update out")
+    if asked["though_it_fails"] and not asked["update"]:
+        raise click.UsageError("--though-it-fails says what --update may accept; give both, or leave it out")
     if asked["only_changed"] and not asked["cache"]:
         raise click.UsageError("--changed asks what is remembered; leave one of --changed and --no-cache out")
     if asked["watch"] and asked["update"]:
@@ -148,8 +153,20 @@ def project_around(paths: Sequence[Path]) -> Project:
 def _places(written: Sequence[Path]) -> tuple[tuple[Path, ...], list[tuple[str, int]]]:
     """The paths meant, and the lines of files among them: `tower.yaml:12`, or with a column, as reports tell it."""
     found = [_split(path) for path in written]
+    for path, line in found:
+        _refuse_beyond(path, line)
     places = [(visible(path.as_posix()), line) for path, line in found if line is not None]
     return tuple(path for path, _ in found), places
+
+
+def _refuse_beyond(path: Path, line: int | None) -> None:
+    """Raise a usage error for a line beyond the end of a file."""
+    try:
+        lines = path.read_bytes().splitlines() if line is not None and path.is_file() else []
+    except OSError:
+        return  # which is told when the file is read for its scenarios
+    if lines and line is not None and line > len(lines):
+        raise click.UsageError(f"{path} has {len(lines)} lines, so there is none numbered {line}")
 
 
 def _split(path: Path) -> tuple[Path, int | None]:

@@ -37,6 +37,7 @@ class Asked(TypedDict):
     verbosity: int
     durations: int
     update: bool
+    though_it_fails: bool
     refine: bool
     golden: Path | None
     no_golden: bool
@@ -88,6 +89,7 @@ OPTIONS: Final = (
     click.option("-v", "--verbose", "verbosity", flag_value=1, type=int, default=0, help="All there is to tell."),
     click.option("--durations", type=click.IntRange(0), default=0, metavar="N", help="Also the N slowest cases."),
     click.option("--update", is_flag=True, help="Accept what comes out as the new golden files. Refused in CI."),
+    click.option("--though-it-fails", is_flag=True, help="With --update, accept also what fails its expectations."),
     click.option("--refine", is_flag=True, help="Play again, half the step and twice the iterations; tell what moves."),
     click.option("--golden", type=FilePath, help="Directory of the golden files; default: that of the project."),
     click.option("--no-golden", is_flag=True, help="Neither compare with golden files nor write any."),

@@ -55,7 +55,7 @@ def _libraries() -> Iterator[Finding]:
     yield Finding(State.OK, f"Python {sys.version.split()[0]} at {sys.executable}, {os.cpu_count() or 1} cores")
     for name in LIBRARIES:
         found = _version(name)
-        missing = "is not installed; try: pip install --force-reinstall stackdsl"
+        missing = f"is not installed; try: pip install {name}"
         yield Finding(State.OK if found else State.WRONG, f"{name} {found or missing}")
 
 

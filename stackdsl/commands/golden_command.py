@@ -14,6 +14,7 @@ from stackdsl.checking.gathering import gather
 from stackdsl.checking.keywords import KeywordError, expression_of
 from stackdsl.commands.check_command import project_around
 from stackdsl.commands.options import FilePath
+from stackdsl.commands.still_there import no_longer_cases, why_not
 from stackdsl.commands.terminal import paper, tell, write
 from stackdsl.exits import ExitCode
 from stackdsl.reading.characters import visible
@@ -71,8 +72,10 @@ def status(context: click.Context, keyword: str) -> None:
     """Name what waits for a decision; ends with 3 if anything does."""
     place: Place = context.obj
     pending = place.pending(keyword)
+    gone = no_longer_cases(pending, place.waiting)
     for each in pending:
-        write(f"{each.status}: {_named(each)}: {_summary(each, place)}")
+        told = visible(why_not(each, place.waiting)) if each.golden in gone else _summary(each, place)
+        write(f"{each.status}: {_named(each)}: {told}")
     write(f"{len(pending)} waiting{'; stackdsl golden review shows them' if pending else ''}")
     context.exit(ExitCode.GOLDEN if pending else ExitCode.OK)
 
@@ -98,8 +101,12 @@ def review(context: click.Context, keyword: str) -> None:
     _refuse_in_ci()
     place: Place = context.obj
     left = place.pending(keyword)
+    gone = no_longer_cases(left, place.waiting)
     while left:
         pending = left.pop(0)
+        if pending.golden in gone:
+            tell(f"{_named(pending)}: {visible(why_not(pending, place.waiting))}")
+            continue
         write(_shown(pending, place))
         key = _decision(pending)
         if key == "q":
@@ -150,7 +157,13 @@ def accept(context: click.Context, keyword: str, though_it_fails: bool) -> None:
     _refuse_in_ci()
     place: Place = context.obj
     refused = 0
-    for pending in place.pending(keyword):
+    found = place.pending(keyword)
+    gone = no_longer_cases(found, place.waiting)
+    for pending in found:
+        if pending.golden in gone:
+            tell(f"not accepted: {_named(pending)}: {visible(why_not(pending, place.waiting))}")
+            refused += 1
+            continue
         if pending.failed and not though_it_fails:
             why = f"fails: {visible(pending.failed[0])}; --though-it-fails accepts it all the same"
             tell(f"not accepted: {_named(pending)}: {why}")
@@ -187,15 +200,18 @@ def prune(context: click.Context, dry_run: bool) -> None:
         tell(f"{place.scenarios} has mistakes or no scenario: check it first, for nobody knows what belongs to it")
         context.exit(ExitCode.INVALID)
     used = [golden_file(place.golden, case.identity).relative_to(place.golden).as_posix() for case in gathered.cases]
-    unused = obsolete(place.golden, used, whole_set=True)
+    checked = {case.file for case in gathered.cases}
+    unused = obsolete(place.golden, used, whole_set=True, checked=checked)
     if not dry_run:
         _refuse_in_ci()
     for file in unused if dry_run else remove_obsolete(unused):
         write(f"{'obsolete' if dry_run else 'removed'}: {file}")
-    names = {case.name for case in gathered.cases}
-    for pending in place.pending(""):
-        if not dry_run and pending.case not in names:
-            place.waiting.reject(pending)
+    if not dry_run:
+        waiting = place.pending("")
+        gone = no_longer_cases(waiting, place.waiting)
+        for pending in waiting:
+            if pending.golden in gone:
+                place.waiting.reject(pending)
 
 
 @golden_command.command("rename")

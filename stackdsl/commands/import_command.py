@@ -1,11 +1,13 @@
 """`stackdsl import`: the boxes of a file that another program wrote, as a scenario."""
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import get_args
+from typing import Final, get_args
 
 import click
 from pydantic import ValidationError
 
+from stackdsl.commands.import_faults import faults
 from stackdsl.commands.options import FilePath
 from stackdsl.commands.terminal import tell, write
 from stackdsl.diagnostics import Diagnostic
@@ -20,6 +22,8 @@ from stackdsl.language.imports import FORMATS, Import, Units
 from stackdsl.language.mistakes import MistakeError
 from stackdsl.reading.characters import visible
 from stackdsl.report.diagnostic_text import diagnostic_text
+
+HANGS: Final = "SD202"  # of what has nothing under it
 
 _LENGTHS, _MASSES = (list(get_args(get_args(Units.model_fields[key].annotation)[0])) for key in ("length", "mass"))
 
@@ -49,7 +53,7 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     friction: float,
     name: str | None,
 ) -> None:
-    """Print a scenario with the boxes of FILE, which another program wrote; and tell what was moved."""
+    """Print a scenario with the boxes of FILE, which another program wrote; tell what was moved or is wrong."""
     asked = _asked(
         file=str(file), format=format_, load=load, settle=settle, point=point, ignore=ignore, length=length, mass=mass
     )
@@ -69,7 +73,22 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     for note in notes:
         tell(note)
     called = slug(name or "-".join(filter(None, [file.name.split(".")[0], load])))
-    write(scenario_text(called, notes, found.load.boxes, friction))
+    text = scenario_text(called, notes, found.load.boxes, friction)
+    _warn(faults(text, f"{called}.yaml", found.load.boxes), found)
+    write(text)
+
+
+def _warn(mistakes: Sequence[Diagnostic], found: Settled) -> None:
+    """Tell what cannot be played as it is; it is written all the same, to be mended there or in the file."""
+    if not mistakes:
+        return
+    count = f"{len(mistakes)} mistake{'s' * (len(mistakes) != 1)}"
+    tell(f"\nwarning: it is written as it is, and has {count} for which `check` will refuse it:\n")
+    for mistake in mistakes:
+        tell(diagnostic_text(mistake) + "\n")
+    untouched = not any((*found.moved, *found.grown, *found.trimmed))
+    if untouched and any(mistake.code == HANGS for mistake in mistakes):
+        tell("what hangs a little in the air, as measured loads do, is lowered by such as: --settle 'within 5 mm'")
 
 
 def _asked(**written: object) -> Import:

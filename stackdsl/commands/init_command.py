@@ -9,8 +9,10 @@ import click
 
 from stackdsl.commands.new_command import SCHEMA, first_text, make_folder, write_new
 from stackdsl.commands.options import FilePath
+from stackdsl.commands.requirement import VENDORED, requirement
 from stackdsl.commands.terminal import write
 
+HOW_TO_VENDOR: Final = "put there the wheel that `pip wheel --no-deps -w vendor PATH` makes of the sources"
 FIRST: Final = "first-column"  # the scenario to start from
 ROOT_FILE: Final = """\
 # The root of a project of stackdsl: golden files belong to it, wherever a command is called from.
@@ -32,7 +34,7 @@ jobs:
       - uses: actions/checkout@v4
       - uses: actions/setup-python@v5
         with: {python-version: "3.11"}  # PyBullet has no wheels for newer ones
-      - run: pip install stackdsl
+      - run: pip install {requirement}
       - run: stackdsl check scenarios
 """
 EDITOR: Final = """\
@@ -61,6 +63,8 @@ def init_command(directory: Path) -> None:
         write_new(path, text)
         told.append(f"wrote  {path}")
     write("\n".join(told))
+    if requirement() == VENDORED:
+        write(f"note: stackdsl is on no package index, so its workflow installs {VENDORED}: {HOW_TO_VENDOR}")
     where = f"cd {directory}, then: " if directory != Path() else ""
     write(f"next: {where}stackdsl check, which writes the first golden file; look at it, and commit it all")
 
@@ -72,5 +76,5 @@ def _texts(directory: Path) -> Mapping[Path, str]:
         directory / "scenarios" / f"{FIRST}.yaml": first_text(FIRST, f"../{SCHEMA}"),
         directory / SCHEMA: files("stackdsl").joinpath(SCHEMA).read_text(encoding="utf-8"),
         directory / ".vscode" / "settings.json": EDITOR,
-        directory / ".github" / "workflows" / "stackdsl.yml": WORKFLOW,
+        directory / ".github" / "workflows" / "stackdsl.yml": WORKFLOW.replace("{requirement}", requirement()),
     }

@@ -27,7 +27,7 @@ COMMANDS: Final[Mapping[str, str]] = {
     "doctor": "Tell what is installed, what is missing and how to get it, and whether this directory is in order.",
     "explain": "Print what FILE was compiled to, and what statics says of it; or what a CODE such as SD104 means.",
     "golden": "Say what differs from its golden file, and accept it or not.",
-    "import": "Print a scenario with the boxes of FILE, which another program wrote; and tell what was moved.",
+    "import": "Print a scenario with the boxes of FILE, which another program wrote; tell what was moved or is wrong.",
     "init": "Write what a new project in DIRECTORY (default: this one) needs; never over an existing file.",
     "new": "Write a scenario called NAME to start from; never over an existing file.",
     "picture": "Play one case of FILE, and draw it: at the end, at a time, as a strip, or moving.",
@@ -60,6 +60,17 @@ class CommandsOnCall(click.Group):
             command = getattr(import_module(f"stackdsl.commands.{cmd_name}_command"), f"{cmd_name}_command")
         assert isinstance(command, click.Command)
         return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """The command that is called. Raises click.UsageError with the name that may be meant."""
+        name = args[0]
+        if name not in COMMANDS and not name.startswith("-") and not ctx.resilient_parsing:
+            from stackdsl.diagnostics import did_you_mean  # noqa: PLC0415 -- only mistakes need it
+
+            raise click.UsageError(f"there is no command '{name}'; {did_you_mean(name, list(COMMANDS))}", ctx)
+        return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """The list of commands in the help, each with all that is said of it; none is imported."""

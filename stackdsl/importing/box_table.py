@@ -20,6 +20,7 @@ from typing import Final
 
 from stackdsl.diagnostics import Span
 from stackdsl.importing.json_text import Node, Numeral, json_text
+from stackdsl.importing.likely_columns import likely_column
 from stackdsl.importing.load import ImportedBox, ImportedLoad, LoadReading
 from stackdsl.importing.measures import Measures
 from stackdsl.importing.numbers import IN_KILOGRAMS, IN_METRES
@@ -65,12 +66,12 @@ def read_table(reading: LoadReading, asked: Import) -> ImportedLoad:
     """The boxes of a table. Raises UnreadableLoadError."""
     text = "\n".join(reading.page.lines).lstrip()
     rows = list(_objects(reading) if text.startswith(("[", "{")) else _lines(reading))
-    reading.end()
     columns = _columns(reading, rows, asked)
+    if not columns:
+        reading.end()
     if columns and asked.point is None:
         message = "x, y, z may be of the lower corner or of the centre of a box"
         reading.open(rows[0].cells[columns["x"].header].span, message, "say which: point: corner, or point: centre")
-    reading.end()
     made = [_box(reading, row, columns, asked.point == "corner") for row in rows]
     _names_apart(reading, rows, columns)
     return reading.load([box for box in made if box is not None])
@@ -123,9 +124,11 @@ def _objects(reading: LoadReading) -> Iterator[_Row]:
         cells = {key.strip(): _Cell(_text(member), json.span(member)) for key, member in row.items()}
         if len(cells) < len(row):
             reading.wrong(json.span(node), "two keys differ by spaces only", "keep one of them")
-        for member in row.values():
-            if not isinstance(member.value, str | Numeral):
-                reading.wrong(json.span(member), "the cell is neither a number nor a text", "write a number or a text")
+        strange = [member for member in row.values() if not isinstance(member.value, str | Numeral)]
+        for member in strange:
+            reading.wrong(json.span(member), "the cell is neither a number nor a text", "write a number or a text")
+        if strange:
+            continue
         yield _Row(cells, json.span(node))
 
 
@@ -141,13 +144,14 @@ def _columns(reading: LoadReading, rows: Sequence[_Row], asked: Import) -> Mappi
     if not rows:
         return {}
     found: dict[str, _Column] = {}
+    before = len(reading.mistakes)
     headers = {header: cell.span for row in rows for header, cell in row.cells.items()}
     where = reading.page.span(next((n for n, line in enumerate(reading.page.lines) if line.strip()), 0), 0)
     for header, span in headers.items():
         match = _HEADER.fullmatch(header)
         name = match["name"].lower() if match else ""
         if match is None or name not in COLUMNS or header in reading.ignored:
-            reading.leave(header, _header_span(reading, header, span), known=False)
+            reading.leave(header, _header_span(reading, header, span), known=False, meant=_meant(header, match))
         elif name in found:
             reading.wrong(span, f"'{found[name].header}' and '{header}' are both the {name}", "keep one of them")
         else:
@@ -156,9 +160,19 @@ def _columns(reading: LoadReading, rows: Sequence[_Row], asked: Import) -> Mappi
             if unit is not None:
                 found[name] = _Column(name, header, unit)
     missing = [name for name in NEEDED if name not in found]
-    if missing and not reading.mistakes:
+    wrong = len(reading.mistakes) > before
+    if missing and not wrong:
         reading.open(where, f"there is no column {', '.join(f'`{name}`' for name in missing)}", _example(missing[0]))
-    return {} if reading.mistakes else found
+    return {} if missing or wrong else found
+
+
+def _meant(header: str, match: re.Match[str] | None) -> str:
+    """How to call a column that seems to be one of ours; which one it is, only its author knows."""
+    if not (name := likely_column(header)):
+        return ""
+    unit = "" if match is None else (match["a"] or match["b"] or "").strip()
+    called = name if name == "name" else f"{name} [{unit}]" if unit else f"{name} [its unit]"
+    return f"if it is the {name}, call it '{called}'"
 
 
 def _header_span(reading: LoadReading, header: str, span: Span) -> Span:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Final, TypeAlias
 
-from stackdsl.diagnostics import MOST_TOLD, Diagnostic, Page, Span
+from stackdsl.diagnostics import MOST_TOLD, Diagnostic, Page, Span, reading_order
 
 Exact3: TypeAlias = tuple[Fraction, Fraction, Fraction]
 LEVEL: Final[Exact3] = (Fraction(0), Fraction(0), Fraction(0))
@@ -82,16 +82,20 @@ class LoadReading:
     def end(self) -> None:
         """Raise UnreadableLoadError if anything is wrong."""
         if self.mistakes:
-            raise UnreadableLoadError(self.mistakes)
+            raise UnreadableLoadError(sorted(self.mistakes, key=reading_order))
 
-    def leave(self, name: str, span: Span, known: bool) -> None:
-        """Something of the file is not taken: `known` says nothing of statics; else its author must have said so."""
+    def leave(self, name: str, span: Span, known: bool, meant: str = "") -> None:
+        """Something of the file is not taken: `known` says nothing of statics; else its author must have said so.
+
+        `meant` is how it would be taken, if it is what it seems to be.
+        """
         if name in self.ignored:
             self.used.add(name)
         elif known:
             self.untaken[name] = None
         else:
-            self.open(span, f"'{name}' is nothing that is taken", f"if it may be passed over, write ignore: ['{name}']")
+            hint = f"if it may be passed over, write ignore: ['{name}']"
+            self.open(span, f"'{name}' is nothing that is taken", f"{meant}; {hint}" if meant else hint)
 
     def digit(self, unit: Fraction) -> None:
         """A length has a last digit of this unit [m]."""

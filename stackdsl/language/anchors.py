@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import dataclass
+from difflib import get_close_matches
 from typing import Annotated, Self
 
 from pydantic import Field, model_validator
@@ -28,11 +29,18 @@ def parse_anchor(written: object) -> Anchor:
     """An anchor such as `built`, `level 9 + 1 s`, or `brick L3.2`."""
     match = re.fullmatch(rf"({_EVENT})(?:\s*\+\s*(.+))?", written.strip()) if isinstance(written, str) else None
     if match is None:
-        hint = "write start, built, level 9, brick L3.2, or impact 1, perhaps + 1 s; for a clock time there is `at`"
-        raise MistakeError("SD110", f"{shown(written)} is not an event", hint)
+        raise MistakeError("SD110", f"{shown(written)} is not an event", _meant(written))
     offset = parse_quantity(match[2], DURATION) if match[2] else 0.0
     event, *name = match[1].split()
     return Anchor(event, "".join(name), offset)
+
+
+def _meant(written: object) -> str:
+    """What to write instead; of a word that is close to one of ours, which one that may be."""
+    hint = "write start, built, level 9, brick L3.2, or impact 1, perhaps + 1 s; for a clock time there is `at`"
+    word, *rest = str(written).split(maxsplit=1) or [""]
+    close = get_close_matches(word, ("start", "built", "level", "brick", "impact"), n=1, cutoff=0.6)
+    return f"did you mean '{' '.join([close[0], *rest])}'? Else {hint}" if close and close[0] != word else hint
 
 
 _ANCHOR = rf"(?:{_EVENT})(?:\s*\+\s*{quantity_pattern(DURATION)})?"

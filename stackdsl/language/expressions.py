@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias, cast
 
 from stackdsl.diagnostics import did_you_mean
 from stackdsl.language.inner import Inner
-from stackdsl.language.mistakes import MistakeError, shown
+from stackdsl.language.mistakes import MistakeError, shown, without_comma
 from stackdsl.language.quantities import NUMBER, REMEMBERED, UNIT, UNITS, quantity_text, registry, unit_amount
 from stackdsl.reading.source import MAX_EXACT, Plain
 
@@ -243,7 +243,7 @@ def constant(written: Plain, hint: str = "write such as 12 or 13.5 mm") -> "Amou
     text = str(written) if isinstance(written, int | float) and not isinstance(written, bool) else written
     amount = _amount(text.strip()) if isinstance(text, str) else None
     if amount is None:
-        raise _mistake(f"{shown(written)} is neither a number nor a quantity", hint)
+        raise _mistake(f"{shown(written)} is neither a number nor a quantity", without_comma(text) or hint)
     return amount
 
 

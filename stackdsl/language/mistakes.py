@@ -1,6 +1,10 @@
 """Mistakes as whoever reads one value raises them; where in the file that value stands is not known there."""
 
+import re
 from collections.abc import Callable
+from typing import Final
+
+DECIMAL_COMMA: Final = re.compile(r"((?:[<>]=?\s*)?[-+]?\d{1,9}),(\d{1,9})(\s*[a-zA-Z%][^,]*)?")
 
 
 class MistakeError(ValueError):
@@ -21,6 +25,12 @@ class MistakeError(ValueError):
 
 class EchoError(ValueError):
     """What follows from a mistake that is told elsewhere, and is itself none."""
+
+
+def without_comma(written: object) -> str:
+    """What to write in place of a number with a decimal comma; empty for anything else."""
+    found = DECIMAL_COMMA.fullmatch(written.strip()) if isinstance(written, str) else None
+    return f"write a decimal point in place of the comma: {found[1]}.{found[2]}{found[3] or ''}" if found else ""
 
 
 def shown(written: object) -> str:

@@ -13,7 +13,7 @@ from stackdsl.diagnostics import Diagnostic, did_you_mean, first_of, reading_ord
 from stackdsl.entry_points import offered
 from stackdsl.language.bricks import known_bricks
 from stackdsl.language.disagreements import disagreements
-from stackdsl.language.mistakes import EchoError, MistakeError, shown
+from stackdsl.language.mistakes import EchoError, MistakeError, shown, without_comma
 from stackdsl.language.schema import Scenario, models
 from stackdsl.language.variants import Variant
 from stackdsl.reading.source import Path, Source
@@ -137,7 +137,11 @@ def _told(detail: ErrorDetails) -> _Told:
     last = path[-1] if path else ""
     mistake = terms.get("error")
     if isinstance(mistake, MistakeError):
-        return _Told(mistake.code, mistake.message, mistake.hint)
+        return _Told(mistake.code, mistake.message, without_comma(written) or mistake.hint)
+    if (remedy := without_comma(written)) and kind in ("int_type", "float_type"):
+        return _Told("SD103", f"expected {WANTED[kind]}, not {shown(written)}", remedy)
+    if kind == "too_long" and any(isinstance(one, int | float) for one in written):
+        terms = {**terms, "more": "; a decimal comma is written as a point"}
     match kind:
         case "extra_forbidden":
             return _Told("SD101", f"unknown key '{last}'", _known_key(str(last), path[:-1]))
@@ -152,7 +156,8 @@ def _told(detail: ErrorDetails) -> _Told:
         case "model_type":
             return _Told("SD103", f"expected a mapping, not {shown(written)}", _as_mapping(written, path))
     if kind in RANGES:
-        return _Told("SD104", RANGES[kind].format(value=shown(written), **terms), _with_meaning(_within(path), path))
+        hint = _with_meaning(_within(path), path) + terms.get("more", "")
+        return _Told("SD104", RANGES[kind].format(value=shown(written), **terms), hint)
     return _Told(
         "SD103", f"expected {WANTED.get(kind, kind)}, not {shown(written)}", _with_meaning(_form(detail), path)
     )

@@ -51,6 +51,11 @@ class EventLog:
                 self.carried_at_first |= {brick: edges_of(brick, shares.get(brick, {})) for brick in placed}
                 return
 
+    def last_placed(self) -> tuple[BodyId, ...]:
+        """The bricks of the last action, if that was to place some."""
+        last = next((event for event in reversed(self.events) if event.kind in ACTIONS), None)
+        return last.bricks if last is not None and last.kind is EventKind.PLACED else ()
+
     def proofs(self) -> Mapping[str, int]:
         """How many bricks were proven by what."""
         return {proof: count for proof, count in sorted(self._proofs.items()) if proof}

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from stability.engines.protocol import World
 from stability.engines.scene_scale import SAMPLING
 from stability.geometry.vectors import add
-from stability.model import GROUND
+from stability.model import GROUND, BodyId
 from stability.motion.known_motion import FallingParts
 from stability.watching.extension import Extension
 from stackdsl.playing.after_collapse import after_collapse, time_of
@@ -243,7 +243,8 @@ class _Run:
                 self.forces.add(brick, self.world.contacts(brick))
         if self.collapse is None and (first := self.watch.first_to_leave()) is not None:
             youngest = self.watch.youngest()
-            self.collapse = Collapse(now, youngest.level, first, self.answers.gave_way, youngest.step)
+            gave_way = self.answers.gave_way
+            self.collapse = Collapse(now, youngest.level, first, gave_way, youngest.step, self._broke(gave_way))
             self.log.tell(
                 Event(
                     now,
@@ -253,6 +254,11 @@ class _Run:
                 )
             )
         return self.collapse is not None
+
+    def _broke(self, gave_way: BodyId | None) -> int | None:
+        """The level at which it broke, if the last that was done set nothing down."""
+        building = any(self.watch.bricks[brick].placement.builds for brick in self.log.last_placed())
+        return None if gave_way is None or building else self.watch.bricks[gave_way].placement.level
 
     def trace(self, wall_time: float) -> Trace:
         """What happened, once it is over."""

@@ -33,6 +33,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         default=["scenarios"],
     )
     group = parser.getgroup("stackdsl", "scenarios of stacked bricks")
+    group.addoption(
+        "--though-it-fails", action="store_true", help="let --snapshot-update accept scenarios that fail, too"
+    )
     group.addoption("--no-golden", action="store_true", help="hold scenarios against no golden files")
 
 
@@ -64,7 +67,13 @@ def golden(request: pytest.FixtureRequest) -> "Golden":
     """Gives what a snapshot of an identity is compared with; the module's docstring shows a test."""
     if not request.config.pluginmanager.has_plugin("syrupy"):
         pytest.fail(NEEDS_SYRUPY, pytrace=False)
-    from stackdsl.pytest_plugin.golden_directory import golden_directory  # noqa: PLC0415 -- only where it is asked for
+    from stackdsl.pytest_plugin.golden_directory import (  # noqa: PLC0415 -- only where it is asked for
+        golden_directory,
+        scenario_directory,
+    )
     from stackdsl.pytest_plugin.shared_snapshots import held_against  # noqa: PLC0415 -- syrupy need not be installed
+    from stackdsl.snapshots.keepers import keeper_of  # noqa: PLC0415 -- only where it is asked for
 
-    return held_against(request.getfixturevalue("snapshot"), golden_directory(request.config, request.path))
+    folder = golden_directory(request.config, request.path)
+    keeper = keeper_of(str(request.path), folder, scenario_directory(request.config, request.path))
+    return held_against(request.getfixturevalue("snapshot"), folder, keeper)

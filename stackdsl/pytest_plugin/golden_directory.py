@@ -1,20 +1,30 @@
 """Where the golden files of a test are: where pytest is told, or else where `stackdsl check` has them."""
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from stackdsl.project_file import ProjectError, project_of
+from stackdsl.project_file import Project, ProjectError, project_of
 
 
 def golden_directory(config: pytest.Config, test: Path) -> Path:
     """The directory of the golden files for a test in this file. Fails the test where the project is mistaken."""
     if named := config.getini("golden_directory"):
         return config.rootpath / str(named)
+    return _in_project(config, test, lambda project: project.golden)
+
+
+def scenario_directory(config: pytest.Config, test: Path) -> Path:
+    """The directory of the scenarios that `stackdsl check` takes together, around a test. Fails the test likewise."""
+    return _in_project(config, test, lambda project: project.scenarios)
+
+
+def _in_project(config: pytest.Config, test: Path, named: Callable[[Project], Path]) -> Path:
     try:
         project = project_of([test.parent])
     except ProjectError as error:
         pytest.fail(str(error), pytrace=False)
     home = config.rootpath if project.root is None else Path.cwd()  # the project is told as seen from there
-    return Path(os.path.normpath(home / project.golden))
+    return Path(os.path.normpath(home / named(project)))

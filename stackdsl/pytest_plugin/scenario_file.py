@@ -1,5 +1,6 @@
 """Scenarios as tests: a file is a collector, and each variant on each system an item of it."""
 
+import os
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -10,15 +11,15 @@ import pytest
 
 from stackdsl.checking.gathering import Case, gather
 from stackdsl.checking.one_case import play_case, played_or_blocked
-from stackdsl.checking.results import held_up, judged, snapshot_of
+from stackdsl.checking.results import Goldens, held_against, held_up, judged, snapshot_of
 from stackdsl.judging.known import known_of
 from stackdsl.outcome import GoldenStatus, Report, VariantResult
 from stackdsl.playing.clearance import Blocked
-from stackdsl.pytest_plugin.golden_directory import golden_directory
+from stackdsl.pytest_plugin.golden_directory import golden_directory, scenario_directory
 from stackdsl.pytest_plugin.other_engine import OtherEngineWarning
 from stackdsl.report.diagnostic_text import diagnostic_text
 from stackdsl.report.text import report_text
-from stackdsl.snapshots.golden import GoldenWriteRefusedError, check_golden
+from stackdsl.snapshots.golden import GoldenWriteRefusedError, is_ci
 from stackdsl.systems.known_systems import unplayable
 from stackdsl.systems.systems import SYSTEMS
 
@@ -70,7 +71,8 @@ class ScenarioItem(pytest.Item):
             pytest.xfail(result.xfail)
         if result.unexpected or result.golden_failed:
             accept = "pytest --snapshot-update (with syrupy), or: stackdsl check --update"
-            raise MissedError(report_text(Report((result,), accept=accept if result.golden_failed else "")))
+            to_accept = result.golden_failed and result.may_be_locked
+            raise MissedError(report_text(Report((result,), accept=accept if to_accept else "")))
 
     def _result(self) -> VariantResult:
         case = self.case
@@ -80,9 +82,15 @@ class ScenarioItem(pytest.Item):
         result = judged(case, trace)
         if case.system not in SYSTEMS or self.config.getoption("no_golden"):
             return result
-        directory = golden_directory(self.config, self.path)
         update = bool(self.config.getoption("update_snapshots", default=False))  # an option of syrupy
-        return replace(result, golden=check_golden(snapshot_of(case, trace), directory, update))
+        goldens = Goldens(
+            golden_directory(self.config, self.path),
+            update,
+            lock_new=not update and not is_ci(os.environ),
+            though_it_fails=self.config.getoption("though_it_fails"),
+            scenarios=scenario_directory(self.config, self.path),
+        )
+        return replace(result, golden=held_against(snapshot_of(case, trace), goldens, str(self.path), result))
 
     def repr_failure(
         self, excinfo: "ExceptionInfo[BaseException]", style: "TracebackStyle | None" = None

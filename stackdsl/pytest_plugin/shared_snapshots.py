@@ -8,7 +8,10 @@ import os
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from dataclasses import replace
+from functools import cache
 from pathlib import Path
+from typing import ClassVar
 
 from syrupy.assertion import SnapshotAssertion
 from syrupy.data import SnapshotCollection, SnapshotCollections
@@ -30,6 +33,8 @@ Golden = Callable[[Identity], SnapshotAssertion]
 class GoldenExtension(JSONSnapshotExtension):
     """Keeps snapshots of stackdsl where and how `stackdsl check` does; the index of an assertion is its file name."""
 
+    keeper: ClassVar[str] = ""  # who keeps the files that are written, as `stackdsl.snapshots.keepers` says
+
     def serialize(
         self,
         data: SerializableData,
@@ -40,7 +45,7 @@ class GoldenExtension(JSONSnapshotExtension):
     ) -> SerializedData:
         if not isinstance(data, Snapshot):
             raise TypeError(f"a golden file holds a stackdsl Snapshot, not a {type(data).__name__}")
-        return golden_text(data)
+        return golden_text(replace(data, kept_by=self.keeper or None))
 
     def matches(self, *, serialized_data: SerializableData, snapshot_data: SerializableData) -> bool:
         result = judge_text("", snapshot_data, json.loads(serialized_data))
@@ -93,11 +98,20 @@ class GoldenExtension(JSONSnapshotExtension):
             write_golden(Path(snapshot_collection.location), str(snapshot.data))
 
 
-def held_against(snapshot: SnapshotAssertion, directory: Path) -> Golden:
-    """What gives, for an identity, the file below a directory that a snapshot of it is compared with."""
+@cache
+def _kept_by(keeper: str) -> type[GoldenExtension]:
+    """The extension that says in what it writes who keeps it: syrupy makes its own instances, of a class alone."""
+    return type("GoldenExtension", (GoldenExtension,), {"keeper": keeper})
+
+
+def held_against(snapshot: SnapshotAssertion, directory: Path, keeper: str) -> Golden:
+    """What gives, for an identity, the file below a directory that a snapshot of it is compared with.
+
+    `keeper` is who keeps that file where the test writes it.
+    """
 
     def kept(identity: Identity) -> SnapshotAssertion:
         file = golden_file(directory, identity).relative_to(directory)
-        return snapshot.use_extension(GoldenExtension)(name=file.as_posix())
+        return snapshot.use_extension(_kept_by(keeper))(name=file.as_posix())
 
     return kept

@@ -17,6 +17,7 @@ from stackdsl.reading.plain_scalars import QUOTE_WIDTH, Scalar, Trap, key_trap, 
 from stackdsl.reading.yaml_syntax import UNKNOWN_ESCAPE
 
 MAX_DEPTH: Final = 64  # collections in each other; keeps the recursion below far from Python's limit of 1000 frames
+COMMA: Final = "write a decimal point in place of the comma"
 MAX_VALUES: Final = 100_000  # written in one file; bounds the memory that spans take to some 100 MB
 MAX_MISTAKES: Final = 1000  # reported of one file; who mends these sees the next
 ANCHORS_COMPARED: Final = 20  # with a misspelt alias; comparing all would take a hostile file minutes
@@ -202,11 +203,16 @@ def _remedy_of_missing(span: Span) -> str:
     key = span.excerpt[start:end]
     if ":" in key:
         return "put a space after the colon"
-    if key[:1].isdigit() and re.search(r"\d,$", span.excerpt[:start]):
-        return "write a decimal point in place of the comma"
+    if key[:1].isdigit() and _ends_in_comma(span):
+        return COMMA
     if span.excerpt[end:].strip() == ":":
         return "write the value, indent the lines below that belong to it, or delete the line"
     return "write the value, or delete the line"
+
+
+def _ends_in_comma(span: Span) -> bool:
+    """Whether what stands right before a place is a digit and a comma, as of a number in a flow mapping."""
+    return re.search(r"\d,$", span.excerpt[: span.column - span.excerpt_column]) is not None
 
 
 def _report_swallowed_comparison(reading: Reading, event: yaml.ScalarEvent, span: Span) -> None:
@@ -277,5 +283,6 @@ def _key(reading: Reading, event: yaml.Event, depth: int) -> tuple[str | None, S
     if event.value == "<<":
         reading.report("SD010", span, "a merge key", "repeat the keys here")
     elif trap := key_trap(event.value):
-        reading.report("SD009", span, f"the key '{shown(event.value)}' {trap.meaning}", trap.remedy)
+        remedy = COMMA if _ends_in_comma(span) and event.value[:1].isdigit() else trap.remedy
+        reading.report("SD009", span, f"the key '{shown(event.value)}' {trap.meaning}", remedy)
     return event.value, span

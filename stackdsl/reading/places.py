@@ -40,4 +40,4 @@ def _within(span: Span, where: str) -> Span:
         return span
     told = f"{where}, {span.where}" if span.where else where
     # Spelled out: `replace` takes five times as long, and what is repeated has a hundred thousand places.
-    return Span(span.file, span.line, span.column, span.end_column, span.excerpt, span.excerpt_column, told)
+    return Span(span.file, span.line, span.column, span.end_column, span.excerpt, span.excerpt_column, told, span.key)

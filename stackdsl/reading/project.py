@@ -1,11 +1,14 @@
 """Which files a scenario may be made of: those inside the root of its project, and no other."""
 
 import os
+from difflib import get_close_matches
+from itertools import islice
 from pathlib import Path as FilePath
 from typing import Final
 
 from stackdsl.project_file import OWN_FILE, ProjectError, root_around
 
+MOST_BESIDE: Final = 1000  # files of a folder among which one is looked for that is called alike
 OTHER_MARKS: Final = ("pyproject.toml", ".git")  # of what is no project of stackdsl by its own word
 
 
@@ -45,7 +48,19 @@ def file_in_project(written: str, beside: str, root: str) -> str:
         message = f"'{written}' leads outside of the project, whose root is {os.path.relpath(root)}"
         raise OutsideError(message, f"keep all files inside, or mark a folder above as the root by a file {OWN_FILE}")
     if not os.path.exists(true):
-        raise OutsideError(f"there is no file {path}", "check its name; it is looked for from the folder of this file")
+        raise OutsideError(f"there is no file {path}", _meant(path))
     if not os.path.isfile(true):
         raise OutsideError(f"{path} is no regular file", "name a file of YAML")
     return path
+
+
+def _meant(path: str) -> str:
+    """What to do about a file that is not there: name one beside it that is called alike, where there is one."""
+    hint = "check its name; it is looked for from the folder of this file"
+    folder, name = os.path.split(path)
+    try:
+        with os.scandir(folder or ".") as entries:
+            beside = [entry.name for entry in islice(entries, MOST_BESIDE) if entry.is_file()]
+    except OSError:
+        return hint
+    return next((f"did you mean '{one}'?" for one in get_close_matches(name, sorted(beside), n=1)), hint)

@@ -12,7 +12,8 @@ GUTTER: Final = 5  # [columns] for the line number; files of 99,999 lines align
 def diagnostic_text(diagnostic: Diagnostic) -> str:
     """Several lines of text without a newline at the end."""
     where = f" ({diagnostic.span.where})" if diagnostic.span.where else ""
-    head = f"{diagnostic.span}: {diagnostic.code} {diagnostic.message}{where}"
+    key = f"`{diagnostic.span.key}`: " if diagnostic.span.key else ""
+    head = f"{diagnostic.span}: {diagnostic.code} {key}{diagnostic.message}{where}"
     excerpt = _excerpt_lines(diagnostic.span) if _visible(diagnostic.span.excerpt).strip() else []
     hint = [f"{'':{GUTTER}} = {diagnostic.hint}"] if diagnostic.hint else []
     return "\n".join((_visible(head), *excerpt, *map(_visible, hint)))

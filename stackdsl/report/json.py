@@ -120,6 +120,7 @@ def _collapse(collapse: Collapse) -> dict[str, object]:
         "step": collapse.step or None,
         "brick": collapse.brick,
         "gave_way": collapse.gave_way,
+        "broke_at_level": collapse.broke,
     }
 
 

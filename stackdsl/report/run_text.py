@@ -10,8 +10,8 @@ from stackdsl.report.energy_text import energy_text
 from stackdsl.report.modified_text import modified_text
 from stackdsl.report.outcome_text import outcome_text
 from stackdsl.report.why_text import why_lines
-from stackdsl.trace import BrickState, Trace
-from stackdsl.wording import level_text, names_text
+from stackdsl.trace import BrickState, Collapse, Trace
+from stackdsl.wording import broke_text, level_text, names_text
 
 
 def run_text(trace: Trace, result: VariantResult, all_names: bool = False) -> str:
@@ -20,10 +20,7 @@ def run_text(trace: Trace, result: VariantResult, all_names: bool = False) -> st
 
 
 def _lines(trace: Trace, result: VariantResult, all_names: bool) -> Iterator[str]:
-    fell = (
-        trace.collapse
-        and f"collapses at {level_text(trace.collapse.level, trace.collapse.step)} after {trace.collapse.time:.3f} s"
-    )
+    fell = "" if trace.collapse is None else _collapse(trace.collapse)
     cost = f"{trace.cost.simulated_time:g} s played in {trace.cost.wall_time:.3f} s, {trace.cost.steps} steps"
     yield f"{fell or trace.verdict}; {cost}" + (f"; a numerical collapse: {trace.numerical}" * bool(trace.numerical))
     if result.modified:
@@ -41,6 +38,11 @@ def _lines(trace: Trace, result: VariantResult, all_names: bool) -> Iterator[str
     if trace.wrong_edges is not None:
         yield wrong_edges_text(trace.wrong_edges, trace.collapse)
     yield from _claims(result)
+
+
+def _collapse(collapse: Collapse) -> str:
+    at = f"collapses at {level_text(collapse.level, collapse.step)} after {collapse.time:.3f} s"
+    return at + broke_text(collapse.broke, collapse.gave_way)
 
 
 def _claims(result: VariantResult) -> Iterator[str]:

@@ -267,6 +267,9 @@ def _golden_files(report: Report) -> Iterator[str]:
             yield f"{golden.file}: {golden.status}" + (f": {golden.note}" if golden.note else "")
     yield from (f"{file}: removed" for file in report.removed)
     yield from (f"{file}: obsolete, no variant has this name" for file in report.obsolete)
+    if failing := sum(result.golden_failed and not result.may_be_locked for result in report.results):
+        what = "1 of these fails" if failing == 1 else f"{failing} of these fail"
+        yield f"{what} what is expected, and would be accepted only by --update --though-it-fails"
     if report.accept:
         yield f"accept{', and remove what is obsolete,' if report.obsolete else ''} with: {report.accept}"
 

@@ -16,6 +16,7 @@ from stackdsl.snapshots.canonical import document
 from stackdsl.snapshots.compact import golden_text
 from stackdsl.snapshots.comparison import compare_documents
 from stackdsl.snapshots.file_names import NEW_NAME, OLD_NAME, golden_file
+from stackdsl.snapshots.keepers import is_kept, is_there, keeper_in
 from stackdsl.snapshots.record import COMPACT_FORMAT, FORMAT, MalformedSnapshotError, Snapshot
 from stackdsl.snapshots.stamp import differ_in_engine, stamp_note
 
@@ -40,29 +41,35 @@ class GoldenWriteRefusedError(RuntimeError):
     """Golden files are written by people, who review them as a diff; a CI run only reads them."""
 
 
-def check_golden(snapshot: Snapshot, directory: Path, update: bool, lock_new: bool = False) -> GoldenResult:
+def check_golden(
+    snapshot: Snapshot, directory: Path, update: bool, lock_new: bool = False, kept_by: str = ""
+) -> GoldenResult:
     """Hold a snapshot against its file; with `update`, write the file unless it agrees within tolerance.
 
     Of one that agrees only the stamp is written, if that has changed: who accepts what comes out need not hear again
     what it was made with before. With `lock_new`, a file that there is not is written as well.
 
     A file that was made with another engine is not written over, for those who have that one: whoever means to removes
-    it first.
+    it first. `kept_by` is who keeps a file in which nobody is named who is still there, as `keepers.keeper_of` says.
 
     Raises GoldenWriteRefusedError if asked to update in CI.
     """
     if update or lock_new:
         refuse_in_ci(os.environ)
     path = golden_file(directory, snapshot.identity)
-    text = golden_text(snapshot)
     found = content(path)
+    kept, keeper = keeper_in(found), kept_by
+    if is_there(kept, directory):
+        keeper = kept
+    text = golden_text(replace(snapshot, kept_by=keeper or None))
     if found == text.encode("ascii"):  # as most are; of a large scene, reading what it says takes three times as long
         return GoldenResult(GoldenStatus.SAME, path.as_posix(), digest=text_digest(found))
     result = judged_content(path.as_posix(), found, document(snapshot))
     if result.status is GoldenStatus.MISSING and lock_new and not update:
         return _written(path, text, result, GoldenStatus.NEW)
     agrees = result.status is GoldenStatus.SAME
-    outgrown = agrees and isinstance(found, bytes) and _format_of(found) != _format_of(text.encode("ascii"))
+    of_another_format = isinstance(found, bytes) and _format_of(found) != _format_of(text.encode("ascii"))
+    outgrown = agrees and (of_another_format or kept != keeper)
     if not update or (result.status in LEFT_ALONE and not (agrees and (result.note or outgrown))):
         return replace(result, offered="" if agrees else text)
     was = found.decode("utf-8") if isinstance(found, bytes) and agrees and not outgrown else ""
@@ -214,10 +221,11 @@ def _remove_left_over(directory: Path) -> None:
                 file.unlink()
 
 
-def obsolete(directory: Path, expected: Iterable[str], whole_set: bool) -> tuple[str, ...]:
-    """The golden files that belong to none of the `expected` file names.
+def obsolete(directory: Path, expected: Iterable[str], whole_set: bool, checked: Iterable[str] = ()) -> tuple[str, ...]:
+    """The golden files that belong to none of the `expected` file names, and that nobody else keeps.
 
     Answers only when the whole set of scenarios was selected and valid, else nobody knows what belongs to the rest.
+    `checked` are the files of that set: what one of these says it keeps, and does not, is obsolete.
     """
     if not whole_set:
         return ()
@@ -229,7 +237,9 @@ def obsolete(directory: Path, expected: Iterable[str], whole_set: bool) -> tuple
         # What is behind a link belongs to somebody else.
         for folder in (entry for entry in entries if entry.is_dir() and not entry.is_symlink()):
             names |= {f"{folder.name}/{entry.name}" for entry in folder.iterdir() if _is_golden(entry)}
-    return tuple((directory / name).as_posix() for name in sorted(names.difference(expected)))
+    known = {os.path.realpath(file) for file in checked}
+    unused = [directory / name for name in sorted(names.difference(expected))]
+    return tuple(file.as_posix() for file in unused if not is_kept(file, directory, known))
 
 
 def _is_golden(file: Path) -> bool:

@@ -5,7 +5,7 @@ A file each, in the directory where a project remembers things, named after the 
 
 import json
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import asdict, dataclass, fields
 from hashlib import sha256
@@ -34,6 +34,7 @@ class Pending:
     renamed_from: str  # as `golden`; empty where nothing is renamed
     failed: tuple[str, ...]  # expectations that the run did not meet
     text: str
+    file: str = ""  # of YAML that has the case, as `golden`; empty where that cannot be told
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -65,15 +66,16 @@ class Waiting:
         """What golden files are seen from."""
         return self.state.parent
 
-    def note(self, case: str, golden: GoldenResult, failed: tuple[str, ...]) -> None:
-        """Keep what differs from its golden file, and let go of what does not."""
+    def note(self, case: str, golden: GoldenResult, failed: tuple[str, ...], file: str = "") -> None:
+        """Keep what differs from its golden file, and let go of what does not; `file` is the YAML that has the case."""
         key = os.path.relpath(golden.file, self.home)
         with suppress(OSError):  # it can be had again
             if golden.status not in OFFERED or not golden.offered:
                 self._file(key).unlink(missing_ok=True)
                 return
             renamed = os.path.relpath(golden.renamed_from, self.home) if golden.renamed_from else ""
-            kept = Pending(key, case, golden.status.value, golden.digest, renamed, failed, golden.offered)
+            source = os.path.relpath(file, self.home) if Path(file).is_file() else ""
+            kept = Pending(key, case, golden.status.value, golden.digest, renamed, failed, golden.offered, source)
             write_golden(self._file(key), json.dumps(asdict(kept)))
             ignored = self.state / ".gitignore"
             if not ignored.exists():
@@ -84,6 +86,14 @@ class Waiting:
         keys = {os.path.relpath(file, self.home) for file in agreeing}
         for pending in self.all():
             if keys & {pending.golden, pending.renamed_from}:
+                with suppress(OSError):
+                    self.reject(pending)
+
+    def forget_gone(self, names: Collection[str], files: Iterable[str]) -> None:
+        """Let go of what came from one of these files, and is none of the cases that they have now."""
+        known = {os.path.relpath(file, self.home) for file in files}
+        for pending in self.all():
+            if pending.file in known and pending.case not in names:
                 with suppress(OSError):
                     self.reject(pending)
 

@@ -146,6 +146,7 @@ class Snapshot:
     levels_standing: Number | None  # counted from the first, as long as every brick of a level stands
     events: tuple[Placing | Removing | Pushing, ...]
     bricks: Mapping[BodyId, FinalBrick]  # by level, then name
+    kept_by: str | None = None  # as `stackdsl.snapshots.keepers` says; never compared
 
     @property
     def placings(self) -> tuple[Placing, ...]:

@@ -2,14 +2,12 @@
 
 from collections.abc import Collection, Mapping, Sequence, Set
 from dataclasses import dataclass, field
-from typing import Any
 
 from stability.engines.pybullet.client_bodies import ClientBodies
+from stability.engines.pybullet.client_shapes import in_words, shape_of, warn_of_unknown
 from stability.engines.pybullet.pybullet_binding import pybullet
-from stability.model import IDENTITY, BodyId, BodyState, ContactPoint, HalfSpace, Pose, Shape
-from stability.shapes.box import Box
+from stability.model import BodyId, BodyState, ContactPoint, Pose, Shape, Vec3
 
-ORIGIN = (0.0, 0.0, 0.0)
 NOT_LOOKED = (-1, -1)  # in the place of the count and the last number of the bodies
 
 
@@ -18,7 +16,8 @@ class PyBulletBodies:
     """The bodies of a running client: single bodies with mass are bricks, those without (at first sight) are fixed.
 
     Bodies with joints are neither, and with `only` nor is any body whose number is not in it. Bodies are called by name
-    if they are in `names`, else by their number as text. New ones are noticed by themselves.
+    if they are in `names`, else by their number as text. New ones are noticed by themselves. The first body of each
+    shape that is not known here is told by an UnknownShapeWarning.
     """
 
     client: int
@@ -30,8 +29,14 @@ class PyBulletBodies:
     _fixed: frozenset[BodyId] = field(default=frozenset(), init=False)
     _shapes: dict[BodyId, Shape] = field(default_factory=dict, init=False)
     _noticed: tuple[int, int] = field(default=NOT_LOOKED, init=False)
+    _gravity_W: Vec3 | None = field(default=None, init=False)  # as it was when somebody asked
+    _warned_of: set[tuple[bool, str]] = field(default_factory=set, init=False)  # fixed or not, and what shape
 
     def __post_init__(self) -> None:
+        if not isinstance(self.client, int):
+            raise TypeError(f"expected the number of a client, as p.connect gives it, not {self.client!r}")
+        if not pybullet.getConnectionInfo(self.client)["isConnected"]:
+            raise ValueError(f"there is no client {self.client}: p.connect gives the number of one")
         self._bodies = ClientBodies(self.client, self.names)
 
     def time(self) -> float:
@@ -43,8 +48,17 @@ class PyBulletBodies:
         self.stepped()
 
     def stepped(self) -> None:
-        """Say that the owner has stepped the client once."""
-        self._clock += float(pybullet.getPhysicsEngineParameters(self.client)["fixedTimeStep"])
+        """Say that the owner has stepped the client once. Raises ValueError if its gravity is no longer as it was."""
+        parameters = pybullet.getPhysicsEngineParameters(self.client)
+        self._clock += float(parameters["fixedTimeStep"])
+        if self._gravity_W is not None and _gravity(parameters) != self._gravity_W:
+            now = f"{self._gravity_W} to {_gravity(parameters)} m/s2"
+            raise ValueError(f"the gravity of the client has changed from {now}: make the extension anew")
+
+    def gravity_W(self) -> Vec3:
+        """The gravity of the client; from now on it must stay."""
+        self._gravity_W = _gravity(pybullet.getPhysicsEngineParameters(self.client))
+        return self._gravity_W
 
     def masses(self) -> Mapping[BodyId, float]:
         self._notice_bodies()
@@ -87,8 +101,17 @@ class PyBulletBodies:
     def shape(self, body: BodyId) -> Shape:
         if body not in self._shapes:
             parts = pybullet.getCollisionShapeData(self._bodies.numbers[body], -1, self.client)
-            self._shapes[body] = _shape(parts)
+            self._shapes[body] = shape_of(parts, body in self._fixed)
+            if self._shapes[body] is None:
+                self._warn(body, parts)
         return self._shapes[body]
+
+    def _warn(self, body: BodyId, parts: Sequence[Sequence[object]]) -> None:
+        fixed = body in self._fixed
+        what = in_words(parts)
+        if (fixed, what) not in self._warned_of:
+            self._warned_of.add((fixed, what))
+            warn_of_unknown(body, what, fixed)
 
     def near(self, brick: BodyId, within: float) -> Sequence[BodyId]:
         return sorted(self._bodies.near(brick, within))
@@ -119,13 +142,6 @@ class PyBulletBodies:
         self._bodies.put(brick, pose)
 
 
-def _shape(parts: Sequence[Sequence[Any]]) -> Shape:
-    """The shape that PyBullet tells of a body, if it is one that is known here, in the middle of the body."""
-    if len(parts) != 1:
-        return None
-    _, _, kind, dimensions, _, position, orientation = parts[0]
-    if position != ORIGIN or orientation != IDENTITY:
-        return None
-    if kind == pybullet.GEOM_BOX:
-        return Box(dimensions)
-    return HalfSpace(dimensions) if kind == pybullet.GEOM_PLANE else None
+def _gravity(parameters: Mapping[str, float]) -> Vec3:
+    x, y, z = (float(parameters[f"gravityAcceleration{axis}"]) for axis in "XYZ")
+    return x, y, z

@@ -40,6 +40,8 @@ def margins(
     planes: Collection[BodyId] = (GROUND,),
 ) -> Margins | None:
     """All margins; None if the problem is not proven to stand. See `acceleration`, `least_friction` and `placement`."""
+    if not hasattr(problem, "loads"):
+        raise TypeError(f"expected the problem of an assembly, assembly.problem(), not {type(problem).__name__}")
     shaken = acceleration(problem, tolerance, gravity)
     if shaken is None:
         return None

@@ -12,7 +12,7 @@ from stackdsl.language.author_models import Shorthand
 from stackdsl.language.claims.claim_kind import ClaimKind, Count, Fate, claim
 from stackdsl.language.claims.finding import Finding, margin_to_collapse, placed, within
 from stackdsl.trace import Trace
-from stackdsl.wording import level_text
+from stackdsl.wording import broke_text, level_text
 
 
 @claim("collapses", "the structure collapses")
@@ -49,7 +49,9 @@ class Collapses(Shorthand, ClaimKind):
             margin, unit = min((margin_to_collapse(track) for track in placed(trace)), default=(inf, "mm"))
             return Finding("nothing fell", -margin, unit, passed=False)
         level, time, brick = trace.collapse.level, trace.collapse.time, trace.collapse.brick
-        parts = [Finding(f"{level_text(level, trace.collapse.step)}, {brick} at {time:.3f} s", inf, "", passed=True)]
+        broke = broke_text(trace.collapse.broke, trace.collapse.gave_way)
+        measured = f"{level_text(level, trace.collapse.step)}, {brick} at {time:.3f} s{broke}"
+        parts = [Finding(measured, inf, "", passed=True)]
         if self.at is not None:
             parts.append(within(self.at, level, "levels"))
         if self.time is not None:

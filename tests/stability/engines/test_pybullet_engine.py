@@ -8,6 +8,7 @@ from math import cos, radians, sin
 import pybullet
 import pytest
 
+from stability import UnknownShapeWarning
 from stability.engines.pybullet import PyBulletBodies, PyBulletWorld
 from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stability.model import GROUND, BodyState, Brick, Plane, Pose
@@ -305,9 +306,8 @@ def test_a_box_turned_within_its_body_is_left_to_the_engines_contact_points() ->
         box(client, 0.2, 0.0, 0.15)  # its centre is 0.1 m beyond the support, which reaches to x = 0.1 m
         bodies = PyBulletBodies(client)
         stability = StackStability(bodies)
-        for _ in range(60):
-            bodies.step()
-            stability.update()
+        with pytest.warns(UnknownShapeWarning, match="'1', which is fixed, is a GEOM_BOX that is turned"):
+            played(bodies, stability, 60)
         assert stability.stack == {} or bodies.states(["2"])["2"].pose.position_W[2] < 0.14
 
 

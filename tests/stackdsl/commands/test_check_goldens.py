@@ -1,12 +1,17 @@
 """`stackdsl check` and golden files: written when told to, removed when obsolete, and never in CI."""
 
+import json
+import os
 import shlex
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from tests.command_line import AMPLE, GOOD, Result, Stackdsl, StackdslIn, started, write
+from tests.paths import ROOT
 
 MOVED = GOOD.replace("{levels: 3}", "{levels: 3, origin: [5 mm, 0 mm, 0 mm]}")
 
@@ -159,6 +164,63 @@ def test_the_command_told_removes_what_is_obsolete(stackdsl: Stackdsl, tmp_path:
     assert told == ["check", "--update"]
     assert stackdsl(*told).code == 0
     assert stackdsl("check").code == 0
+
+
+IN_PYTHON = """
+from stackdsl.api.layouts import column
+from stackdsl.api.scenario import Scenario
+
+def test_column(golden):
+    run = Scenario("in-python", build=[column(levels=2)]).play()
+    run.golden("golden", update=True)
+
+def test_other(golden):
+    from stackdsl.checking.results import snapshot_of
+    run = Scenario("in-a-test", build=[column(levels=2)]).play()
+    snapshot = snapshot_of(run.case, run.trace)
+    assert snapshot == golden(snapshot.identity)
+"""
+
+
+def test_golden_files_that_somebody_else_keeps_are_not_removed(stackdsl: Stackdsl, project: Path) -> None:
+    tests = write(project, IN_PYTHON, "trials/test_column.py")
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "CI": ""}
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--snapshot-update", "trials"]
+    subprocess.run(command, cwd=project, env=environment, check=True, capture_output=True)
+    assert stackdsl("check", "wip/draft.yaml").code == 0  # which locks, beside the directory of scenarios
+    theirs = [project / "golden" / name / "exact.json" for name in ("in-python", "in-a-test", "draft")]
+    assert [json.loads(file.read_text())["kept_by"] for file in theirs] == [
+        "trials/test_column.py",
+        "trials/test_column.py",
+        "wip/draft.yaml",
+    ]
+    result = stackdsl("check", "--update")
+    assert (result.code, "removed" in result.out) == (0, False)
+    assert [file.exists() for file in theirs] == [True, True, True]
+    assert stackdsl("golden", "prune").out == ""
+    tests.unlink()
+    assert stackdsl("check").out.count("obsolete, no variant") == 2
+    assert stackdsl("check", ".").out.count("obsolete, no variant") == 2  # all of `wip` is known here
+    stackdsl("check", "--update")
+    assert [file.exists() for file in theirs] == [False, False, True]
+
+
+def test_what_fails_its_expectations_is_accepted_only_if_that_is_asked_for(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, GOOD, "scenarios/good.yaml")
+    stackdsl("check")
+    locked = tmp_path / "golden" / "good" / "exact.json"
+    was = locked.read_text()
+    write(tmp_path, MOVED + "  - height: 20 mm ± 1 mm\n", "scenarios/good.yaml")
+    for options in ([], ["--update"]):
+        result = stackdsl("check", *options)
+        assert (result.code, locked.read_text()) == (1, was)
+        assert (
+            "1 of these fails what is expected, and would be accepted only by --update --though-it-fails" in result.out
+        )
+        assert "accept with" not in result.out
+    assert stackdsl("check", "--though-it-fails").code == 4
+    assert stackdsl("check", "--update", "--though-it-fails").code == 1
+    assert locked.read_text() != was
 
 
 def test_goldens_are_never_written_in_ci(stackdsl: Stackdsl, tmp_path: Path) -> None:

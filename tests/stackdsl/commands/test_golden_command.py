@@ -63,6 +63,29 @@ def test_a_rename_that_was_taken_back_takes_no_golden_file_away(
     assert locked.exists()
 
 
+def test_what_was_renamed_since_is_not_accepted_under_its_old_name(
+    stackdsl: Stackdsl, tmp_path: Path, locked: Path
+) -> None:
+    was = locked.read_text()
+    change(tmp_path, MOVED)
+    stackdsl("check")
+    change(tmp_path, MOVED.replace("good", "better"))
+    refused = stackdsl("golden", "accept")
+    assert (refused.code, locked.read_text()) == (3, was)
+    assert "scenarios/good.yaml has no case good[exact] any more" in refused.err
+    assert "has no case good[exact]" in stackdsl("golden", "status").out
+    assert "has no case good[exact]" in stackdsl("golden", "review", keys="a").err
+    assert locked.read_text() == was
+    assert stackdsl("check").code == 3  # the old golden file is obsolete
+    assert stackdsl("golden", "status").out.strip() == "0 waiting"
+
+
+def test_what_an_author_knows_to_fail_is_accepted_unasked(stackdsl: Stackdsl, tmp_path: Path, locked: Path) -> None:
+    change(tmp_path, FAILING + "xfail: it is to be 20 mm high one day\n")
+    assert stackdsl("check").code == 3
+    assert stackdsl("golden", "accept").code == 0
+
+
 def test_a_rejected_difference_leaves_the_golden_file(stackdsl: Stackdsl, tmp_path: Path, locked: Path) -> None:
     was = locked.read_text()
     change(tmp_path, MOVED)

@@ -1,11 +1,13 @@
 """A project from nothing: what `init`, `new`, `doctor` and `completion` write and tell."""
 
 import json
+from importlib.metadata import PathDistribution
 from pathlib import Path
 
 import pytest
 import yaml
 
+from stackdsl.commands.requirement import VENDORED, requirement
 from tests.command_line import Stackdsl, StackdslIn
 
 
@@ -21,6 +23,45 @@ def test_a_new_project_is_checked_and_green(stackdsl: Stackdsl, stackdsl_in: Sta
     assert first.code == 0, first.text
     assert list((home / "golden").rglob("*.json"))
     assert stackdsl_in(home, "check").code == 0
+
+
+def test_the_workflow_installs_what_is_installed_here(
+    stackdsl: Stackdsl, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told = stackdsl("init")
+    workflow = yaml.safe_load((tmp_path / ".github" / "workflows" / "stackdsl.yml").read_text())
+    runs = [step.get("run", "") for step in workflow["jobs"]["check"]["steps"]]
+    assert "pip install stackdsl" not in runs  # which no index has
+    assert any(run == f"pip install {requirement()}" for run in runs)
+    assert ("note: stackdsl is on no package index" in told.out) == (requirement() == VENDORED)
+    origin = {"url": "https://example.org/s.git", "vcs_info": {"vcs": "git", "commit_id": "0a1b"}}
+    monkeypatch.setattr(PathDistribution, "read_text", lambda self, name: json.dumps(origin))
+    assert requirement() == "'stackdsl @ git+https://example.org/s.git@0a1b'"
+
+
+def test_a_command_that_is_misspelt_is_named(stackdsl: Stackdsl) -> None:
+    told = stackdsl("chek")
+    assert (told.code, "there is no command 'chek'; did you mean 'check'?" in told.err) == (4, True)
+
+
+def test_a_line_beyond_the_end_of_a_file_is_told(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    (tmp_path / "a.yaml").write_text("scenario: a\nbuild:\n  - column: {levels: 2}\n")
+    told = stackdsl("check", "a.yaml:4", "--list")
+    assert (told.code, told.out) == (4, "")
+    assert "a.yaml has 3 lines, so there is none numbered 4" in told.err
+    assert stackdsl("check", "a.yaml:3", "--list").code == 0
+
+
+@pytest.mark.parametrize(
+    ("line", "meant"),
+    [("extends: bse.yaml\n", "base.yaml"), ("impacts: [{after: build, remove: {brick: L1.1}}]\n", "built")],
+)
+def test_a_file_and_an_event_that_are_misspelt_are_named(
+    line: str, meant: str, stackdsl: Stackdsl, tmp_path: Path
+) -> None:
+    (tmp_path / "base.yaml").write_text("scenario: base\nbuild:\n  - column: {levels: 2}\n")
+    (tmp_path / "a.yaml").write_text(f"scenario: a\n{line}build:\n  - column: {{levels: 2}}\n")
+    assert f"did you mean '{meant}'?" in stackdsl("check", "a.yaml").out
 
 
 def test_the_schema_that_a_scenario_names_is_there(stackdsl: Stackdsl, tmp_path: Path) -> None:

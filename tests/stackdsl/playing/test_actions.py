@@ -52,6 +52,15 @@ OVERHANG = f"""
 """
 
 
+def test_a_whole_structure_tells_where_it_broke_and_one_under_construction_at_which_level_that_was() -> None:
+    whole = played(OVERHANG, "{after: built + 1 s, remove: {brick: weight}}", "exact").collapse
+    assert whole is not None
+    assert (whole.level, whole.broke, whole.gave_way) == (3, 2, "beam")
+    growing = played("- column: {levels: 10, step: 12 mm}\n  every: 1 s", "", "exact").collapse
+    assert growing is not None
+    assert (growing.level, growing.broke, growing.gave_way) == (10, None, "L2.1")
+
+
 def test_exact_wakes_what_the_counterweight_held_and_keeps_the_proof_of_the_rest() -> None:
     trace = played(OVERHANG, "{after: built + 1 s, remove: {brick: weight}}", "exact")
     assert states(trace) == {"base": "frozen", "beam": "fallen", "weight": "removed"}

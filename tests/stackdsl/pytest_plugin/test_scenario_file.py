@@ -58,9 +58,34 @@ def test_tags_are_marks(chosen: list[str], count: int, scenarios: Path, pytester
     result.stdout.re_match_lines([rf"{count}/3 tests collected.*"])
 
 
-def test_golden_files_are_written_on_demand_and_then_held_against(scenarios: Path, pytester: pytest.Pytester) -> None:
+def test_a_new_golden_file_is_written_at_home_and_refused_in_ci_as_by_check(
+    scenarios: Path, pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    locked = pytester.path / "golden" / "other" / "exact.json"
+    monkeypatch.setenv("CI", "true")
     pytester.runpytest("-k", "other", "scenarios").assert_outcomes(failed=1)
-    pytester.runpytest("-k", "other", "--snapshot-update", "scenarios").assert_outcomes(passed=1)
+    assert not locked.exists()
+    monkeypatch.delenv("CI")
+    pytester.runpytest("-k", "other", "scenarios").assert_outcomes(passed=1)
+    assert locked.exists()
+    monkeypatch.setenv("CI", "true")
+    pytester.runpytest("-k", "other", "scenarios").assert_outcomes(passed=1)
+
+
+def test_what_fails_its_expectations_is_not_locked_unless_that_is_asked_for(
+    scenarios: Path, pytester: pytest.Pytester
+) -> None:
+    locked = pytester.path / "golden" / "column" / "levels-10.exact.json"
+    for options in ([], ["--snapshot-update"]):
+        result = pytester.runpytest(*options, "-k", "10", "scenarios")
+        result.assert_outcomes(failed=1)
+        result.stdout.fnmatch_lines(["*1 of these fails what is expected, and would be accepted only by *"])
+        assert not locked.exists()
+    pytester.runpytest("--snapshot-update", "--though-it-fails", "-k", "10", "scenarios")
+    assert locked.exists()
+
+
+def test_golden_files_are_held_against(scenarios: Path, pytester: pytest.Pytester) -> None:
     pytester.runpytest("-k", "other", "scenarios").assert_outcomes(passed=1)
     moved = COLUMN.replace("column: {levels: 2}", "column: {levels: 2, step: 1 mm}")
     (scenarios / "columns.yaml").write_text(moved, encoding="utf-8")

@@ -1,5 +1,6 @@
 """Golden files in pytest: the same files, comparison and bytes as in `stackdsl check`."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -66,13 +67,16 @@ def test_an_unreadable_file_fails(content: bytes, file: Path, pytester: pytest.P
 
 
 @pytest.mark.parametrize("before", [None, MOVED, "<<<<<<< HEAD"], ids=["missing", "different", "unreadable"])
-def test_an_update_writes_the_bytes_of_stackdsl_check(
+def test_an_update_writes_the_bytes_of_stackdsl_check_and_which_test_keeps_them(
     before: str | None, file: Path, pytester: pytest.Pytester
 ) -> None:
     if before is not None:
         file.write_text(before, encoding="utf-8")
     pytester.runpytest("--snapshot-update").assert_outcomes(passed=1)
-    assert file.read_bytes() == TEXT.encode("ascii")
+    (test,) = pytester.path.glob("test_*.py")
+    kept = canonical_text(replace(taken(tower()), kept_by=test.name))
+    assert file.read_bytes() == kept.encode("ascii")
+    assert kept.replace(f'  "kept_by": "{test.name}",\n', "") == TEXT
 
 
 def test_ci_refuses_to_write(file: Path, pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -385,7 +385,14 @@ def test_the_json_report_holds_all_that_the_report_holds() -> None:
     first = whole["results"][0]
     assert (first["scenario"], first["system"], first["status"]) == ("slant", "thesis", "done")
     assert first["speed_up"] == pytest.approx(3.0)
-    assert first["collapse"] == {"time_s": 8.25, "level": 9, "brick": "L9.1", "gave_way": "L1.1", "step": None}
+    assert first["collapse"] == {
+        "time_s": 8.25,
+        "level": 9,
+        "brick": "L9.1",
+        "gave_way": "L1.1",
+        "step": None,
+        "broke_at_level": None,
+    }
     assert first["cost"] == {
         "wall_time_s": 2.0,
         "simulated_time_s": 10.0,

@@ -1,0 +1,54 @@
+"""What to do about a mistake, told to who writes Python: remedies of the language are written as YAML."""
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from keyword import iskeyword
+from typing import Final
+
+import yaml
+
+from stackdsl.diagnostics import Diagnostic
+
+FLOW: Final = re.compile(r"(?<=\s)(?:- )?(?:\{.*\}|\[.*\])")  # a mapping or a list, as YAML writes it on one line
+WORDS: Final[tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...]] = (
+    (re.compile(r"begin each item with `- `"), "put it into a list, [...]"),
+    (re.compile(r"write `(?:- )?(\w+): (\w+)`"), r'write \1("\2")'),
+    (re.compile(r"write `(?:- )?(\w+):? ?` and its value"), r"write \1(...)"),
+    (re.compile(r"^write all, or give (one of .*)$"), lambda found: f'write "all", or give {_own_names(found[1])}'),
+    (re.compile(r"define it above, under `let`"), "give it a value in `let={...}`"),
+    (re.compile(r"; systems of other packages are asked for by --system"), ""),
+    (re.compile(r"^add `scenario`, .*$"), "give it a name, the first argument"),
+    (re.compile(r"^add `(\w+)`"), lambda found: f"give `{python_name(found[1])}=`"),
+    (re.compile(r"^quote it$"), "write a text"),
+    (re.compile(r"such as (\d[\w.]* [\w/*%^]+)"), r'such as "\1"'),
+)
+
+
+def python_name(key: str) -> str:
+    """What the functions of this package call a key: Python keeps some words for itself."""
+    return f"{key}_" if iskeyword(key) else key
+
+
+def _own_names(words: str) -> str:
+    return ", ".join(python_name(word) for word in words.split(", "))
+
+
+def in_python(found: Diagnostic) -> Diagnostic:
+    """The same mistake with a remedy in Python, if it stands in Python."""
+    if not (found.span.key or found.span.file.endswith((".py", ">"))):
+        return found
+    hint = FLOW.sub(_value, found.hint)
+    for pattern, written in WORDS:
+        hint = pattern.sub(written, hint)
+    return replace(found, hint=hint)
+
+
+def _value(found: re.Match[str]) -> str:
+    """A value of YAML as Python writes it; as it is, if it is none, such as what stands for one."""
+    text = found[0]
+    try:
+        value = yaml.safe_load(text)
+    except yaml.YAMLError:
+        return text
+    return repr(value).replace("'", '"') if "..." not in text and "x, y, z" not in text else text

@@ -1,0 +1,85 @@
+"""Mistakes in Python: each names the key that it is of, and its remedy is Python."""
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from stackdsl.api import claims, impacts, layouts
+from stackdsl.api.run import ScenarioError, play
+from stackdsl.api.scenario import Scenario
+from stackdsl.api.single_bricks import brick, bricks
+from stackdsl.api.written import Written
+
+NOTHING: Any = None  # which a type checker would refuse
+
+
+def column(levels: int = 3, step: object = None, every: str | None = None, when: str | None = None) -> Written:
+    return layouts.column(levels=levels, step=step, every=every, when=when)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("keys", "key", "remedy"),
+    [
+        ({"build": [column(step="12")]}, "column.step", 'write a length with its unit, such as "13.5 mm"'),
+        ({"build": [column(when="0,5 s")]}, "when", "write a decimal point in place of the comma: 0.5 s"),
+        ({"build": column()}, "build", "put it into a list, [...]: what is built, step by step"),
+        ({"build": [column(step="${shift}")]}, "column.step", "give it a value in `let={...}`"),
+        ({"build": [bricks([brick(at=["0 mm", "x", "0 mm"])])]}, "at[1]", 'write a length with its unit, such as "'),
+        ({"friction": "rough"}, "friction", "write 0 to 10"),
+        ({"tags": "tall"}, "tags", 'write ["tall"]: words to select scenarios by'),
+        ({"systems": ["tune"]}, "systems[0]", "did you mean 'tuned'?"),
+        ({"world": {"gravty": "1 m/s2"}}, "world.gravty", "did you mean 'gravity'?"),
+        ({"expect": ["stands"]}, "expect[0]", 'write stands("all")'),
+        ({"expect": [claims.stands()]}, "stands", 'write "all", or give one of levels, bricks, for_'),
+        ({"impacts": [impacts.remove(brick="L9.1")]}, "remove.brick", "did you mean 'L3.1'?"),
+        ({"name": "Two Words"}, "name", "write small letters, digits and -"),
+    ],
+)
+def test_a_mistake_names_its_key_and_what_to_write_in_python(keys: dict[str, Any], key: str, remedy: str) -> None:
+    with pytest.raises(ScenarioError) as told:
+        Scenario(**{"name": "column", "build": [column()], **keys}).play()
+    (found,) = told.value.diagnostics
+    assert found.span.key == key
+    assert f"`{key}`: " in str(told.value)
+    assert remedy in found.hint
+
+
+def test_two_mistakes_in_one_line_are_two() -> None:
+    with pytest.raises(ScenarioError) as told:
+        Scenario("column", build=[column(step="12", every="12")]).play()
+    assert {found.span.key for found in told.value.diagnostics} == {"column.step", "every"}
+
+
+def test_what_is_no_value_is_told_with_its_key() -> None:
+    with pytest.raises(TypeError, match=r"`build\[1\]`: a scenario holds"):
+        Scenario("column", build=[column(), NOTHING])
+    with pytest.raises(TypeError, match=r"`column\.step`: a scenario holds"):
+        column(step=object())
+
+
+SCENARIO = Scenario("column", build=[column()])
+
+
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        (lambda: play("column.yaml"), "expected a case, of `Scenario.cases` or `gather`, not str"),  # type: ignore[arg-type]
+        (lambda: play(SCENARIO), "a scenario plays itself, by its `play`"),  # type: ignore[arg-type]
+        (lambda: SCENARIO.play(3), "expected the text of a variant, .* not int"),  # type: ignore[arg-type]
+        (lambda: SCENARIO.play().judge("stands"), r"expected a claim, such as stands\(.all.\)"),  # type: ignore[arg-type]
+    ],
+)
+def test_what_is_of_another_kind_is_refused_with_what_was_expected(call: Callable[[], object], told: str) -> None:
+    with pytest.raises(TypeError, match=told):
+        call()
+
+
+def test_a_table_has_columns_and_prints() -> None:
+    table = SCENARIO.play().table()
+    assert table.columns[:3] == ["name", "level", "state"]
+    assert table.column("level").tolist() == [1, 2, 3]
+    assert table.column("z") * 1000 == pytest.approx([3.9, 11.7, 19.5])
+    assert str(table).splitlines()[1].split()[:3] == ["L1.1", "1", "frozen"]
+    with pytest.raises(LookupError, match="there is no column 'height'; there are name, level"):
+        table.column("height")

@@ -1,0 +1,28 @@
+"""Who writes numbers with a comma is told so wherever that stands."""
+
+import pytest
+
+from stackdsl.checking.gathering import cases_of
+from stackdsl.reading.source import parse
+
+BASE = "scenario: c\n{head}build:\n  - column: {column}\n{tail}"
+POINT = "write a decimal point in place of the comma"
+
+
+@pytest.mark.parametrize(
+    ("parts", "hint"),
+    [
+        ({"head": "friction: 0,5\n"}, f"{POINT}: 0.5"),
+        ({"column": "\n      levels: 3\n      step: 0,5 mm"}, f"{POINT}: 0.5 mm"),
+        ({"head": 'let: {shift: "3,5 mm"}\n', "column": '{levels: 3, step: "${shift}"}'}, f"{POINT}: 3.5 mm"),
+        ({"tail": "expect:\n  - drift: <= 0,4 mm\n"}, f"{POINT}: <= 0.4 mm"),
+        ({"tail": "expect:\n  - height: 23,4 mm\n"}, f"{POINT}: 23.4 mm"),
+        ({"column": "{levels: 3, step: 1,5 mm}"}, POINT),
+        ({"column": "{levels: 3,5}"}, POINT),
+        ({"column": "{levels: 3, origin: [0, 0, 3,9 mm]}"}, "a decimal comma is written as a point"),
+    ],
+)
+def test_a_decimal_comma_is_told(parts: dict[str, str], hint: str) -> None:
+    text = BASE.format(**{"head": "", "column": "{levels: 3}", "tail": "", **parts})
+    _, mistakes = cases_of(parse(text, "c.yaml"))
+    assert any(mistake.hint.endswith(hint) for mistake in mistakes), mistakes
