@@ -5,13 +5,14 @@ A reader may close either at any time; that ends the reading, and neither the wo
 
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Protocol, TextIO
 
 import click
 
 if TYPE_CHECKING:
+    from rich.console import Console
     from rich.progress import Progress, TaskID
 
 
@@ -101,6 +102,29 @@ def progress(total: int) -> Iterator[Bar]:
         yield _Lines(total)
         return
     from rich.console import Console  # noqa: PLC0415 -- as in `paper`
+
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield _Lines(total)
+        return
+    with _drawn(console) as bar:
+        yield _DrawnBar(bar, bar.add_task("playing", total=total))
+
+
+@contextmanager
+def counted(total: int, what: str) -> Iterator[Callable[[int], None]]:
+    """A bar on a terminal that is told how many are done, and nothing elsewhere."""
+    if _is_no_terminal(sys.stderr):
+        yield lambda _: None
+        return
+    from rich.console import Console  # noqa: PLC0415 -- as in `paper`
+
+    with _drawn(Console(stderr=True)) as bar:
+        task = bar.add_task(what, total=total)
+        yield lambda done: bar.update(task, completed=done, refresh=True)
+
+
+def _drawn(console: "Console") -> "Progress":
     from rich.progress import (  # noqa: PLC0415 -- most calls draw none
         BarColumn,
         MofNCompleteColumn,
@@ -109,14 +133,9 @@ def progress(total: int) -> Iterator[Bar]:
         TimeElapsedColumn,
     )
 
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield _Lines(total)
-        return
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     # It is refreshed by whoever waits: beside a thread for that, no worker could be a copy of this process.
-    with Progress(*columns, console=console, transient=True, auto_refresh=False) as bar:
-        yield _DrawnBar(bar, bar.add_task("playing", total=total))
+    return Progress(*columns, console=console, transient=True, auto_refresh=False)
 
 
 class _DrawnBar:

@@ -34,6 +34,7 @@ from stability.statics.margins.acceleration_cut import (
 )
 from stability.statics.margins.arc_forces import stay_inside
 from stability.statics.margins.face_centre import centred
+from stability.statics.margins.groups import groups_apart
 from stability.statics.margins.sliding_all_ways import hold_along, slide
 from stability.statics.solvers.wrench_matrix import Array
 
@@ -91,7 +92,26 @@ def acceleration(
 
     Ten directions are enough for it where bodies tip; four to eight where they slide alike in all directions.
     `gravity` [m/s2] is needed where loads are more than weights; else every brick weighs what its load pulls down with.
+    What does not touch is solved apart: together it survives what the weakest does.
     """
+    weakest: AccelerationMargin | None = None
+    for part in groups_apart(problem):
+        found = _of_one_group(part, tolerance, gravity, tolerances)
+        if found is None:
+            return None
+        weakest = found if weakest is None else _weaker(weakest, found)
+    return weakest
+
+
+def _weaker(one: AccelerationMargin, other: AccelerationMargin) -> AccelerationMargin:
+    """What two groups survive together, and what ends it."""
+    first = other if other.upper < one.upper else one
+    return replace(first, value=min(one.value, other.value), headings=one.headings + other.headings)
+
+
+def _of_one_group(
+    problem: Problem, tolerance: float, gravity: float | None, tolerances: Tolerances
+) -> AccelerationMargin | None:
     case = shaken(problem, gravity, tolerances)
     if case is None:
         return None

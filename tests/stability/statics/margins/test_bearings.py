@@ -1,0 +1,103 @@
+"""The acceleration that is survived by bearing: against closed forms, and nothing that does not touch changes it."""
+
+from math import cos, inf, pi, radians, sin
+
+import pytest
+
+from stability.model import GROUND, Brick, Plane, Pose, Vec3
+from stability.shapes.box import Box
+from stability.statics.assembly import Assembly
+from stability.statics.facts import Placed, Tolerances
+from stability.statics.margins.acceleration_cut import shaken
+from stability.statics.margins.bearings import Survived, by_bearing
+from stability.statics.proof import check_motion
+
+TALL = (0.3, 0.2, 0.5)  # [m]
+
+
+def box(name: str, size: Vec3, *at: float, yaw: float = 0.0) -> Placed:
+    return Placed(Brick(name, Box(size), 1.0), Pose((at[0], at[1], at[2]), (0.0, 0.0, sin(yaw / 2.0), cos(yaw / 2.0))))
+
+
+def survived(boxes: list[Placed], friction: float, count: int = 24, tolerance: float = 1e-4) -> tuple[Survived, ...]:
+    assembly = Assembly((Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), friction),), friction)
+    assembly.add_all(boxes)
+    found = by_bearing(assembly.problem(), count, tolerance)
+    assert found is not None
+    return found
+
+
+def borne(size: Vec3, friction: float, bearing: float) -> float:
+    """Of a box on level ground [g]: it slides at mu, and tips at the way to a side over half of its height."""
+    ways = [abs(cos(bearing)) * size[2] / size[0], abs(sin(bearing)) * size[2] / size[1]]
+    return min([friction, *(1.0 / way for way in ways if way > 1e-9)])
+
+
+@pytest.mark.parametrize("friction", [0.1, 0.45, 2.0])
+@pytest.mark.parametrize("yaw", [0.0, 0.4])
+def test_a_box_slides_at_its_friction_and_tips_over_its_sides(friction: float, yaw: float) -> None:
+    for each in survived([box("one", TALL, 0.0, 0.0, 0.25, yaw=yaw)], friction):
+        truth = borne(TALL, friction, each.bearing - yaw)
+        assert each.value <= truth * (1.0 + 1e-9)
+        assert each.value == pytest.approx(truth, rel=2e-4)
+        assert each.upper == pytest.approx(truth, rel=1e-3)
+
+
+def test_what_stands_apart_survives_what_each_part_does_and_what_is_weaker_moves() -> None:
+    flat = (0.3, 0.3, 0.1)
+    boxes = [box("tall", TALL, 0.0, 0.0, 0.25), box("flat", flat, 2.0, 0.0, 0.05)]
+    for each in survived(boxes, 0.55):
+        assert each.value == pytest.approx(min(borne(TALL, 0.55, each.bearing), 0.55), rel=2e-4)
+        assert each.motion is not None
+        if borne(TALL, 0.55, each.bearing) < 0.54:
+            assert set(each.motion.velocity) == {"tall"}
+
+
+def test_a_far_brick_turning_and_size_change_nothing() -> None:
+    alone = survived([box("one", TALL, 0.0, 0.0, 0.25)], 0.8)
+    for times in (0.01, 100.0):
+        a, b, c = (times * side for side in TALL)
+        beside = box("far", (a, a, 0.001 * a), 50.0 * a, 0.0, 0.0005 * a)
+        for one, other in zip(alone, survived([box("one", (a, b, c), 0.0, 0.0, 0.5 * c), beside], 0.8), strict=True):
+            assert other.value == pytest.approx(one.value, rel=3e-4)
+
+
+def test_the_motion_lowers_what_is_pulled_a_little_harder() -> None:
+    boxes = [box("low", (0.3, 0.2, 0.1), 0.0, 0.0, 0.05), box("high", (0.2, 0.1, 0.2), 0.02, 0.0, 0.2)]
+    assembly = Assembly((Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.7),), 0.7)
+    assembly.add_all(boxes)
+    problem = assembly.problem()
+    found, case = by_bearing(problem, 12), shaken(problem, None, Tolerances())
+    assert found is not None
+    assert case is not None
+    for each in found:
+        assert 0.0 < each.value <= each.upper <= each.value / 0.98
+        assert each.motion is not None
+        harder = case.loaded(*(1.0001 * each.upper * part for part in (cos(each.bearing), sin(each.bearing))))
+        assert check_motion(harder, each.motion, Tolerances()).holds
+
+
+def test_what_is_held_on_all_sides_survives_everything() -> None:
+    walls = [
+        Plane(
+            f"wall {k}",
+            (0.1 * cos(k * pi / 2.0), 0.1 * sin(k * pi / 2.0), 0.0),
+            (-cos(k * pi / 2.0), -sin(k * pi / 2.0), 0.0),
+            0.0,
+        )
+        for k in range(4)
+    ]
+    assembly = Assembly((Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5), *walls), 0.5)
+    assembly.add_all([box("one", (0.2, 0.2, 0.1), 0.0, 0.0, 0.05)])
+    found = by_bearing(assembly.problem(), 8)
+    assert found is not None
+    assert [each.value for each in found] == [inf] * 8
+
+
+def test_what_does_not_stand_survives_nothing_that_is_proven() -> None:
+    assembly = Assembly((Plane(GROUND, (0.0, 0.0, 0.0), (0.0, sin(radians(40.0)), cos(radians(40.0))), 0.5),), 0.5)
+    turned = Pose(
+        (0.0, 0.05 * sin(radians(40.0)), 0.05 * cos(radians(40.0))), (-sin(radians(20.0)), 0.0, 0.0, cos(radians(20.0)))
+    )
+    assembly.add(Brick("one", Box((0.2, 0.2, 0.1)), 1.0), turned)
+    assert by_bearing(assembly.problem(), 8) is None

@@ -1,0 +1,67 @@
+"""`stackdsl survive`: what a structure survives by bearing, told as text, CSV, JSON and a picture."""
+
+import csv
+import json
+from math import atan, degrees
+from pathlib import Path
+
+import pytest
+
+from stackdsl.exits import ExitCode
+from tests.command_line import Stackdsl, stackdsl_in_folder, write
+
+__all__ = ["stackdsl_in_folder"]  # the fixture `stackdsl`
+
+# 0.3 x 0.2 x 0.5 m: it tips over its sides at 0.6 g along x and at 0.4 g along y, and slides at 0.5 g.
+TALL = """
+# One tall carton.
+scenario: tall
+world: {ground: {friction: 0.5}}
+build:
+  - bricks: [{name: carton, at: [0 m, 0 m, 0.25 m], brick: {size: [0.3 m, 0.2 m, 0.5 m], mass: 4 kg}}]
+expect:
+  - stands: all
+"""
+FALLS = TALL.replace(
+    "expect:", "  - bricks: [{at: [0.16 m, 0 m, 0.55 m], brick: {size: [0.3 m, 0.2 m, 0.1 m], mass: 9 kg}}]\nexpect:"
+)
+
+
+def test_it_tips_along_y_and_slides_along_x(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, TALL, "tall.yaml")
+    told = stackdsl("survive", "tall.yaml")
+    assert told.code == ExitCode.OK
+    lines = told.out.splitlines()
+    assert lines[0] == "tall"
+    assert f"survives 0.4 g in every direction, which is a tilt of {degrees(atan(0.4)):.4g} deg" in lines[1]
+    assert "worst towards 90 deg" in lines[1]
+    assert [line.split(" g  ")[1] for line in lines[2:]] == ["carton slides on ground", "carton tips over ground"] * 2
+
+
+def test_each_bearing_is_a_row_of_the_table(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, TALL, "tall.yaml")
+    rows = list(csv.DictReader(stackdsl("survive", "tall.yaml", "--bearings", "8", "--format", "csv").out.splitlines()))
+    assert [float(row["bearing_deg"]) for row in rows] == [45.0 * k for k in range(8)]
+    # Along the diagonal its side is reached at 0.4 g across it, which is more than 0.5 g along.
+    assert [float(row["survives_g"]) for row in rows] == pytest.approx([0.5, 0.5, 0.4, 0.5] * 2, rel=1e-2)
+    assert all(float(row["survives_g"]) <= float(row["fails_g"]) for row in rows)
+    told = json.loads(stackdsl("survive", "tall.yaml", "--bearings", "8", "--format", "json").out)
+    assert told["cases"][0]["survives_g"] == pytest.approx(0.4, rel=1e-6)
+    assert len(told["cases"][0]["bearings"]) == 8
+
+
+def test_what_does_not_stand_survives_nothing(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, FALLS, "falls.yaml")
+    told = stackdsl("survive", "falls.yaml")
+    assert (told.code, told.out) == (ExitCode.OK, "")
+    assert "UNSTABLE" in told.err
+    assert "what does not stand survives nothing" in told.err
+
+
+def test_it_is_drawn_where_there_is_something_to_draw_with(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, TALL, "tall.yaml")
+    refused = stackdsl("survive", "tall.yaml", "--plot", "tall.txt")
+    assert "tall.txt: write to a file that ends in .svg or .png" in refused.err
+    pytest.importorskip("matplotlib")
+    assert stackdsl("survive", "tall.yaml", "--bearings", "8", "--plot", "tall.svg").code == ExitCode.OK
+    assert "horizontal acceleration" in (tmp_path / "tall.svg").read_text()
