@@ -25,6 +25,7 @@ from stability.model import HalfSpace, Plane, Pose, Vec3
 
 ORIGIN: Vec3 = (0.0, 0.0, 0.0)
 UP: Vec3 = (0.0, 0.0, 1.0)
+UNTURNED: Axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), UP)
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +85,8 @@ def boxes_apart(size_a: Vec3, pose_a: Pose, size_b: Vec3, pose_b: Pose) -> Separ
 def blocks_apart(a: Block, b: Block) -> Separation:
     """The separation of box a from box b."""
     p_BA = subtract(a.p_WC, b.p_WC)
+    if a.axes_W == b.axes_W == UNTURNED:
+        return _untouched_by_turns(p_BA, a.half, b.half)
     along_a, along_b = coordinates(p_BA, a.axes_W), coordinates(p_BA, b.axes_W)
     turn = cosines(a.axes_W, b.axes_W)
     gaps = (*face_gaps(along_a, a.half, b.half, turn), *face_gaps(along_b, b.half, a.half, transposed(turn)))
@@ -99,6 +102,16 @@ def blocks_apart(a: Block, b: Block) -> Separation:
         gap = (abs(along) - extent) / length
         if gap > best + PARALLEL:
             best, normal = gap, scale((1.0 if along >= 0.0 else -1.0) / length, cross(a.axes_W[i], b.axes_W[j]))
+    return Separation(best, normal)
+
+
+def _untouched_by_turns(p_BA: Vec3, half_a: Vec3, half_b: Vec3) -> Separation:
+    """The same of boxes that are not turned, by the same sums to the last bit: most are so, and it takes a quarter."""
+    best, normal = -inf, UP
+    for along, a, b, axis in zip(p_BA, half_a, half_b, UNTURNED, strict=True):
+        gap = abs(along) - a - b
+        if gap > best + PARALLEL:
+            best, normal = gap, axis if along >= 0.0 else scale(-1.0, axis)
     return Separation(best, normal)
 
 

@@ -165,8 +165,7 @@ class Site:
     def _fit_among(self, index: int, on_planes: Sequence[_Near], on_boxes: Sequence[_Near]) -> Fit:
         below = [near for near in (*on_planes, *on_boxes) if near.is_below]
         if not any(near.touches for near in below):  # in the air; how far above what is of interest only here
-            margin = 2.0 * hypot(*self.blocks[index].reach)
-            below += [near for near in self._near(index, margin) if near.is_below]
+            below += [near for near in self._under(index) if near.is_below]
         nearest = min(below, key=lambda near: near.apart.gap, default=None)
         return Fit(
             on_boxes=tuple(near.number for near in on_boxes if near.touches and near.is_below),
@@ -177,10 +176,20 @@ class Site:
             reach=nearest.reach if nearest is not None else 0.0,
         )
 
+    def _under(self, index: int) -> Iterator[_Near]:
+        """Those that a box would come upon within twice its size, if it sank. Raises CrowdedError."""
+        own = self.blocks[index]
+        x, y, z = own.low_W
+        return self._held_against(index, self._there.around((x, y, z - 2.0 * hypot(*own.reach)), own.high_W, 0.0))
+
     def _near(self, index: int, margin: float) -> Iterator[_Near]:
         """Those whose bounds come as close to a box as a margin [m], in order. Raises CrowdedError."""
+        own = self.blocks[index]
+        return self._held_against(index, self._there.around(own.low_W, own.high_W, margin))
+
+    def _held_against(self, index: int, others: Sequence[int]) -> Iterator[_Near]:
         own, blocks = self.blocks[index], self.blocks
-        for other in self._there.around(own.low_W, own.high_W, margin):
+        for other in others:
             if other != index:
                 self._pairs += 1
                 if self._pairs > MAX_PAIRS + MAX_PAIRS_EACH * len(blocks):

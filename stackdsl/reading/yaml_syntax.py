@@ -39,7 +39,16 @@ BLAMES_OPENING = re.compile(
 )
 
 
+MERGE_MARKER: Final = re.compile(r"<{7}(?: |$)")  # as git leaves it
+
+
 def syntax_error(page: Page, error: yaml.MarkedYAMLError) -> Diagnostic:
+    """What is wrong with a text that is no YAML."""
+    marked = next((number for number, line in enumerate(page.lines) if MERGE_MARKER.match(line)), None)
+    if marked is not None:
+        message = "the file holds two versions, with the markers of a merge from here on"
+        hint = "keep what is meant of both, and delete the lines that begin with <<<<<<<, ======= and >>>>>>>"
+        return Diagnostic("SD004", page.span(marked, 0), message, hint)
     said = f"{error.context or ''}: {error.problem or ''}"
     line, column = _blamed(page, error, said)
     span = page.span(line, column)

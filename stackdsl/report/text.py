@@ -18,6 +18,7 @@ from stackdsl.wording import names_text
 
 NOTHING = "-"
 USUAL_ENGINE = "pybullet"  # not worth a column
+TWO_KINDS = "make two scenarios of them, or add `strict: false`"
 MOST_DIFFERENCES = 100  # of one golden file that are shown; a tower that fell has ten thousand, and nobody reads them
 LEFT = ("scenario", "variant", "verdict", "engine", "truth", "golden")  # columns of words; numbers stand to the right
 DISPENSABLE = (
@@ -226,7 +227,9 @@ def _xfailed(report: Report) -> Iterator[str]:
 def _xpassed(report: Report) -> Iterator[str]:
     for result in report.results:
         if result.xfail is not None and result.passed:
-            advice = "remove `xfail`" if result.strict else "it is not strict, so this fails nothing"
+            mixed = any(each.scenario == result.scenario and each.xfail and not each.passed for each in report.results)
+            sure = f"other variants of it fail: {TWO_KINDS}" if mixed else "remove `xfail`"
+            advice = sure if result.strict else "it is not strict, so this fails nothing"
             yield f"{result.file}: {result.name}: {result.xfail}: {advice}"
 
 

@@ -12,6 +12,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Final
 
+from stability.name_order import as_counted
 from stackdsl.outcome import GoldenDifference, GoldenResult, GoldenStatus
 from stackdsl.snapshots.golden import content, judge_text, refuse_in_ci, text_digest, write_golden
 
@@ -107,7 +108,7 @@ class Waiting:
                 texts = [getattr(pending, field.name) for field in fields(Pending) if field.name != "failed"]
                 if all(isinstance(text, str) for text in (*texts, *pending.failed)):
                     found.append(pending)
-        yield from sorted(found, key=lambda pending: pending.case)
+        yield from sorted(found, key=lambda pending: as_counted(pending.case))
 
     def accept(self, pending: Pending) -> None:
         """Let it become the golden file; a renamed one goes from where it was.

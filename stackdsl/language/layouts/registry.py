@@ -100,7 +100,9 @@ def layout(name: str, params: type[Params]) -> Callable[[LayoutFunction[Params]]
 
 def place(name: str, params: LayoutParams, size: Vec3) -> Specs:
     """The bricks of a layout in the frame of the scenario."""
-    return tuple(_carried(spec, params) for spec in LAYOUTS[name].function(params, size))
+    specs = LAYOUTS[name].function(params, size)
+    stays = params.heading == 0.0 and params.origin == (0.0, 0.0, 0.0)  # as in most scenarios
+    return tuple(specs) if stays else tuple(_carried(spec, params) for spec in specs)
 
 
 def _carried(spec: BrickSpec, params: LayoutParams) -> BrickSpec:

@@ -81,3 +81,12 @@ def test_a_golden_file_that_differs_is_a_failure_also_of_what_is_known_to_fail(
     result = stackdsl("check", "a.yaml")
     assert result.code == 3
     assert "golden different" in result.out
+
+
+def test_what_some_variants_pass_and_others_fail_is_to_be_two_scenarios(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    column = '  - column: {levels: "${count}", step: 12 mm}\n'  # nine of these stand, and the tenth is one too many
+    text = f"scenario: both\nmatrix: {{count: [9, 10]}}\nbuild:\n{column}expect: [{{stands: all}}]\nxfail: too long\n"
+    write(tmp_path, text, "both.yaml")
+    told = stackdsl("check", "both.yaml", "--no-golden").out
+    assert "other variants of it fail: make two scenarios of them, or add `strict: false`" in told
+    assert "remove `xfail`" not in told
