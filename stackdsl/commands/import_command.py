@@ -34,8 +34,12 @@ _LENGTHS, _MASSES = (list(get_args(get_args(Units.model_fields[key].annotation)[
 @click.option("--load", help="Which of several loads: number of the pallet, or of the order.")
 @click.option("--settle", default="as written", show_default=True, help="Also `down`, or such as `within 5 mm`.")
 @click.option("--point", type=click.Choice(("corner", "centre")), help="Of a table: what x, y, z are of a box.")
-@click.option("--length", type=click.Choice(_LENGTHS), help="Of a table: the unit of columns that say none.")
+@click.option("--length", type=click.Choice(_LENGTHS), help="The unit of lengths, where the file says none.")
 @click.option("--mass", type=click.Choice(_MASSES), help="Of a table: likewise.")
+@click.option("--density", help="Of an OBJ or COMPAS file, such as '2400 kg/m3'.")
+@click.option("--up", type=click.Choice(("+y", "+z")), help="Of an OBJ file: which of its axes points up.")
+@click.option("--supports", type=click.Choice(("bricks",)), help="Of a COMPAS file: take what is fixed as bricks.")
+@click.option("--origin", nargs=3, help="Shifts the load by x, y, z, such as '0 mm' '0 mm' '1 m'.")
 @click.option("--ignore", multiple=True, help="A column, key or body that is not to be taken; may be repeated.")
 @click.option("--friction", type=click.FloatRange(0.0, 10.0), default=0.5, show_default=True, help="Of box on box.")
 @click.option("--name", help="What the scenario is called; default: as the file.")
@@ -49,14 +53,17 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     point: str | None,
     length: str | None,
     mass: str | None,
+    density: str | None,
+    up: str | None,
+    supports: str | None,
+    origin: tuple[str, str, str] | None,
     ignore: tuple[str, ...],
     friction: float,
     name: str | None,
 ) -> None:
     """Print a scenario with the boxes of FILE, which another program wrote; tell what was moved or is wrong."""
-    asked = _asked(
-        file=str(file), format=format_, load=load, settle=settle, point=point, ignore=ignore, length=length, mass=mass
-    )
+    of_load = {"format": format_, "load": load, "settle": settle, "point": point, "ignore": ignore, "origin": origin}
+    asked = _asked(file=str(file), **of_load, length=length, mass=mass, density=density, up=up, supports=supports)
     try:
         with file.open("rb") as stream:
             data = stream.read(MAX_IMPORTED + 1)
@@ -105,9 +112,9 @@ def _asked(**written: object) -> Import:
 
 
 def _settled(load: ImportedLoad, asked: Import) -> Settled:
-    if (leaning := cannot_settle(load, asked.settle)) is not None:
-        message, hint = "a box that leans cannot be lowered", "take it as written, or straighten it"
-        raise UnreadableLoadError([Diagnostic("SD115", leaning.span, message, hint)])
+    if (odd := cannot_settle(load, asked.settle)) is not None:
+        message, hint = "a box that leans, or a solid, cannot be lowered", "take it as written, or straighten it"
+        raise UnreadableLoadError([Diagnostic("SD115", odd.span, message, hint)])
     return settled(load, asked.settle)
 
 

@@ -119,9 +119,9 @@ def _taken(source: Source, path: Path, step: dict[str, Plain], library: Library)
     if len(load.boxes) > MAX_BRICKS:
         message = f"the load has {len(load.boxes)} boxes, and {MAX_BRICKS} is the most"
         raise _MistakeError(Diagnostic("SD206", span, message, "import it in parts"))
-    if (leaning := cannot_settle(load, asked.settle)) is not None:
+    if (odd := cannot_settle(load, asked.settle)) is not None:
         hint = "write `settle: as written`, or straighten it"
-        raise _MistakeError(Diagnostic("SD115", leaning.span, "a box that leans cannot be lowered", hint))
+        raise _MistakeError(Diagnostic("SD115", odd.span, "a box that leans, or a solid, cannot be lowered", hint))
     return settled(load, asked.settle), file
 
 

@@ -1,4 +1,4 @@
-"""What is taken from a file: boxes with exact sizes and places, and what the file has that is not taken."""
+"""What is taken from a file: boxes and convex solids with exact places, and what the file has that is not taken."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -13,7 +13,7 @@ LEVEL: Final[Exact3] = (Fraction(0), Fraction(0), Fraction(0))
 
 @dataclass(frozen=True, slots=True)
 class ImportedBox:
-    """One box of a file, in the frame of that file."""
+    """One box of a file, or one convex solid in the box around it, in the frame of that file."""
 
     name: str | None  # None for a name by place
     size: Exact3  # along its own axes [m]
@@ -21,11 +21,13 @@ class ImportedBox:
     mass: Fraction  # [kg]
     span: Span  # where in the file it is
     turn: Exact3 = LEVEL  # about x, then y, then z, fixed axes [deg]
+    corners: tuple[Exact3, ...] | None = None  # of a solid, along its own axes, from `centre`; None for a box [m]
+    heavy_at: Exact3 | None = None  # the centre of mass, likewise; None for that of an even filling
 
     @property
     def is_upright(self) -> bool:
-        """Whether its height is vertical."""
-        return self.turn[:2] == LEVEL[:2]
+        """Whether it is a box whose height is vertical."""
+        return self.corners is None and self.turn[:2] == LEVEL[:2]
 
     @property
     def bottom(self) -> Fraction:
@@ -108,6 +110,6 @@ class LoadReading:
         for name in sorted(self.ignored - self.used):
             self.open(start, f"there is no '{name}' that could be ignored", "leave it out of `ignore`")
         if not boxes:
-            self.wrong(start, "there is no box in it", "name a file with boxes")
+            self.wrong(start, "there is no brick in it", "name a file with boxes, or with convex solids")
         self.end()
         return ImportedLoad(tuple(boxes), self.finest or Fraction(0), tuple(self.untaken))

@@ -2,8 +2,16 @@
 
 import csv
 import json
+from collections.abc import Iterator
 from fractions import Fraction
+from itertools import pairwise
+from pathlib import Path
 from typing import Any, Final, TypeAlias
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from stackdsl.language.imports import Format
 
 Box: TypeAlias = tuple[tuple[float, ...], tuple[float, ...], float]  # size, centre [m], mass [kg]
 
@@ -67,14 +75,37 @@ PLAN: Final = json.dumps(
     indent=1,
 )
 
-TEXTS: Final = {"table": TABLE, "pallet-sim": PALLET, "bed-bpp": PLAN}
+OWN: Final = Path(__file__).parents[3] / "scenarios" / "loads"
+ASSEMBLY, SLABS = (OWN / name for name in ("wedge.assembly.json", "slabs.obj"))
+
+TEXTS: Final[dict[Format, str]] = {
+    "table": TABLE,
+    "pallet-sim": PALLET,
+    "bed-bpp": PLAN,
+    "compas": ASSEMBLY.read_text(encoding="utf-8"),
+    "obj": SLABS.read_text(encoding="utf-8"),
+}
+_OF_MESHES: Final[dict[str, object]] = {"units": {"length": "m"}, "density": "2400 kg/m3"}
+# What the author has to say of a file of each format.
+SAID: Final[dict[Format, dict[str, object]]] = {
+    "table": {"point": "corner"},
+    "pallet-sim": {},
+    "bed-bpp": {},
+    "compas": {**_OF_MESHES, "supports": "bricks"},
+    "obj": {**_OF_MESHES, "up": "+y"},
+}
 
 
 def read_otherwise(format_: str, text: str) -> list[Box]:
-    """The boxes of a file that is right, by the libraries for CSV and JSON alone. Raises if it is not."""
+    """The boxes of a file that is right, by the libraries for CSV, JSON and hulls alone. Raises if it is not."""
+    if format_ == "obj":
+        return list(_objects(text))
     if format_ == "table":
         return [_row(row) for row in csv.DictReader(text.splitlines(), strict=True)]
     whole = json.loads(text, object_pairs_hook=_each_once)
+    if format_ == "compas":
+        nodes = whole["data"]["graph"]["data"]["node"]
+        return [_of_corners(_used(node["block"]["data"])) for node in nodes.values()]
     if format_ == "bed-bpp":
         (actions,) = whole.values()
         return [_action(action) for action in actions]
@@ -122,3 +153,35 @@ def _box(corner: list[Fraction], size: list[Fraction], mass: Fraction) -> Box:
     assert min(*size, mass) > 0
     centre = tuple(float(low + side / 2) for low, side in zip(corner, size, strict=True))
     return tuple(map(float, size)), centre, float(mass)
+
+
+def _used(block: dict[str, Any]) -> list[list[float]]:
+    """The corners of a block that its faces name; its edges must be passed once each way."""
+    usual, vertices = block["default_vertex_attributes"], block["vertex"]
+    ways = [pair for face in block["face"].values() for pair in pairwise([*face, face[0]])]
+    assert {(other, one) for one, other in ways} == set(ways)
+    used = dict.fromkeys(corner for way in ways for corner in way)
+    return [[{**usual, **vertices[str(corner)]}[axis] for axis in "xyz"] for corner in used]
+
+
+def _objects(text: str) -> Iterator[Box]:
+    """The objects of an OBJ file with y up."""
+    corners: list[list[float]] = []
+    objects: dict[str, list[list[float]]] = {}
+    name = ""
+    for kind, *parts in (line.split() for line in text.splitlines() if line.partition("#")[0].strip()):
+        if kind == "o":
+            name = " ".join(parts)
+        elif kind == "v":
+            x, y, z = (float(Fraction(part)) for part in parts[:3])
+            corners.append([x, -z, y])
+        elif kind == "f":
+            objects.setdefault(name, []).extend(corners[int(part.partition("/")[0]) - 1] for part in parts)
+    yield from (_of_corners(used) for used in objects.values())
+
+
+def _of_corners(corners: list[list[float]]) -> Box:
+    """The box around a hull, and the weight of that."""
+    points = np.array(corners, dtype=float)
+    low, high = points.min(axis=0), points.max(axis=0)
+    return tuple(high - low), tuple(0.5 * (low + high)), 2400.0 * float(ConvexHull(points).volume)

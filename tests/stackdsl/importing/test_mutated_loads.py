@@ -10,7 +10,7 @@ from stackdsl.diagnostics import Diagnostic
 from stackdsl.importing.load import ImportedLoad, UnreadableLoadError
 from stackdsl.importing.load_formats import read_load
 from stackdsl.language.imports import Format, Import
-from tests.stackdsl.importing.loads import TEXTS, Box, read_otherwise
+from tests.stackdsl.importing.loads import SAID, TEXTS, Box, read_otherwise
 
 IN_SUITE = 60
 MANY = 500
@@ -37,8 +37,7 @@ def mutated(text: str, seed: str) -> str:
 
 
 def read(format_: Format, text: str) -> ImportedLoad:
-    point = {"point": "corner"} if format_ == "table" else {}
-    asked = Import.model_validate({"file": "a", "format": format_, **point})
+    asked = Import.model_validate({"file": "a", "format": format_, **SAID[format_]})
     return read_load(text.encode("utf-8"), "a", asked)
 
 
@@ -47,13 +46,23 @@ def boxes(load: ImportedLoad) -> Iterator[Box]:
         yield tuple(map(float, box.size)), tuple(map(float, box.centre)), float(box.mass)
 
 
+def assert_same(load: ImportedLoad, format_: Format, text: str) -> None:
+    """Boxes to the last bit; of hulls, sizes and weights are sums of doubles."""
+    ours, theirs = list(boxes(load)), read_otherwise(format_, text)
+    if format_ not in {"compas", "obj"}:
+        assert ours == theirs
+        return
+    flat = [[*size, *centre, mass] for size, centre, mass in ours]
+    assert flat == [pytest.approx([*size, *centre, mass], rel=1e-9, abs=1e-12) for size, centre, mass in theirs]
+
+
 def nothing_is_lost(format_: Format, seed: int) -> bool:
     """Whether a file was read, as it was by others, rather than refused in its place."""
     text = mutated(TEXTS[format_], f"{format_}-{seed}")
     lines = text.split("\n")
     found = told(format_, text)
     if isinstance(found, ImportedLoad):
-        assert list(boxes(found)) == read_otherwise(format_, text)
+        assert_same(found, format_, text)
         return True
     assert found
     for mistake in found:
@@ -75,7 +84,7 @@ def told(format_: Format, text: str) -> ImportedLoad | tuple[Diagnostic, ...]:
 
 @pytest.mark.parametrize("format_", TEXTS)
 def test_a_file_that_is_right_is_read_as_others_read_it(format_: Format) -> None:
-    assert list(boxes(read(format_, TEXTS[format_]))) == read_otherwise(format_, TEXTS[format_])
+    assert_same(read(format_, TEXTS[format_]), format_, TEXTS[format_])
 
 
 @pytest.mark.parametrize("format_", TEXTS)

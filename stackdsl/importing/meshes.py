@@ -1,0 +1,83 @@
+"""Convex solids from the corners and faces of meshes, and what files of meshes leave open.
+
+Such files say neither in which unit their lengths are nor how heavy their blocks are, so the author does.
+"""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Final
+
+from stability.shapes.not_a_solid import NotASolidError
+from stackdsl.diagnostics import Span
+from stackdsl.importing.load import Exact3, ImportedBox, LoadReading
+from stackdsl.importing.numbers import IN_METRES
+from stackdsl.language.author_types import NAME
+from stackdsl.language.imports import Import
+
+LONGEST_NAME: Final = 64  # [characters]
+
+
+@dataclass(frozen=True, slots=True)
+class Mesh:
+    """A solid of a file: its corners [m], and its faces as places among these, counter-clockwise seen from outside."""
+
+    name: str
+    corners: Sequence[Exact3]
+    faces: Sequence[Sequence[int]]
+    span: Span
+
+
+def metre_of(reading: LoadReading, asked: Import) -> Fraction:
+    """One of the file's units of length [m]; asked for if it is not said."""
+    said = asked.units.length if asked.units is not None else None
+    if said is None:
+        message = "the file does not say in which unit its lengths are"
+        reading.open(reading.page.span(0, 0), message, "say which, such as `units: {length: m}`")
+    return IN_METRES[said or "m"]
+
+
+def density_of(reading: LoadReading, asked: Import) -> Fraction:
+    """What a cubic metre weighs [kg]; asked for if it is not said."""
+    if asked.density is None:
+        message = "the file does not say how heavy its blocks are"
+        reading.open(reading.page.span(0, 0), message, "say it, such as `density: 2400 kg/m3`")
+    return Fraction(repr(asked.density or 1.0))
+
+
+def solid_brick(reading: LoadReading, mesh: Mesh, density: Fraction) -> ImportedBox | None:
+    """A mesh as a brick, if it is a convex solid; told and None if it is not."""
+    from stability.shapes.solid_making import solid_of_mesh  # noqa: PLC0415 -- boxes do without scipy
+
+    try:
+        made = solid_of_mesh([_floats(corner) for corner in mesh.corners], mesh.faces)
+    except NotASolidError as error:
+        hint = f"{error.hint}; or, if it may be passed over, write ignore: ['{mesh.name}']"
+        reading.wrong(mesh.span, f"'{mesh.name}': {error.message}", hint)
+        return None
+    used = dict.fromkeys(mesh.corners[corner] for face in mesh.faces for corner in face)
+    lows, highs = zip(*((min(along), max(along)) for along in zip(*used, strict=True)), strict=True)
+    centre = _exact3([(low + high) / 2 for low, high in zip(lows, highs, strict=True)])
+    size = _exact3([high - low for low, high in zip(lows, highs, strict=True)])
+    corners = tuple(_exact3([part - at for part, at in zip(corner, centre, strict=True)]) for corner in used)
+    mass = density * Fraction(made.shape.volume)
+    return ImportedBox(mesh.name, size, centre, mass, mesh.span, corners=corners)
+
+
+def brick_name(written: str, otherwise: str) -> str:
+    """A name that a brick can have, as near to what is written as that goes."""
+    plain = re.sub(r"[^A-Za-z0-9_.-]+", "-", written.strip()).strip("-")[:LONGEST_NAME]
+    if not plain:
+        return otherwise
+    return plain if re.fullmatch(NAME, plain) else f"{otherwise.partition('-')[0]}-{plain}"[:LONGEST_NAME]
+
+
+def _floats(corner: Exact3) -> tuple[float, float, float]:
+    x, y, z = map(float, corner)
+    return (x, y, z)
+
+
+def _exact3(parts: Sequence[Fraction]) -> Exact3:
+    x, y, z = parts
+    return (x, y, z)
