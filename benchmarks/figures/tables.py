@@ -101,7 +101,7 @@ TABLES: Mapping[str, Table] = {
             Column("`exact`", "{exact}"),
             Column("ms", "{exact_ms:sig2}"),
             Column("`cra`", "{cra}"),
-            Column("times as long", "{times_slower:sig2}"),
+            Column("times as long", "{times_slower}"),
             Column("the file by `import`", "{own}"),
         ),
     ),
