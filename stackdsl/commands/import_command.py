@@ -12,6 +12,7 @@ from stackdsl.commands.options import FilePath
 from stackdsl.commands.terminal import tell, write
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.exits import ExitCode
+from stackdsl.importing.expansion import file_beside
 from stackdsl.importing.load import ImportedLoad, UnreadableLoadError
 from stackdsl.importing.load_formats import MAX_IMPORTED, read_load
 from stackdsl.importing.moved_text import moved_lines
@@ -71,7 +72,8 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
         raise click.UsageError(f"cannot read {file}: {error.strerror}") from error
     shown = visible(file.as_posix())
     try:
-        found = _settled(read_load(data, shown, asked), asked)
+        read = read_load(data, shown, asked, lambda named: Path(file_beside(named, str(file))).read_bytes())
+        found = _settled(read, asked)
     except UnreadableLoadError as error:
         for mistake in error.diagnostics:
             tell(diagnostic_text(mistake))
@@ -122,7 +124,8 @@ def _notes(file: str, asked: Import, found: Settled) -> list[str]:
     """What was taken, what was moved, and what was left."""
     load = found.load
     which = f" of load '{asked.load}'" if asked.load else ""
-    lines = [f"{len(load.boxes)} boxes{which} in {file}, written to {digits(1000 * load.precision)} mm"]
+    exact = f", written to {digits(1000 * load.precision)} mm" if load.precision else ""
+    lines = [f"{len(load.boxes)} boxes{which} in {file}{exact}"]
     if asked.settle.lowered or asked.settle.within is not None:
         lines += moved_lines(found)
     if load.untaken or asked.ignore:

@@ -108,7 +108,8 @@ def _taken(source: Source, path: Path, step: dict[str, Plain], library: Library)
     span = source.span_of((*here, "file"))
     file = _file(asked.file, span)
     try:
-        load = read_load(library.bytes_of(file, MAX_IMPORTED), file, asked)
+        data = library.bytes_of(file, MAX_IMPORTED)
+        load = read_load(data, file, asked, lambda named: library.bytes_of(file_beside(named, file), MAX_IMPORTED))
     except UnreadableLoadError as error:
         where = f"imported from {source.key_span_of(here)}"
         told = [replace(each, span=replace(each.span, where=where)) for each in error.diagnostics]
@@ -123,6 +124,14 @@ def _taken(source: Source, path: Path, step: dict[str, Plain], library: Library)
         hint = "write `settle: as written`, or straighten it"
         raise _MistakeError(Diagnostic("SD115", odd.span, "a box that leans, or a solid, cannot be lowered", hint))
     return settled(load, asked.settle), file
+
+
+def file_beside(named: str, file: str) -> str:
+    """The path of a file that an imported one names. Raises OSError, also for one outside of the project."""
+    try:
+        return file_in_project(named, file, root_of(file))
+    except OutsideError as error:
+        raise OSError(f"{error.message}; {error.hint}") from error
 
 
 def _asked(source: Source, here: Path, written: Plain) -> Import:

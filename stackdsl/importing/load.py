@@ -1,6 +1,6 @@
 """What is taken from a file: boxes and convex solids with exact places, and what the file has that is not taken."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Final, TypeAlias
@@ -67,6 +67,7 @@ class LoadReading:
     untaken: dict[str, None] = field(default_factory=dict)
     used: set[str] = field(default_factory=set)  # of what is ignored
     finest: Fraction | None = None  # unit of the last digit of all lengths so far [m]
+    beside: Callable[[str], bytes] | None = None  # what a file holds that it names, as seen from it; or OSError
 
     def wrong(self, span: Span, message: str, hint: str) -> None:
         """Something is not as the format says."""
@@ -98,6 +99,17 @@ class LoadReading:
         else:
             hint = f"if it may be passed over, write ignore: ['{name}']"
             self.open(span, f"'{name}' is nothing that is taken", f"{meant}; {hint}" if meant else hint)
+
+    def file_beside(self, named: str, span: Span) -> bytes:
+        """What another file holds that this one names; told and empty if it cannot be read."""
+        if self.beside is None:
+            self.wrong(span, f"'{named}' cannot be looked for: the file is read by itself", "name a file in a folder")
+            return b""
+        try:
+            return self.beside(named)
+        except OSError as error:
+            self.wrong(span, f"cannot read '{named}': {error.strerror or error}", "put it beside this file")
+            return b""
 
     def digit(self, unit: Fraction) -> None:
         """A length has a last digit of this unit [m]."""

@@ -17,6 +17,7 @@ from stackdsl.reading.characters import unreadable_characters
 
 MAX_IMPORTED: Final = 16 << 20  # [bytes] of one file
 _CORNER: Final = re.compile(r"^v\s+[-+.\d]", re.MULTILINE)  # lines of an OBJ file
+_ROOT: Final = re.compile(r"\A(?:<\?[^>]*>|<!--.*?-->|<![^>]*>|\s)*<(mujoco|robot)\b", re.DOTALL)
 _FACE: Final = re.compile(r"^f\s+-?\d", re.MULTILINE)
 
 READERS: Final[Mapping[Format, Callable[[LoadReading, Import], ImportedLoad]]] = {
@@ -25,11 +26,24 @@ READERS: Final[Mapping[Format, Callable[[LoadReading, Import], ImportedLoad]]] =
     "bed-bpp": lambda reading, asked: read_bed_bpp(reading, asked.load),
     "compas": read_compas,
     "obj": read_obj,
+    "mjcf": lambda reading, asked: _of_engines("mjcf", reading, asked),
+    "urdf": lambda reading, asked: _of_engines("urdf", reading, asked),
 }
 
 
-def read_load(data: bytes, file: str, asked: Import) -> ImportedLoad:
-    """The load in the bytes of a file, which is called so. Raises UnreadableLoadError."""
+def _of_engines(format_: Format, reading: LoadReading, asked: Import) -> ImportedLoad:
+    """Scenes for engines, whose readers bring numpy and scipy."""
+    from stackdsl.importing.mjcf import read_mjcf  # noqa: PLC0415 -- as said
+    from stackdsl.importing.urdf import read_urdf  # noqa: PLC0415
+
+    return (read_mjcf if format_ == "mjcf" else read_urdf)(reading, asked)
+
+
+def read_load(data: bytes, file: str, asked: Import, beside: Callable[[str], bytes] | None = None) -> ImportedLoad:
+    """The load in the bytes of a file, which is called so. Raises UnreadableLoadError.
+
+    `beside` gives what a file holds that this one names, as seen from it; it raises OSError.
+    """
     if len(data) > MAX_IMPORTED:
         message = f"the file is larger than {MAX_IMPORTED >> 20} MiB"
         raise UnreadableLoadError([Diagnostic("SD006", Span(file, 1, 1, 1), message, "save the load by itself")])
@@ -43,7 +57,7 @@ def read_load(data: bytes, file: str, asked: Import) -> ImportedLoad:
     page = page_of(text, file)
     if (odd := next(unreadable_characters(page_of(text.replace("\t", " "), file)), None)) is not None:
         raise UnreadableLoadError([odd])
-    reading = LoadReading(page, frozenset(asked.ignore))
+    reading = LoadReading(page, frozenset(asked.ignore), beside=beside)
     format_ = asked.format or _format_of(reading)
     if (wrong := asked.beside(format_)) is not None:
         reading.open(page.span(0, 0), *wrong)
@@ -65,6 +79,8 @@ def _format_of(reading: LoadReading) -> Format:
         found = [format_ for format_, words in signs if all(word in text for word in words)]
         if len(found) == 1:
             return found[0]
+    elif (root := _ROOT.search(text)) is not None:
+        return "mjcf" if root[1] == "mujoco" else "urdf"
     elif _CORNER.search(text) and _FACE.search(text):
         return "obj"
     elif text and not text.startswith("<"):

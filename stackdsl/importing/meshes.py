@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Final
 
+from stability.geometry.vectors import subtract
 from stability.shapes.not_a_solid import NotASolidError
 from stackdsl.diagnostics import Span
 from stackdsl.importing.load import Exact3, ImportedBox, LoadReading
@@ -17,6 +18,8 @@ from stackdsl.language.author_types import NAME
 from stackdsl.language.imports import Import
 
 LONGEST_NAME: Final = 64  # [characters]
+LEAST_CORNERS: Final = 3  # of a face
+EVEN: Final = 1e-5  # of a size: a centre of mass as near to that of an even filling is that
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,8 +49,17 @@ def density_of(reading: LoadReading, asked: Import) -> Fraction:
     return Fraction(repr(asked.density or 1.0))
 
 
-def solid_brick(reading: LoadReading, mesh: Mesh, density: Fraction) -> ImportedBox | None:
-    """A mesh as a brick, if it is a convex solid; told and None if it is not."""
+def solid_brick(
+    reading: LoadReading,
+    mesh: Mesh,
+    density: Fraction = Fraction(1),
+    mass: Fraction | None = None,
+    heavy_at: Exact3 | None = None,
+) -> ImportedBox | None:
+    """A mesh as a brick, if it is a convex solid; told and None if it is not.
+
+    `mass` [kg] in place of the density [kg/m3]; `heavy_at` is the centre of mass, by default that of an even filling.
+    """
     from stability.shapes.solid_making import solid_of_mesh  # noqa: PLC0415 -- boxes do without scipy
 
     try:
@@ -61,8 +73,19 @@ def solid_brick(reading: LoadReading, mesh: Mesh, density: Fraction) -> Imported
     centre = _exact3([(low + high) / 2 for low, high in zip(lows, highs, strict=True)])
     size = _exact3([high - low for low, high in zip(lows, highs, strict=True)])
     corners = tuple(_exact3([part - at for part, at in zip(corner, centre, strict=True)]) for corner in used)
-    mass = density * Fraction(made.shape.volume)
-    return ImportedBox(mesh.name, size, centre, mass, mesh.span, corners=corners)
+    weighs = density * Fraction(made.shape.volume) if mass is None else mass
+    off = None
+    if heavy_at is not None and max(map(abs, subtract(made.centre_of_mass, _floats(heavy_at)))) > EVEN * max(size):
+        off = _exact3([part - at for part, at in zip(heavy_at, centre, strict=True)])
+    return ImportedBox(mesh.name, size, centre, weighs, mesh.span, corners=corners, heavy_at=off)
+
+
+def merged(corners: Sequence[Exact3], faces: Sequence[Sequence[int]]) -> tuple[list[Exact3], list[tuple[int, ...]]]:
+    """A mesh in which corners in one place are one: files may list those of each face apart."""
+    places: dict[Exact3, int] = {}
+    loops = [tuple(places.setdefault(corners[corner], len(places)) for corner in face) for face in faces]
+    solid = [tuple(dict.fromkeys(loop)) for loop in loops]
+    return list(places), [loop for loop in solid if len(loop) >= LEAST_CORNERS]
 
 
 def brick_name(written: str, otherwise: str) -> str:

@@ -12,7 +12,7 @@ from typing import Final
 from stackdsl.diagnostics import Span
 from stackdsl.importing.load import Exact3, ImportedLoad, LoadReading
 from stackdsl.importing.measures import Measures
-from stackdsl.importing.meshes import Mesh, brick_name, density_of, metre_of, solid_brick
+from stackdsl.importing.meshes import Mesh, brick_name, density_of, merged, metre_of, solid_brick
 from stackdsl.language.imports import Import
 
 _LOOKS: Final = {"vt", "vn", "usemtl", "mtllib", "s", "usemap", "maplib", "lod", "shadow_obj", "trace_obj"}
@@ -123,15 +123,7 @@ class _Lines:
             if part.name in self._reading.ignored:
                 self._reading.leave(part.name, part.span, known=False)
             elif part.faces:
-                found.append(_mesh(part, self._corners))
+                found.append(Mesh(part.name, *merged(self._corners, part.faces), part.span))
             else:
                 self._reading.leave(f"{part.name}, which has no faces", part.span, known=True)
         return found
-
-
-def _mesh(part: _Part, corners: Sequence[Exact3]) -> Mesh:
-    """Corners in one place are one: files may list those of each face apart."""
-    places: dict[Exact3, int] = {}
-    loops = [tuple(places.setdefault(corners[corner], len(places)) for corner in face) for face in part.faces]
-    solid = [tuple(dict.fromkeys(loop)) for loop in loops]
-    return Mesh(part.name, list(places), [loop for loop in solid if len(loop) >= LEAST_PARTS], part.span)

@@ -14,7 +14,7 @@ from stackdsl.language.author_types import Reads, text_schema
 from stackdsl.language.mistakes import MistakeError, shown
 from stackdsl.language.quantities import EXTENT, exact_quantity, quantity_pattern
 
-Format: TypeAlias = Literal["table", "pallet-sim", "bed-bpp", "compas", "obj"]
+Format: TypeAlias = Literal["table", "pallet-sim", "bed-bpp", "compas", "obj", "mjcf", "urdf"]
 FORMATS: Final[tuple[Format, ...]] = get_args(Format)
 # Of which formats a key is: the others say it by themselves, or have no such thing.
 OF_FORMATS: Final[Mapping[str, tuple[Format, ...]]] = {
