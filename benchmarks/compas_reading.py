@@ -5,12 +5,13 @@ from math import cos, sin
 from pathlib import Path
 
 from stability.geometry.rotations import rotate
-from stability.geometry.vectors import add, subtract
-from stability.model import Brick, Pose
+from stability.geometry.vectors import add
+from stability.model import Brick, Pose, Vec3
+from stability.shapes.box import Box
 from stability.shapes.solid_making import solid_of_corners
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed
-from stackdsl.importing.load import ImportedBox
+from stackdsl.importing.load import Exact3, ImportedBox
 from stackdsl.importing.load_formats import read_load
 from stackdsl.language.imports import Import
 
@@ -34,10 +35,16 @@ def own_assembly(path: Path, supports: Collection[int], friction: float, turn: f
 
 
 def _placed(box: ImportedBox, turn: float) -> Placed:
-    assert box.corners is not None
     assert box.name is not None
-    made = solid_of_corners([(float(x), float(y), float(z)) for x, y, z in box.corners])
     about = (0.0, sin(0.5 * turn), 0.0, cos(0.5 * turn))
-    x, y, z = map(float, box.centre)
-    centre = rotate(about, add((x, y, z), subtract(made.centre_of_mass, (0.0, 0.0, 0.0))))
-    return Placed(Brick(box.name, made.shape, float(box.mass)), Pose(centre, about))
+    centre = _floats(box.centre)
+    if box.corners is None:
+        return Placed(Brick(box.name, Box(_floats(box.size)), float(box.mass)), Pose(rotate(about, centre), about))
+    made = solid_of_corners([_floats(corner) for corner in box.corners])
+    place = rotate(about, add(centre, made.centre_of_mass))
+    return Placed(Brick(box.name, made.shape, float(box.mass)), Pose(place, about))
+
+
+def _floats(parts: Exact3) -> Vec3:
+    x, y, z = map(float, parts)
+    return (x, y, z)

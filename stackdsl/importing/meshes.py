@@ -7,6 +7,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import product
 from typing import Final
 
 from stability.geometry.vectors import subtract
@@ -72,7 +73,9 @@ def solid_brick(
     lows, highs = zip(*((min(along), max(along)) for along in zip(*used, strict=True)), strict=True)
     centre = _exact3([(low + high) / 2 for low, high in zip(lows, highs, strict=True)])
     size = _exact3([high - low for low, high in zip(lows, highs, strict=True)])
-    corners = tuple(_exact3([part - at for part, at in zip(corner, centre, strict=True)]) for corner in used)
+    corners = None
+    if set(used) != set(product(*zip(lows, highs, strict=True))):  # else it is an upright box, which may settle
+        corners = tuple(_exact3([part - at for part, at in zip(corner, centre, strict=True)]) for corner in used)
     weighs = density * Fraction(made.shape.volume) if mass is None else mass
     off = None
     if heavy_at is not None and max(map(abs, subtract(made.centre_of_mass, _floats(heavy_at)))) > EVEN * max(size):

@@ -39,6 +39,11 @@ def test_a_wedge_weighs_half_the_box_around_it() -> None:
     assert float(wedge.mass) == pytest.approx(0.5 * 0.3 * 0.2 * 0.3 * 2400.0)
 
 
+def test_a_mesh_that_is_an_upright_box_is_a_box_and_may_settle() -> None:
+    assert [box.is_upright for box in read(TEXTS["obj"], SAID["obj"]).boxes] == [True] * 3
+    assert [box.is_upright for box in read(TEXTS["compas"], SAID["compas"]).boxes] == [True, False]
+
+
 def test_where_y_points_up_what_is_high_is_at_z() -> None:
     heights = [float(box.centre[2]) for box in read(TEXTS["obj"], SAID["obj"]).boxes]
     assert heights == pytest.approx([0.025, 0.075, 0.125])
