@@ -7,17 +7,16 @@ files of meshes are looked for beside the scene. A level plane at a height of 0 
 import re
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
-from stability.model import Quaternion, Vec3
 from stackdsl.importing.load import ImportedLoad, LoadReading, UnreadableLoadError
 from stackdsl.importing.meshes import brick_name
-from stackdsl.importing.placed_shapes import Body, brick_of
+from stackdsl.importing.placed_shapes import ROUNDED, Body, brick_of
 from stackdsl.importing.xml_text import Element, taken, written, xml_text
 from stackdsl.language.imports import Import
 
 if TYPE_CHECKING:
-    import mujoco
+    from stability.engines.mujoco.compiled_scene import CompiledBody
 
 MISSING: Final = "MJCF is read by MuJoCo, which is not installed"
 _TAKEN: Final[Mapping[str, frozenset[str]]] = {  # by what they are in
@@ -34,7 +33,6 @@ _HARMLESS: Final = frozenset(
 _LOOKS: Final = frozenset({"material", "rgba", "group"})  # attributes
 _FRICTIONS: Final = frozenset({"friction", "condim", "priority", "margin", "gap", "contype", "conaffinity"})
 _FOLDERS: Final = ("meshdir", "assetdir", "texturedir")
-BOX, PLANE, MESH = "BOX", "PLANE", "MESH"
 
 
 def read_mjcf(reading: LoadReading, _: Import) -> ImportedLoad:
@@ -53,8 +51,7 @@ def read_mjcf(reading: LoadReading, _: Import) -> ImportedLoad:
             reading.leave("gravity", option.span, known=False)
     files = _files(reading, kept)
     reading.end()
-    model = _compiled(reading, kept, files)
-    made = [brick_of(reading, body) for body in _bodies(reading, kept, model)]
+    made = [brick_of(reading, body) for body in _bodies(reading, kept, _compiled(reading, kept, files))]
     reading.end()
     return reading.load([brick for brick in made if brick is not None])
 
@@ -87,9 +84,9 @@ def _files(reading: LoadReading, scene: Element) -> dict[str, bytes]:
     return found
 
 
-def _compiled(reading: LoadReading, scene: Element, files: dict[str, bytes]) -> "mujoco.MjModel":
+def _compiled(reading: LoadReading, scene: Element, files: dict[str, bytes]) -> "list[CompiledBody]":
     try:
-        import mujoco  # noqa: PLC0415 -- it comes with an extra
+        from stability.engines.mujoco.compiled_scene import compiled_scene  # noqa: PLC0415 -- it comes with an extra
     except ModuleNotFoundError:
         reading.open(scene.span, MISSING, "install it: pip install 'stackdsl[mujoco]'")
         raise UnreadableLoadError(reading.mistakes) from None
@@ -99,7 +96,7 @@ def _compiled(reading: LoadReading, scene: Element, files: dict[str, bytes]) -> 
         return {key: value for key, value in element.attributes.items() if key not in left_out}
 
     try:
-        return mujoco.MjSpec.from_string(written(scene, attributes), assets=files).compile()
+        return compiled_scene(written(scene, attributes), files)
     except ValueError as error:
         said = " ".join(str(error).split())
         line = re.search(r"line (?:number=)?(\d+)", said, re.IGNORECASE)
@@ -110,21 +107,19 @@ def _compiled(reading: LoadReading, scene: Element, files: dict[str, bytes]) -> 
         raise UnreadableLoadError(reading.mistakes) from error
 
 
-def _bodies(reading: LoadReading, scene: Element, model: "mujoco.MjModel") -> Iterator[Body]:
+def _bodies(reading: LoadReading, scene: Element, compiled: "list[CompiledBody]") -> Iterator[Body]:
     """What is free to move, as MuJoCo has it; what is not is told."""
-    elements = list(scene.all("body"))
-    for geom in range(model.body_geomnum[0]):
-        _admit_ground(reading, scene, model, geom)
-    for number, element in enumerate(elements, start=1):
+    world, *bodies = compiled
+    _admit_ground(reading, scene, world)
+    for number, (element, body) in enumerate(zip(scene.all("body"), bodies, strict=True), start=1):
         name = brick_name(element.attributes.get("name", ""), f"body-{number}")
-        joints = [model.jnt_type[model.body_jntadr[number] + n] for n in range(model.body_jntnum[number])]
-        if joints != [0]:  # mjJNT_FREE
-            message = f"'{name}' is joined to what it is in by a hinge or a slide" if joints else f"'{name}' is fixed"
-            _not_taken(reading, element, f"{message}, and bricks are free")
-        elif model.body_geomnum[number] != 1:
-            _not_taken(reading, element, f"'{name}' is of {model.body_geomnum[number]} shapes, and a brick is of one")
+        if body.joints != ("free",):
+            held = "is joined to what it is in by a hinge or a slide" if body.joints else "is fixed"
+            _not_taken(reading, element, f"'{name}' {held}, and bricks are free")
+        elif len(body.geoms) != 1:
+            _not_taken(reading, element, f"'{name}' is of {len(body.geoms)} shapes, and a brick is of one")
         else:
-            yield _body(element, name, model, number)
+            yield _body(element, name, body)
 
 
 def _not_taken(reading: LoadReading, element: Element, message: str) -> None:
@@ -133,56 +128,31 @@ def _not_taken(reading: LoadReading, element: Element, message: str) -> None:
     reading.open(element.span, message, hint)
 
 
-def _admit_ground(reading: LoadReading, scene: Element, model: "mujoco.MjModel", geom: int) -> None:
+def _admit_ground(reading: LoadReading, scene: Element, world: "CompiledBody") -> None:
     """Of what belongs to the world itself, the ground is what every scenario has."""
-    world = scene.first("worldbody")
-    geoms = [child for child in world.children if child.tag == "geom"] if world is not None else []
-    x, y, _, _ = _turned(model.geom_quat[geom])
-    level = abs(x) < 1e-9 and abs(y) < 1e-9 and abs(model.geom_pos[geom][2]) < 1e-9  # noqa: PLR2004 -- rounding
-    if not (level and _kind(model, geom) == PLANE):
-        _not_taken(reading, geoms[geom], "a shape of the world itself never moves, and there is ground at z = 0 only")
+    within = scene.first("worldbody")
+    elements = [child for child in within.children if child.tag == "geom"] if within is not None else []
+    for element, geom in zip(elements, world.geoms, strict=True):
+        off = max(abs(geom.turn[0]), abs(geom.turn[1]), abs(geom.place[2]))
+        if geom.kind != "plane" or off > ROUNDED:
+            message = "a shape of the world itself never moves, and there is ground at z = 0 only"
+            _not_taken(reading, element, message)
 
 
-def _kind(model: "mujoco.MjModel", geom: int) -> str:
-    import mujoco  # noqa: PLC0415 -- it is there, or there would be no model
-
-    return str(mujoco.mjtGeom(model.geom_type[geom]).name).removeprefix("mjGEOM_")
-
-
-def _turned(quaternion: Any) -> Quaternion:  # noqa: ANN401 -- an array
-    w, x, y, z = (float(part) for part in quaternion)
-    return (x, y, z, w)
-
-
-def _body(element: Element, name: str, model: "mujoco.MjModel", number: int) -> Body:
-    geom = int(model.body_geomadr[number])
-    kind = _kind(model, geom)
-    corners, faces = _mesh(model, int(model.geom_dataid[geom])) if kind == MESH else ((), ())
-    x, y, z = _three(model.geom_size[geom])
+def _body(element: Element, name: str, body: "CompiledBody") -> Body:
+    (geom,) = body.geoms
+    x, y, z = geom.size
     return Body(
         name=name,
         span=element.span,
-        shape=kind.lower(),
-        size=(2.0 * x, 2.0 * y, 2.0 * z) if kind == BOX else None,
-        corners=corners,
-        faces=faces,
-        mass=Fraction(repr(float(model.body_mass[number]))),
-        place=_three(model.body_pos[number]),
-        turn=_turned(model.body_quat[number]),
-        shape_place=_three(model.geom_pos[geom]),
-        shape_turn=_turned(model.geom_quat[geom]),
-        centre_of_mass=_three(model.body_ipos[number]),
+        shape=geom.kind,
+        size=(2.0 * x, 2.0 * y, 2.0 * z) if geom.kind == "box" else None,
+        corners=geom.corners,
+        faces=geom.faces,
+        mass=Fraction(repr(body.mass)),
+        place=body.place,
+        turn=body.turn,
+        shape_place=geom.place,
+        shape_turn=geom.turn,
+        centre_of_mass=body.centre_of_mass,
     )
-
-
-def _mesh(model: "mujoco.MjModel", mesh: int) -> tuple[tuple[Vec3, ...], tuple[tuple[int, ...], ...]]:
-    """Corners and faces, as MuJoCo has them: about the centre of mass, along the principal axes."""
-    first, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
-    corners = tuple(_three(corner) for corner in model.mesh_vert[first : first + count])
-    first, count = int(model.mesh_faceadr[mesh]), int(model.mesh_facenum[mesh])
-    return corners, tuple(tuple(map(int, face)) for face in model.mesh_face[first : first + count])
-
-
-def _three(parts: Any) -> Vec3:  # noqa: ANN401 -- an array
-    x, y, z = (float(part) for part in parts)
-    return (x, y, z)

@@ -191,6 +191,8 @@ def test_without_its_parser_a_format_says_what_to_install(monkeypatch: pytest.Mo
     for module, text in (("mujoco", MJCF), ("urdf_parser_py", URDF)):
         monkeypatch.setitem(sys.modules, module, None)
         monkeypatch.setitem(sys.modules, f"{module}.urdf", None)
+        for own in ("mujoco_binding", "compiled_scene"):
+            monkeypatch.delitem(sys.modules, f"stability.engines.mujoco.{own}", raising=False)
         with pytest.raises(UnreadableLoadError) as caught:
             read_plainly(text)
         (found,) = caught.value.diagnostics
