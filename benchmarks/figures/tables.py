@@ -91,6 +91,20 @@ TABLES: Mapping[str, Table] = {
             Column("one placement, 99 of 100, ms", "{placement_99_ms:sig2}"),
         ),
     ),
+    "compas-samples": Table(
+        "compas-samples",
+        "samples",
+        (
+            Column("sample", "{row}"),
+            Column("blocks", "{blocks}"),
+            Column("interfaces", "{interfaces}"),
+            Column("`exact`", "{exact}"),
+            Column("ms", "{exact_ms:sig2}"),
+            Column("`cra`", "{cra}"),
+            Column("times as long", "{times_slower}"),
+            Column("the file by `import`", "{own}"),
+        ),
+    ),
     "live": Table(
         "live",
         "scenes",

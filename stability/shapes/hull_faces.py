@@ -3,17 +3,22 @@
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
+from math import atan2
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
+from stability.geometry.hulls import convex_hull
 from stability.model import Vec3
 from stability.shapes.not_a_solid import NotASolidError
 
 Array = NDArray[np.float64]
-FLUSH: Final = 1e-9  # share of the extent: nearer to a plane or a line is in it
+FLUSH: Final = 1e-9  # share of the extent: what is thinner has no thickness
+# Share of the least thickness: nearer to a plane or a line is in it. Files write six decimals of a metre, or single
+# precision, and what touches may be two hundred times as far apart.
+WRITTEN: Final = 1e-4
 LEAST_POINTS: Final = 4
 LEAST_FACES_AT_A_CORNER: Final = 3
 MOST_POINTS: Final = 100_000
@@ -45,15 +50,26 @@ def hull_faces(points: Sequence[Vec3]) -> tuple[list[Vec3], list[tuple[int, ...]
     if len(hull.vertices) > MOST_CORNERS:
         message = f"the hull of the points has {len(hull.vertices)} corners, and {MOST_CORNERS} is the most"
         raise NotASolidError(message, "write a simpler solid, close to it")
-    planes = [_plane(scaled, group, hull) for group in _groups(scaled, hull)]
-    if any(float(np.ptp(scaled @ normal)) <= FLUSH for normal, _ in planes):
+    thickness = float(np.ptp(scaled @ hull.equations[:, :3].T, axis=0).min())
+    if thickness <= FLUSH:
         raise flat
-    loops = [_loop(scaled, on, normal) for normal, on in planes]
-    return _in_order(points, loops, scaled, planes)
+    written = WRITTEN * thickness
+    planes = [_plane(scaled, group, hull) for group in _groups(scaled, hull, written)]
+    loops = [_loop(scaled, on, normal, written) for normal, on in planes]
+    return _in_order(points, loops, scaled, planes, written)
 
 
-def _groups(points: Array, hull: ConvexHull) -> Iterator[list[int]]:
-    """The triangles of each face: neighbours that lie in one plane."""
+def written_share(points: Sequence[Vec3], faces: Sequence[Sequence[int]]) -> float:
+    """How far a corner of these faces may be off as files write, as a share of the extent."""
+    given = np.array(points, dtype=float)
+    normals = np.array([np.cross(given[b] - given[a], given[c] - given[a]) for a, b, c, *_ in faces])
+    lengths = np.linalg.norm(normals, axis=1)
+    heights = np.ptp(given @ (normals[lengths > 0.0] / lengths[lengths > 0.0, None]).T, axis=0)
+    return WRITTEN * float(heights.min()) / float(np.ptp(given, axis=0).max())
+
+
+def _groups(points: Array, hull: ConvexHull, written: float) -> Iterator[list[int]]:
+    """The triangles of each face: neighbours that lie in one plane, as far as files write."""
     normals, offsets = hull.equations[:, :3], hull.equations[:, 3]
     areas = np.linalg.norm(_across(points, hull.simplices), axis=1)
     left = set(range(len(hull.simplices)))
@@ -63,7 +79,7 @@ def _groups(points: Array, hull: ConvexHull) -> Iterator[list[int]]:
         heights = np.abs(points[hull.simplices] @ normals[first] + offsets[first]).max(axis=1)
         facing = hull.equations[:, :3] @ normals[first] > 0.0
         # A sliver has no normal of its own to tell by: that its corners lie in the plane is enough.
-        with_it = {n for n in left if heights[n] <= FLUSH and (facing[n] or areas[n] <= FLUSH)}
+        with_it = {n for n in left if heights[n] <= written and (facing[n] or areas[n] <= written)}
         group, front = {first}, [first]
         while front:
             front = [n for number in front for n in hull.neighbors[number].tolist() if n in with_it and n not in group]
@@ -85,23 +101,25 @@ def _plane(points: Array, group: Sequence[int], hull: ConvexHull) -> tuple[Array
     return normal, on
 
 
-def _loop(points: Array, on: Sequence[int], normal: Array) -> list[int]:
-    """The corners of a face in order, without those amid an edge."""
+def _loop(points: Array, on: Sequence[int], normal: Array, written: float) -> list[int]:
+    """The corners of a face in order, without those amid it or amid an edge."""
     middle = points[on].mean(axis=0)
     first = points[on[0]] - middle
     first = first - (first @ normal) * normal
     first /= np.linalg.norm(first)
     second = np.cross(normal, first)
     arms = points[on] - middle
-    order = np.argsort(np.arctan2(arms @ second, arms @ first), kind="stable")
-    loop = [on[int(place)] for place in order]
+    flat = dict(zip(zip((arms @ first).tolist(), (arms @ second).tolist(), strict=True), on, strict=True))
+    around = convex_hull(flat)
+    start = min(range(len(around)), key=lambda number: atan2(around[number][1], around[number][0]))
+    loop = [flat[point] for point in (*around[start:], *around[:start])]
     index = 0
     while len(loop) > 3 and index < len(loop):  # noqa: PLR2004 -- a triangle is the least
         before, here, after = points[loop[index - 1]], points[loop[index]], points[loop[(index + 1) % len(loop)]]
         side = after - before
         length = float(np.linalg.norm(side))
         sticks_out = float(np.linalg.norm(np.cross(here - before, side))) / length if length > 0.0 else 0.0
-        if sticks_out <= FLUSH:
+        if sticks_out <= written:
             del loop[index]
             index = max(index - 2, 0)
         else:
@@ -110,7 +128,11 @@ def _loop(points: Array, on: Sequence[int], normal: Array) -> list[int]:
 
 
 def _in_order(
-    points: Sequence[Vec3], loops: Sequence[Sequence[int]], scaled: Array, planes: Sequence[tuple[Array, list[int]]]
+    points: Sequence[Vec3],
+    loops: Sequence[Sequence[int]],
+    scaled: Array,
+    planes: Sequence[tuple[Array, list[int]]],
+    written: float,
 ) -> tuple[list[Vec3], list[tuple[int, ...]], list[int]]:
     faces_at: dict[int, int] = defaultdict(int)
     for loop in loops:
@@ -127,7 +149,7 @@ def _in_order(
         )
     new = {corner: number for number, corner in enumerate(corners)}
     depths = np.array([normal @ scaled[on[0]] for normal, on in planes]) - scaled @ np.array([n for n, _ in planes]).T
-    inside = [number for number in range(len(points)) if float(depths[number].min()) > FLUSH]
+    inside = [number for number in range(len(points)) if float(depths[number].min()) > written]
     return [_vector(points[c]) for c in corners], [tuple(new[c] for c in loop) for loop in loops], inside
 
 

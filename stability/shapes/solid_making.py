@@ -15,7 +15,7 @@ from stability.geometry.turn_of_axes import orientation_of
 from stability.geometry.vectors import norm, subtract
 from stability.model import IDENTITY, Face, Quaternion, Vec3
 from stability.shapes.convex_solid import ConvexSolid
-from stability.shapes.hull_faces import FLUSH, hull_faces
+from stability.shapes.hull_faces import FLUSH, hull_faces, written_share
 from stability.shapes.mesh_integrals import MeshIntegrals, integrals
 from stability.shapes.not_a_solid import NotASolidError
 
@@ -138,7 +138,7 @@ def solid_of_mesh(points: Sequence[Vec3], loops: Sequence[Sequence[int]], centre
         )
     corners, hull_loops, inside = hull_faces([points[n] for n in used])
     hull_volume = integrals(corners, hull_loops).volume
-    if inside or hull_volume - volume > FLUSH * extent**3:
+    if inside or hull_volume - volume > written_share(corners, hull_loops) * extent**3:
         share = 100.0 * (1.0 - volume / hull_volume)
         where = f": corner {used[inside[0]] + 1} is inside of its hull" if inside else ""
         raise NotASolidError(

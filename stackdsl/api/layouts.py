@@ -13,6 +13,7 @@ def four_stack(
     *,
     origin: Sequence[int | str] | None = None,
     heading: int | str | None = None,
+    omit: Sequence[str] | None = None,
     levels: int | None = None,
     step: int | str | None = None,
     spacing: str | None = None,
@@ -28,6 +29,7 @@ def four_stack(
 
     origin: shifts the layout to [x, y, z]
     heading: turns the layout about the vertical through its origin, x towards y
+    omit: bricks that are left out, such as `L2.3`; all others keep their names
     levels: how many levels of two planks
     step: how far each level is shifted along x from the one below
     spacing: between the centres of the two planks; default: length - width, so that ends are flush
@@ -39,7 +41,14 @@ def four_stack(
     until: goes on until the structure falls
     place: by hand, one brick after another; default: set down as if from nowhere
     """
-    what_is_written = {"origin": origin, "heading": heading, "levels": levels, "step": step, "spacing": spacing}
+    what_is_written = {
+        "origin": origin,
+        "heading": heading,
+        "omit": omit,
+        "levels": levels,
+        "step": step,
+        "spacing": spacing,
+    }
     return written(
         {
             "four_stack": what_is_written,
@@ -58,6 +67,7 @@ def column(
     *,
     origin: Sequence[int | str] | None = None,
     heading: int | str | None = None,
+    omit: Sequence[str] | None = None,
     levels: int | None = None,
     step: int | str | None = None,
     when: int | str | None = None,
@@ -72,6 +82,7 @@ def column(
 
     origin: shifts the layout to [x, y, z]
     heading: turns the layout about the vertical through its origin, x towards y
+    omit: bricks that are left out, such as `L2.3`; all others keep their names
     levels: how many planks
     step: how far each plank is shifted along its length from the one below
     when: when the step begins; default: after the previous step
@@ -82,7 +93,7 @@ def column(
     until: goes on until the structure falls
     place: by hand, one brick after another; default: set down as if from nowhere
     """
-    what_is_written = {"origin": origin, "heading": heading, "levels": levels, "step": step}
+    what_is_written = {"origin": origin, "heading": heading, "omit": omit, "levels": levels, "step": step}
     return written(
         {
             "column": what_is_written,
@@ -101,6 +112,7 @@ def wall(
     *,
     origin: Sequence[int | str] | None = None,
     heading: int | str | None = None,
+    omit: Sequence[str] | None = None,
     levels: int | None = None,
     bricks: int | None = None,
     gap: int | str | None = None,
@@ -116,6 +128,7 @@ def wall(
 
     origin: shifts the layout to [x, y, z]
     heading: turns the layout about the vertical through its origin, x towards y
+    omit: bricks that are left out, such as `L2.3`; all others keep their names
     levels: how many levels
     bricks: planks of a full level
     gap: between the ends of neighbours
@@ -127,7 +140,14 @@ def wall(
     until: goes on until the structure falls
     place: by hand, one brick after another; default: set down as if from nowhere
     """
-    what_is_written = {"origin": origin, "heading": heading, "levels": levels, "bricks": bricks, "gap": gap}
+    what_is_written = {
+        "origin": origin,
+        "heading": heading,
+        "omit": omit,
+        "levels": levels,
+        "bricks": bricks,
+        "gap": gap,
+    }
     return written(
         {
             "wall": what_is_written,
@@ -146,6 +166,7 @@ def harmonic(
     *,
     origin: Sequence[int | str] | None = None,
     heading: int | str | None = None,
+    omit: Sequence[str] | None = None,
     bricks: int | None = None,
     share: float | str | None = None,
     when: int | str | None = None,
@@ -160,6 +181,7 @@ def harmonic(
 
     origin: shifts the layout to [x, y, z]
     heading: turns the layout about the vertical through its origin, x towards y
+    omit: bricks that are left out, such as `L2.3`; all others keep their names
     bricks: how many planks
     share: of the overhang at which the stack is on the point of tipping
     when: when the step begins; default: after the previous step
@@ -170,7 +192,7 @@ def harmonic(
     until: goes on until the structure falls
     place: by hand, one brick after another; default: set down as if from nowhere
     """
-    what_is_written = {"origin": origin, "heading": heading, "bricks": bricks, "share": share}
+    what_is_written = {"origin": origin, "heading": heading, "omit": omit, "bricks": bricks, "share": share}
     return written(
         {
             "harmonic": what_is_written,
@@ -189,6 +211,7 @@ def tower(
     *,
     origin: Sequence[int | str] | None = None,
     heading: int | str | None = None,
+    omit: Sequence[str] | None = None,
     levels: int | None = None,
     bricks: int | None = None,
     overlap: float | str | None = None,
@@ -204,6 +227,7 @@ def tower(
 
     origin: shifts the layout to [x, y, z]
     heading: turns the layout about the vertical through its origin, x towards y
+    omit: bricks that are left out, such as `L2.3`; all others keep their names
     levels: how many rings
     bricks: planks of a ring
     overlap: of a plank's length that lies on each of the two planks below
@@ -215,7 +239,14 @@ def tower(
     until: goes on until the structure falls
     place: by hand, one brick after another; default: set down as if from nowhere
     """
-    what_is_written = {"origin": origin, "heading": heading, "levels": levels, "bricks": bricks, "overlap": overlap}
+    what_is_written = {
+        "origin": origin,
+        "heading": heading,
+        "omit": omit,
+        "levels": levels,
+        "bricks": bricks,
+        "overlap": overlap,
+    }
     return written(
         {
             "tower": what_is_written,
@@ -234,6 +265,7 @@ def card_house(
     *,
     origin: Sequence[int | str] | None = None,
     heading: int | str | None = None,
+    omit: Sequence[str] | None = None,
     levels: int | None = None,
     angle: int | str | None = None,
     spacing: str | None = None,
@@ -249,6 +281,7 @@ def card_house(
 
     origin: shifts the layout to [x, y, z]
     heading: turns the layout about the vertical through its origin, x towards y
+    omit: bricks that are left out, such as `L2.3`; all others keep their names
     levels: how many inverted Vs stand in the lowest storey; each one above has one less
     angle: of the leaning planks to the level
     spacing: between the middles of neighbouring Vs; default: nearer together than apart
@@ -260,7 +293,14 @@ def card_house(
     until: goes on until the structure falls
     place: by hand, one brick after another; default: set down as if from nowhere
     """
-    what_is_written = {"origin": origin, "heading": heading, "levels": levels, "angle": angle, "spacing": spacing}
+    what_is_written = {
+        "origin": origin,
+        "heading": heading,
+        "omit": omit,
+        "levels": levels,
+        "angle": angle,
+        "spacing": spacing,
+    }
     return written(
         {
             "card_house": what_is_written,
@@ -279,6 +319,7 @@ def leaning_structure(
     *,
     origin: Sequence[int | str] | None = None,
     heading: int | str | None = None,
+    omit: Sequence[str] | None = None,
     levels: int | None = None,
     step: str | None = None,
     spacing: str | None = None,
@@ -294,6 +335,7 @@ def leaning_structure(
 
     origin: shifts the layout to [x, y, z]
     heading: turns the layout about the vertical through its origin, x towards y
+    omit: bricks that are left out, such as `L2.3`; all others keep their names
     levels: how many levels of two planks
     step: how far each level is shifted along x from the one below; default: 11 % of the length
     spacing: between the centres of the two planks; default: two thirds of the length
@@ -305,7 +347,14 @@ def leaning_structure(
     until: goes on until the structure falls
     place: by hand, one brick after another; default: set down as if from nowhere
     """
-    what_is_written = {"origin": origin, "heading": heading, "levels": levels, "step": step, "spacing": spacing}
+    what_is_written = {
+        "origin": origin,
+        "heading": heading,
+        "omit": omit,
+        "levels": levels,
+        "step": step,
+        "spacing": spacing,
+    }
     return written(
         {
             "leaning_structure": what_is_written,
@@ -324,6 +373,7 @@ def arch(
     *,
     origin: Sequence[int | str] | None = None,
     heading: int | str | None = None,
+    omit: Sequence[str] | None = None,
     span: str | None = None,
     rise: str | None = None,
     thickness: str | None = None,
@@ -342,6 +392,7 @@ def arch(
 
     origin: shifts the layout to [x, y, z]
     heading: turns the layout about the vertical through its origin, x towards y
+    omit: bricks that are left out, such as `L2.3`; all others keep their names
     span: between the springings, on the inner side
     rise: of the crown above the springings, on the inner side; default: half the span, a semicircle
     thickness: of the ring of stones, along the joints
@@ -359,6 +410,7 @@ def arch(
     what_is_written = {
         "origin": origin,
         "heading": heading,
+        "omit": omit,
         "span": span,
         "rise": rise,
         "thickness": thickness,
@@ -384,6 +436,7 @@ def flat_arch(
     *,
     origin: Sequence[int | str] | None = None,
     heading: int | str | None = None,
+    omit: Sequence[str] | None = None,
     span: str | None = None,
     height: str | None = None,
     thickness: str | None = None,
@@ -403,6 +456,7 @@ def flat_arch(
 
     origin: shifts the layout to [x, y, z]
     heading: turns the layout about the vertical through its origin, x towards y
+    omit: bricks that are left out, such as `L2.3`; all others keep their names
     span: between the abutments, on the lower side
     height: of the lower side above the ground
     thickness: from the lower side to the upper one
@@ -421,6 +475,7 @@ def flat_arch(
     what_is_written = {
         "origin": origin,
         "heading": heading,
+        "omit": omit,
         "span": span,
         "height": height,
         "thickness": thickness,
@@ -432,6 +487,242 @@ def flat_arch(
     return written(
         {
             "flat_arch": what_is_written,
+            "at": when,
+            "after": after,
+            "name": name,
+            "brick": brick,
+            "every": every,
+            "until": until,
+            "place": place,
+        }
+    )
+
+
+def jenga(
+    *,
+    origin: Sequence[int | str] | None = None,
+    heading: int | str | None = None,
+    omit: Sequence[str] | None = None,
+    levels: int | None = None,
+    bricks: int | None = None,
+    spacing: str | None = None,
+    when: int | str | None = None,
+    after: str | None = None,
+    name: str | None = None,
+    brick: str | object | None = None,
+    every: str | None = None,
+    until: str | None = None,
+    place: str | Mapping[str, object] | None = None,
+) -> Written:
+    """Planks side by side, turned by a quarter each level, to be pulled out one by one.
+
+    origin: shifts the layout to [x, y, z]
+    heading: turns the layout about the vertical through its origin, x towards y
+    omit: bricks that are left out, such as `L2.3`; all others keep their names
+    levels: how many levels
+    bricks: planks of a level
+    spacing: between the centres of neighbours; default: the length of a plank, divided among all
+    when: when the step begins; default: after the previous step
+    after: the event that the step begins after
+    name: goes before the names of the bricks of this step
+    brick: what this step is built of; default: the scenario's brick
+    every: time for each brick; default: all at one time
+    until: goes on until the structure falls
+    place: by hand, one brick after another; default: set down as if from nowhere
+    """
+    what_is_written = {
+        "origin": origin,
+        "heading": heading,
+        "omit": omit,
+        "levels": levels,
+        "bricks": bricks,
+        "spacing": spacing,
+    }
+    return written(
+        {
+            "jenga": what_is_written,
+            "at": when,
+            "after": after,
+            "name": name,
+            "brick": brick,
+            "every": every,
+            "until": until,
+            "place": place,
+        }
+    )
+
+
+def pyramid(
+    *,
+    origin: Sequence[int | str] | None = None,
+    heading: int | str | None = None,
+    omit: Sequence[str] | None = None,
+    levels: int | None = None,
+    gap: int | str | None = None,
+    when: int | str | None = None,
+    after: str | None = None,
+    name: str | None = None,
+    brick: str | object | None = None,
+    every: str | None = None,
+    until: str | None = None,
+    place: str | Mapping[str, object] | None = None,
+) -> Written:
+    """Rows of planks end to end along x, each plank upon the ends of two of the row below, up to a single one.
+
+    origin: shifts the layout to [x, y, z]
+    heading: turns the layout about the vertical through its origin, x towards y
+    omit: bricks that are left out, such as `L2.3`; all others keep their names
+    levels: how many rows; as many planks lie in the lowest
+    gap: between the ends of neighbours
+    when: when the step begins; default: after the previous step
+    after: the event that the step begins after
+    name: goes before the names of the bricks of this step
+    brick: what this step is built of; default: the scenario's brick
+    every: time for each brick; default: all at one time
+    until: goes on until the structure falls
+    place: by hand, one brick after another; default: set down as if from nowhere
+    """
+    what_is_written = {"origin": origin, "heading": heading, "omit": omit, "levels": levels, "gap": gap}
+    return written(
+        {
+            "pyramid": what_is_written,
+            "at": when,
+            "after": after,
+            "name": name,
+            "brick": brick,
+            "every": every,
+            "until": until,
+            "place": place,
+        }
+    )
+
+
+def corbel(
+    *,
+    origin: Sequence[int | str] | None = None,
+    heading: int | str | None = None,
+    omit: Sequence[str] | None = None,
+    levels: int | None = None,
+    share: float | str | None = None,
+    gap: str | None = None,
+    when: int | str | None = None,
+    after: str | None = None,
+    name: str | None = None,
+    brick: str | object | None = None,
+    every: str | None = None,
+    until: str | None = None,
+    place: str | Mapping[str, object] | None = None,
+) -> Written:
+    """Two stacks that lean towards each other by harmonic overhangs, a share of those at which they tip.
+
+    origin: shifts the layout to [x, y, z]
+    heading: turns the layout about the vertical through its origin, x towards y
+    omit: bricks that are left out, such as `L2.3`; all others keep their names
+    levels: how many planks each side has
+    share: of the overhangs at which a side is on the point of tipping
+    gap: between the two uppermost planks; default: the thickness of a plank
+    when: when the step begins; default: after the previous step
+    after: the event that the step begins after
+    name: goes before the names of the bricks of this step
+    brick: what this step is built of; default: the scenario's brick
+    every: time for each brick; default: all at one time
+    until: goes on until the structure falls
+    place: by hand, one brick after another; default: set down as if from nowhere
+    """
+    what_is_written = {"origin": origin, "heading": heading, "omit": omit, "levels": levels, "share": share, "gap": gap}
+    return written(
+        {
+            "corbel": what_is_written,
+            "at": when,
+            "after": after,
+            "name": name,
+            "brick": brick,
+            "every": every,
+            "until": until,
+            "place": place,
+        }
+    )
+
+
+def dominoes(
+    *,
+    origin: Sequence[int | str] | None = None,
+    heading: int | str | None = None,
+    omit: Sequence[str] | None = None,
+    bricks: int | None = None,
+    spacing: str | None = None,
+    when: int | str | None = None,
+    after: str | None = None,
+    name: str | None = None,
+    brick: str | object | None = None,
+    every: str | None = None,
+    until: str | None = None,
+    place: str | Mapping[str, object] | None = None,
+) -> Written:
+    """Planks on end in a row along x, their flat sides to each other; the first stands at the origin.
+
+    origin: shifts the layout to [x, y, z]
+    heading: turns the layout about the vertical through its origin, x towards y
+    omit: bricks that are left out, such as `L2.3`; all others keep their names
+    bricks: how many planks
+    spacing: from the middle of one to that of the next
+    when: when the step begins; default: after the previous step
+    after: the event that the step begins after
+    name: goes before the names of the bricks of this step
+    brick: what this step is built of; default: the scenario's brick
+    every: time for each brick; default: all at one time
+    until: goes on until the structure falls
+    place: by hand, one brick after another; default: set down as if from nowhere
+    """
+    what_is_written = {"origin": origin, "heading": heading, "omit": omit, "bricks": bricks, "spacing": spacing}
+    return written(
+        {
+            "dominoes": what_is_written,
+            "at": when,
+            "after": after,
+            "name": name,
+            "brick": brick,
+            "every": every,
+            "until": until,
+            "place": place,
+        }
+    )
+
+
+def ring(
+    *,
+    origin: Sequence[int | str] | None = None,
+    heading: int | str | None = None,
+    omit: Sequence[str] | None = None,
+    posts: int | None = None,
+    overlap: float | str | None = None,
+    when: int | str | None = None,
+    after: str | None = None,
+    name: str | None = None,
+    brick: str | object | None = None,
+    every: str | None = None,
+    until: str | None = None,
+    place: str | Mapping[str, object] | None = None,
+) -> Written:
+    """Posts on end round a circle, and lintels that each lie on two of them, half of their weight on either.
+
+    origin: shifts the layout to [x, y, z]
+    heading: turns the layout about the vertical through its origin, x towards y
+    omit: bricks that are left out, such as `L2.3`; all others keep their names
+    posts: how many posts, and as many lintels
+    overlap: of the most by which lintels can lie on posts without meeting each other
+    when: when the step begins; default: after the previous step
+    after: the event that the step begins after
+    name: goes before the names of the bricks of this step
+    brick: what this step is built of; default: the scenario's brick
+    every: time for each brick; default: all at one time
+    until: goes on until the structure falls
+    place: by hand, one brick after another; default: set down as if from nowhere
+    """
+    what_is_written = {"origin": origin, "heading": heading, "omit": omit, "posts": posts, "overlap": overlap}
+    return written(
+        {
+            "ring": what_is_written,
             "at": when,
             "after": after,
             "name": name,

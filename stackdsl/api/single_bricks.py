@@ -59,6 +59,10 @@ def imported(
     settle: str | None = None,
     point: str | None = None,
     units: Mapping[str, str] | None = None,
+    density: str | None = None,
+    up: str | None = None,
+    supports: str | None = None,
+    origin: Sequence[str] | None = None,
     ignore: Sequence[str] | None = None,
     when: str | None = None,
     after: str | None = None,
@@ -72,10 +76,15 @@ def imported(
     load: which of several loads: number of the pallet, or of the order
     settle: how boxes come to touch what is below them: as written, down, or such as within 5 mm
     point: of a table: what x, y, z are of a box, its lower corner or its centre
-    units: of a table: units of columns whose headers say none
+    units: of columns whose headers say none, or of an OBJ or COMPAS file, which never does
+    density: of an OBJ or COMPAS file: of all blocks in it
+    up: of an OBJ file: which of its axes points up
+    supports: of a COMPAS file: `bricks` takes the blocks that it says are fixed as bricks like others
+    origin: shifts the load by [x, y, z]
     ignore: what the file has beside, and is not to be taken: columns, keys, or bodies
     """
     kept = {"file": file, "format": format, "load": load, "settle": settle}
-    of_table = {"point": point, "units": units, "ignore": ignore}
+    left_open = {"point": point, "units": units, "density": density, "up": up, "supports": supports}
+    others = {"origin": origin, "ignore": ignore}
     step = {"at": when, "after": after, "name": name, "every": every, "place": place}
-    return written({"import": written({**kept, **of_table}), **step})
+    return written({"import": written({**kept, **left_open, **others}), **step})

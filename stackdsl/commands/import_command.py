@@ -12,6 +12,7 @@ from stackdsl.commands.options import FilePath
 from stackdsl.commands.terminal import tell, write
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.exits import ExitCode
+from stackdsl.importing.expansion import file_beside
 from stackdsl.importing.load import ImportedLoad, UnreadableLoadError
 from stackdsl.importing.load_formats import MAX_IMPORTED, read_load
 from stackdsl.importing.moved_text import moved_lines
@@ -34,8 +35,12 @@ _LENGTHS, _MASSES = (list(get_args(get_args(Units.model_fields[key].annotation)[
 @click.option("--load", help="Which of several loads: number of the pallet, or of the order.")
 @click.option("--settle", default="as written", show_default=True, help="Also `down`, or such as `within 5 mm`.")
 @click.option("--point", type=click.Choice(("corner", "centre")), help="Of a table: what x, y, z are of a box.")
-@click.option("--length", type=click.Choice(_LENGTHS), help="Of a table: the unit of columns that say none.")
+@click.option("--length", type=click.Choice(_LENGTHS), help="The unit of lengths, where the file says none.")
 @click.option("--mass", type=click.Choice(_MASSES), help="Of a table: likewise.")
+@click.option("--density", help="Of an OBJ or COMPAS file, such as '2400 kg/m3'.")
+@click.option("--up", type=click.Choice(("+y", "+z")), help="Of an OBJ file: which of its axes points up.")
+@click.option("--supports", type=click.Choice(("bricks",)), help="Of a COMPAS file: take what is fixed as bricks.")
+@click.option("--origin", nargs=3, help="Shifts the load by x, y, z, such as '0 mm' '0 mm' '1 m'.")
 @click.option("--ignore", multiple=True, help="A column, key or body that is not to be taken; may be repeated.")
 @click.option("--friction", type=click.FloatRange(0.0, 10.0), default=0.5, show_default=True, help="Of box on box.")
 @click.option("--name", help="What the scenario is called; default: as the file.")
@@ -49,14 +54,17 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     point: str | None,
     length: str | None,
     mass: str | None,
+    density: str | None,
+    up: str | None,
+    supports: str | None,
+    origin: tuple[str, str, str] | None,
     ignore: tuple[str, ...],
     friction: float,
     name: str | None,
 ) -> None:
     """Print a scenario with the boxes of FILE, which another program wrote; tell what was moved or is wrong."""
-    asked = _asked(
-        file=str(file), format=format_, load=load, settle=settle, point=point, ignore=ignore, length=length, mass=mass
-    )
+    of_load = {"format": format_, "load": load, "settle": settle, "point": point, "ignore": ignore, "origin": origin}
+    asked = _asked(file=str(file), **of_load, length=length, mass=mass, density=density, up=up, supports=supports)
     try:
         with file.open("rb") as stream:
             data = stream.read(MAX_IMPORTED + 1)
@@ -64,7 +72,8 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
         raise click.UsageError(f"cannot read {file}: {error.strerror}") from error
     shown = visible(file.as_posix())
     try:
-        found = _settled(read_load(data, shown, asked), asked)
+        read = read_load(data, shown, asked, lambda named: Path(file_beside(named, str(file))).read_bytes())
+        found = _settled(read, asked)
     except UnreadableLoadError as error:
         for mistake in error.diagnostics:
             tell(diagnostic_text(mistake))
@@ -105,9 +114,9 @@ def _asked(**written: object) -> Import:
 
 
 def _settled(load: ImportedLoad, asked: Import) -> Settled:
-    if (leaning := cannot_settle(load, asked.settle)) is not None:
-        message, hint = "a box that leans cannot be lowered", "take it as written, or straighten it"
-        raise UnreadableLoadError([Diagnostic("SD115", leaning.span, message, hint)])
+    if (odd := cannot_settle(load, asked.settle)) is not None:
+        message, hint = "a box that leans, or a solid, cannot be lowered", "take it as written, or straighten it"
+        raise UnreadableLoadError([Diagnostic("SD115", odd.span, message, hint)])
     return settled(load, asked.settle)
 
 
@@ -115,7 +124,8 @@ def _notes(file: str, asked: Import, found: Settled) -> list[str]:
     """What was taken, what was moved, and what was left."""
     load = found.load
     which = f" of load '{asked.load}'" if asked.load else ""
-    lines = [f"{len(load.boxes)} boxes{which} in {file}, written to {digits(1000 * load.precision)} mm"]
+    exact = f", written to {digits(1000 * load.precision)} mm" if load.precision else ""
+    lines = [f"{len(load.boxes)} boxes{which} in {file}{exact}"]
     if asked.settle.lowered or asked.settle.within is not None:
         lines += moved_lines(found)
     if load.untaken or asked.ignore:

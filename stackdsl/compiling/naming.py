@@ -66,5 +66,5 @@ def names_of(
 def name_by_place(brick: WrittenBrick, level: int, counts: Counter[tuple[str, int]]) -> BodyId:
     """The name of a brick that comes after those that are counted, by step and level; it is counted, too."""
     place = f"{brick.within}." if brick.within else ""
-    counts[place, level] += 1
+    counts[place, level] += 1 + brick.passed
     return brick.name or f"{place}L{level}.{counts[place, level]}"

@@ -50,6 +50,7 @@ class WrittenBrick:
     drop: bool = False
     together: bool = False  # whether it is set down at one moment with the brick before it
     within: str | None = None  # the name of its step
+    passed: int = 0  # how many bricks of its level are left out just before it
     placed_by: tuple[int, ...] = ()  # the bricks on or beside which it was to lie, by number
     lost: NowhereError | None = None  # where one of these is not there; then its own place means nothing
 
@@ -89,9 +90,8 @@ def _bricks_of_layout(number: int, step: BuildStep, scenario: Scenario) -> Itera
             path: Path = ("build", number, name)
             point = form.middle if spec.outline is None else form.origin
             mass, pose = kind.mass_of(form), _set_back(pose_of(spec), point)
-            yield WrittenBrick(
-                path, number, form.shape, mass, pose, spec.level, own, together=spec.together, within=step.name
-            )
+            made = WrittenBrick(path, number, form.shape, mass, pose, spec.level, own, together=spec.together)
+            yield replace(made, within=step.name, passed=spec.passed)
 
 
 def pose_of(spec: BrickSpec) -> Pose:

@@ -108,7 +108,8 @@ def _taken(source: Source, path: Path, step: dict[str, Plain], library: Library)
     span = source.span_of((*here, "file"))
     file = _file(asked.file, span)
     try:
-        load = read_load(library.bytes_of(file, MAX_IMPORTED), file, asked)
+        data = library.bytes_of(file, MAX_IMPORTED)
+        load = read_load(data, file, asked, lambda named: library.bytes_of(file_beside(named, file), MAX_IMPORTED))
     except UnreadableLoadError as error:
         where = f"imported from {source.key_span_of(here)}"
         told = [replace(each, span=replace(each.span, where=where)) for each in error.diagnostics]
@@ -119,10 +120,18 @@ def _taken(source: Source, path: Path, step: dict[str, Plain], library: Library)
     if len(load.boxes) > MAX_BRICKS:
         message = f"the load has {len(load.boxes)} boxes, and {MAX_BRICKS} is the most"
         raise _MistakeError(Diagnostic("SD206", span, message, "import it in parts"))
-    if (leaning := cannot_settle(load, asked.settle)) is not None:
+    if (odd := cannot_settle(load, asked.settle)) is not None:
         hint = "write `settle: as written`, or straighten it"
-        raise _MistakeError(Diagnostic("SD115", leaning.span, "a box that leans cannot be lowered", hint))
+        raise _MistakeError(Diagnostic("SD115", odd.span, "a box that leans, or a solid, cannot be lowered", hint))
     return settled(load, asked.settle), file
+
+
+def file_beside(named: str, file: str) -> str:
+    """The path of a file that an imported one names. Raises OSError, also for one outside of the project."""
+    try:
+        return file_in_project(named, file, root_of(file))
+    except OutsideError as error:
+        raise OSError(f"{error.message}; {error.hint}") from error
 
 
 def _asked(source: Source, here: Path, written: Plain) -> Import:

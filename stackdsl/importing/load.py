@@ -1,6 +1,6 @@
-"""What is taken from a file: boxes with exact sizes and places, and what the file has that is not taken."""
+"""What is taken from a file: boxes and convex solids with exact places, and what the file has that is not taken."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Final, TypeAlias
@@ -13,7 +13,7 @@ LEVEL: Final[Exact3] = (Fraction(0), Fraction(0), Fraction(0))
 
 @dataclass(frozen=True, slots=True)
 class ImportedBox:
-    """One box of a file, in the frame of that file."""
+    """One box of a file, or one convex solid in the box around it, in the frame of that file."""
 
     name: str | None  # None for a name by place
     size: Exact3  # along its own axes [m]
@@ -21,11 +21,13 @@ class ImportedBox:
     mass: Fraction  # [kg]
     span: Span  # where in the file it is
     turn: Exact3 = LEVEL  # about x, then y, then z, fixed axes [deg]
+    corners: tuple[Exact3, ...] | None = None  # of a solid, along its own axes, from `centre`; None for a box [m]
+    heavy_at: Exact3 | None = None  # the centre of mass, likewise; None for that of an even filling
 
     @property
     def is_upright(self) -> bool:
-        """Whether its height is vertical."""
-        return self.turn[:2] == LEVEL[:2]
+        """Whether it is a box whose height is vertical."""
+        return self.corners is None and self.turn[:2] == LEVEL[:2]
 
     @property
     def bottom(self) -> Fraction:
@@ -65,6 +67,7 @@ class LoadReading:
     untaken: dict[str, None] = field(default_factory=dict)
     used: set[str] = field(default_factory=set)  # of what is ignored
     finest: Fraction | None = None  # unit of the last digit of all lengths so far [m]
+    beside: Callable[[str], bytes] | None = None  # what a file holds that it names, as seen from it; or OSError
 
     def wrong(self, span: Span, message: str, hint: str) -> None:
         """Something is not as the format says."""
@@ -97,6 +100,17 @@ class LoadReading:
             hint = f"if it may be passed over, write ignore: ['{name}']"
             self.open(span, f"'{name}' is nothing that is taken", f"{meant}; {hint}" if meant else hint)
 
+    def file_beside(self, named: str, span: Span) -> bytes:
+        """What another file holds that this one names; told and empty if it cannot be read."""
+        if self.beside is None:
+            self.wrong(span, f"'{named}' cannot be looked for: the file is read by itself", "name a file in a folder")
+            return b""
+        try:
+            return self.beside(named)
+        except OSError as error:
+            self.wrong(span, f"cannot read '{named}': {error.strerror or error}", "put it beside this file")
+            return b""
+
     def digit(self, unit: Fraction) -> None:
         """A length has a last digit of this unit [m]."""
         self.finest = unit if self.finest is None else min(unit, self.finest)
@@ -108,6 +122,6 @@ class LoadReading:
         for name in sorted(self.ignored - self.used):
             self.open(start, f"there is no '{name}' that could be ignored", "leave it out of `ignore`")
         if not boxes:
-            self.wrong(start, "there is no box in it", "name a file with boxes")
+            self.wrong(start, "there is no brick in it", "name a file with boxes, or with convex solids")
         self.end()
         return ImportedLoad(tuple(boxes), self.finest or Fraction(0), tuple(self.untaken))

@@ -2,7 +2,7 @@
 
 from fractions import Fraction
 
-from stackdsl.importing.load import LEVEL, ImportedBox
+from stackdsl.importing.load import LEVEL, Exact3, ImportedBox
 from stackdsl.reading.source import Plain
 
 
@@ -10,8 +10,20 @@ def written_box(box: ImportedBox) -> dict[str, Plain]:
     """One box as an item of `bricks`."""
     named: dict[str, Plain] = {"name": box.name} if box.name is not None else {}
     turn: dict[str, Plain] = {} if box.turn == LEVEL else {"rotate": [f"{digits(part)} deg" for part in box.turn]}
-    brick: dict[str, Plain] = {"size": [_length(side) for side in box.size], "mass": f"{digits(box.mass)} kg"}
-    return {**named, "at": [_length(part) for part in box.centre], **turn, "brick": brick}
+    brick: dict[str, Plain] = _form(box) | {"mass": f"{digits(box.mass)} kg"}
+    if box.heavy_at is not None:
+        brick["centre_of_mass"] = _lengths(box.heavy_at)
+    return {**named, "at": _lengths(box.centre), **turn, "brick": brick}
+
+
+def _form(box: ImportedBox) -> dict[str, Plain]:
+    if box.corners is None:
+        return {"size": _lengths(box.size)}
+    return {"points": [_lengths(corner) for corner in box.corners]}
+
+
+def _lengths(parts: Exact3) -> list[Plain]:
+    return [_length(part) for part in parts]
 
 
 def _length(metres: Fraction) -> str:

@@ -160,6 +160,9 @@ _NAME_ADVICE = "begin with a letter, then letters, digits, _ . or -"
 _SLUG_ADVICE = "write small letters, digits and -, at most 64"
 Slug = Annotated[str, _text(_SLUG, "a name for files", _SLUG_ADVICE, "slant-tower")]
 BodyName = Annotated[str, _text(NAME, "the name of a brick", _NAME_ADVICE, "L3.2"), NamesBody()]
+PlaceName = Annotated[
+    str, _text(r"L[1-9][0-9]{0,5}\.[1-9][0-9]{0,5}", "the place of a brick", "write such as L2.3", "L2.3")
+]
 BodyNames = Annotated[tuple[BodyName, ...], Field(min_length=1, max_length=MAX_BRICKS)]
 BodyOrPlaneName = Annotated[str, _text(NAME, "the name of a brick", _NAME_ADVICE, "L3.2"), NamesBody(or_plane=True)]
 _UPHOLDS = _text(rf"(?!wall[0-9]+$){NAME}", "the name of a brick, or ground", _NAME_ADVICE, "beam")

@@ -1,6 +1,7 @@
 """`import`: the boxes of a file that another program wrote, and how they are to be taken."""
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Annotated, Final, Literal, Self, TypeAlias, get_args
@@ -13,8 +14,17 @@ from stackdsl.language.author_types import Reads, text_schema
 from stackdsl.language.mistakes import MistakeError, shown
 from stackdsl.language.quantities import EXTENT, exact_quantity, quantity_pattern
 
-Format: TypeAlias = Literal["table", "pallet-sim", "bed-bpp"]
+Format: TypeAlias = Literal["table", "pallet-sim", "bed-bpp", "compas", "obj", "mjcf", "urdf"]
 FORMATS: Final[tuple[Format, ...]] = get_args(Format)
+# Of which formats a key is: the others say it by themselves, or have no such thing.
+OF_FORMATS: Final[Mapping[str, tuple[Format, ...]]] = {
+    "load": ("pallet-sim", "bed-bpp"),
+    "point": ("table",),
+    "units": ("table", "compas", "obj"),
+    "density": ("compas", "obj"),
+    "up": ("obj",),
+    "supports": ("compas",),
+}
 
 _ADVICE: Final = "write as written, down, or such as within 5 mm"
 
@@ -44,7 +54,7 @@ _SETTLE: Final = rf"as written|down|within\s+{quantity_pattern(EXTENT)}"
 
 
 class Units(Asking):
-    """Units of columns whose headers say none."""
+    """Units of what says none."""
 
     length: Literal["mm", "cm", "m"] | None = Field(None, description="of sizes and places")
     mass: Literal["g", "kg"] | None = Field(None, description="of masses")
@@ -64,15 +74,30 @@ class Import(AuthorModel):
     point: Literal["corner", "centre"] | None = Field(
         None, description="of a table: what x, y, z are of a box, its lower corner or its centre"
     )
-    units: Units | None = Field(None, description="of a table: units of columns whose headers say none")
+    units: Units | None = Field(
+        None, description="of columns whose headers say none, or of an OBJ or COMPAS file, which never does"
+    )
+    density: t.Density | None = Field(None, description="of an OBJ or COMPAS file: of all blocks in it")
+    up: Literal["+y", "+z"] | None = Field(None, description="of an OBJ file: which of its axes points up")
+    supports: Literal["bricks"] | None = Field(
+        None, description="of a COMPAS file: `bricks` takes the blocks that it says are fixed as bricks like others"
+    )
+    origin: tuple[t.Length, t.Length, t.Length] = default(["0 mm", "0 mm", "0 mm"], "shifts the load by [x, y, z]")
     ignore: Annotated[tuple[str, ...], Field(max_length=1000)] = Field(
         (), description="what the file has beside, and is not to be taken: columns, keys, or bodies"
     )
 
     @model_validator(mode="after")
     def _say_what_is_open(self) -> Self:
-        for key in ("point", "units"):
-            if self.format not in {None, "table"} and getattr(self, key) is not None:
-                message = f"`{key}` is of tables, and {self.format} says it by itself"
-                raise MistakeError("SD108", message, f"leave `{key}` out")
+        if self.format is not None and (wrong := self.beside(self.format)) is not None:
+            raise MistakeError("SD108", *wrong)
+        if self.format not in {None, "table"} and self.units is not None and self.units.mass is not None:
+            raise MistakeError("SD108", "`units: mass` is of tables", "leave it out")
         return self
+
+    def beside(self, format_: Format) -> tuple[str, str] | None:
+        """Which key there is that a file of this format has no use for, and what to do; None if there is none."""
+        for key, formats in OF_FORMATS.items():
+            if format_ not in formats and getattr(self, key) is not None:
+                return f"`{key}` is of {' and '.join(formats)} files, and this is {format_}", f"leave `{key}` out"
+        return None

@@ -13,3 +13,8 @@ from stackdsl.language.layouts import card_house as card_house
 from stackdsl.language.layouts import leaning_structure as leaning_structure
 from stackdsl.language.layouts import arch as arch
 from stackdsl.language.layouts import flat_arch as flat_arch
+from stackdsl.language.layouts import jenga as jenga
+from stackdsl.language.layouts import pyramid as pyramid
+from stackdsl.language.layouts import corbel as corbel
+from stackdsl.language.layouts import dominoes as dominoes
+from stackdsl.language.layouts import ring as ring

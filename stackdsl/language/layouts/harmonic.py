@@ -30,8 +30,12 @@ def harmonic(params: HarmonicParams, size: Vec3) -> Specs:
     The n planks above any joint then have their common centre just over the edge of the plank below, times `share`.
     """
     x, specs = 0.0, []
-    for level in range(1, params.bricks + 1):
+    for level, overhang in enumerate((*overhangs(params.bricks, size[0], params.share), 0.0), start=1):
         specs.append(BrickSpec(level, (x, 0.0, height(level, size[2]))))
-        above = params.bricks - level
-        x += params.share * size[0] / (2 * above) if above else 0.0
+        x += overhang
     return tuple(specs)
+
+
+def overhangs(bricks: int, length: float, share: float) -> tuple[float, ...]:
+    """How far each of so many planks is beyond the one below, from the lowest joint up [m]."""
+    return tuple(share * length / (2 * above) for above in range(bricks - 1, 0, -1))

@@ -5,17 +5,18 @@ on z = 0. `origin` and `heading` then carry it to its place in the scenario. Bri
 """
 
 from abc import abstractmethod
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from math import cos, sin
-from typing import ClassVar, Final, TypeAlias, TypeVar, cast
+from typing import Annotated, ClassVar, Final, TypeAlias, TypeVar, cast
 
-from pydantic import GetJsonSchemaHandler, model_validator
+from pydantic import Field, GetJsonSchemaHandler, model_validator
 from pydantic_core import CoreSchema
 
 from stability.model import Vec3
 from stackdsl.language.author_models import AuthorModel, default
-from stackdsl.language.author_types import MAX_BRICKS, Angle, JsonSchema, Length
+from stackdsl.language.author_types import MAX_BRICKS, Angle, JsonSchema, Length, PlaceName
 from stackdsl.language.kinds import Kinds
 from stackdsl.language.mistakes import MistakeError
 
@@ -35,6 +36,7 @@ class BrickSpec:
     # the right and z up, from its position, and how far it goes from front to back about that [m].
     outline: "Outline | None" = None
     depth: float = 0.0
+    passed: int = 0  # how many bricks of its level, just before it, are left out: they are counted in its name
 
 
 Outline: TypeAlias = tuple[tuple[float, float], ...]
@@ -46,6 +48,9 @@ class LayoutParams(AuthorModel):
 
     origin: tuple[Length, Length, Length] = default(["0 mm", "0 mm", "0 mm"], "shifts the layout to [x, y, z]")
     heading: Angle = default("0 deg", "turns the layout about the vertical through its origin, x towards y")
+    omit: Annotated[tuple[PlaceName, ...], Field(max_length=MAX_BRICKS)] = Field(
+        (), description="bricks that are left out, such as `L2.3`; all others keep their names"
+    )
 
     count: ClassVar[str] = "levels"  # the key that says how much is built, which a step until a collapse may leave out
 
@@ -99,10 +104,34 @@ def layout(name: str, params: type[Params]) -> Callable[[LayoutFunction[Params]]
 
 
 def place(name: str, params: LayoutParams, size: Vec3) -> Specs:
-    """The bricks of a layout in the frame of the scenario."""
-    specs = LAYOUTS[name].function(params, size)
+    """The bricks of a layout in the frame of the scenario. Raises MistakeError."""
+    whole = LAYOUTS[name].function(params, size)
+    specs = without(whole, params.omit) if params.omit else whole
     stays = params.heading == 0.0 and params.origin == (0.0, 0.0, 0.0)  # as in most scenarios
     return tuple(specs) if stays else tuple(_carried(spec, params) for spec in specs)
+
+
+def without(specs: Specs, omitted: Collection[str]) -> Specs:
+    """What is left of a layout when some bricks, named by their places in it, are left out. Raises MistakeError."""
+    left, wanted = list[BrickSpec](), dict.fromkeys(omitted)
+    counts, passed = Counter[int](), Counter[int]()
+    alone = False  # whether the first of those that come together is left out
+    for spec in specs:
+        counts[spec.level] += 1
+        if (place := f"L{spec.level}.{counts[spec.level]}") in wanted:
+            del wanted[place]
+            passed[spec.level] += 1
+            alone = alone or not spec.together
+            continue
+        left.append(replace(spec, passed=passed.pop(spec.level, 0), together=spec.together and not alone))
+        alone = False
+    if wanted:
+        first = next(iter(wanted))
+        message = f"there is no {first} in the layout that could be left out"
+        raise MistakeError("SD104", message, "bricks are named by level and place in it, such as L2.3")
+    if not left:
+        raise MistakeError("SD104", "all bricks of the layout are left out", "leave some of them")
+    return tuple(left)
 
 
 def _carried(spec: BrickSpec, params: LayoutParams) -> BrickSpec:

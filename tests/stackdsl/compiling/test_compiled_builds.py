@@ -26,6 +26,11 @@ def test_bricks_are_placed_one_each_interval_and_named_by_level_and_order() -> N
     assert [placement.level for placement in timeline.placements] == [1, 1, 2, 2]
 
 
+def test_bricks_that_are_left_out_are_counted_in_the_names_of_the_others() -> None:
+    wall = timeline_of("- wall: {levels: 2, bricks: 3, omit: [L1.2, L2.1]}")
+    assert names(wall) == ["L1.1", "L1.3", "L2.2", "L2.3", "L2.4"]
+
+
 def test_without_an_interval_a_step_is_placed_at_one_time() -> None:
     assert times(timeline_of("- column: {levels: 3}")) == [0.0, 0.0, 0.0]
 

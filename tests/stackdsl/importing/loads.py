@@ -2,8 +2,20 @@
 
 import csv
 import json
+import re
+from collections.abc import Iterator
 from fractions import Fraction
+from itertools import pairwise
+from pathlib import Path
 from typing import Any, Final, TypeAlias
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
+
+from stackdsl.language.imports import Format
 
 Box: TypeAlias = tuple[tuple[float, ...], tuple[float, ...], float]  # size, centre [m], mass [kg]
 
@@ -67,14 +79,60 @@ PLAN: Final = json.dumps(
     indent=1,
 )
 
-TEXTS: Final = {"table": TABLE, "pallet-sim": PALLET, "bed-bpp": PLAN}
+OWN: Final = Path(__file__).parents[3] / "scenarios" / "loads"
+ASSEMBLY, SLABS, LINKS = (OWN / name for name in ("wedge.assembly.json", "slabs.obj", "crates.urdf"))
+SCENE = Path(__file__).parent / "scenes" / "crates.xml"
+
+TEXTS: Final[dict[Format, str]] = {
+    "table": TABLE,
+    "pallet-sim": PALLET,
+    "bed-bpp": PLAN,
+    "compas": ASSEMBLY.read_text(encoding="utf-8"),
+    "obj": SLABS.read_text(encoding="utf-8"),
+    "urdf": LINKS.read_text(encoding="utf-8"),
+    "mjcf": SCENE.read_text(encoding="utf-8"),
+}
+_OF_MESHES: Final[dict[str, object]] = {"units": {"length": "m"}, "density": "2400 kg/m3"}
+# What the author has to say of a file of each format.
+SAID: Final[dict[Format, dict[str, object]]] = {
+    "table": {"point": "corner"},
+    "pallet-sim": {},
+    "bed-bpp": {},
+    "compas": {**_OF_MESHES, "supports": "bricks"},
+    "obj": {**_OF_MESHES, "up": "+y"},
+    "urdf": {},
+    "mjcf": {},
+}
+
+
+PARSERS: Final = {"urdf": "urdf_parser_py", "mjcf": "mujoco"}
+
+
+def skip_without_parser(format_: str) -> None:
+    """Skip a test of a format whose parser comes with an extra, where that is not installed."""
+    if format_ in PARSERS:
+        pytest.importorskip(PARSERS[format_], reason=f"{PARSERS[format_]} is in an extra")
+
+
+def beside(named: str) -> bytes:
+    """What a file holds that one of these names."""
+    return (OWN / named).read_bytes()
 
 
 def read_otherwise(format_: str, text: str) -> list[Box]:
-    """The boxes of a file that is right, by the libraries for CSV and JSON alone. Raises if it is not."""
+    """The boxes of a file that is right, by libraries that know nothing of ours. Raises if it is not."""
+    if format_ == "obj":
+        return list(_objects(text))
+    if format_ == "urdf":
+        return list(_links(ElementTree.fromstring(text)))
+    if format_ == "mjcf":
+        return list(_bodies(text))
     if format_ == "table":
         return [_row(row) for row in csv.DictReader(text.splitlines(), strict=True)]
     whole = json.loads(text, object_pairs_hook=_each_once)
+    if format_ == "compas":
+        nodes = whole["data"]["graph"]["data"]["node"]
+        return [_of_corners(_used(node["block"]["data"])) for node in nodes.values()]
     if format_ == "bed-bpp":
         (actions,) = whole.values()
         return [_action(action) for action in actions]
@@ -122,3 +180,106 @@ def _box(corner: list[Fraction], size: list[Fraction], mass: Fraction) -> Box:
     assert min(*size, mass) > 0
     centre = tuple(float(low + side / 2) for low, side in zip(corner, size, strict=True))
     return tuple(map(float, size)), centre, float(mass)
+
+
+def _used(block: dict[str, Any]) -> list[list[float]]:
+    """The corners of a block that its faces name; its edges must be passed once each way."""
+    usual, vertices = block["default_vertex_attributes"], block["vertex"]
+    ways = [pair for face in block["face"].values() for pair in pairwise([*face, face[0]])]
+    assert {(other, one) for one, other in ways} == set(ways)
+    used = dict.fromkeys(corner for way in ways for corner in way)
+    return [[{**usual, **vertices[str(corner)]}[axis] for axis in "xyz"] for corner in used]
+
+
+def _objects(text: str) -> Iterator[Box]:
+    """The objects of an OBJ file with y up."""
+    corners: list[list[float]] = []
+    objects: dict[str, list[list[float]]] = {}
+    name = ""
+    for kind, *parts in (line.split() for line in text.splitlines() if line.partition("#")[0].strip()):
+        if kind == "o":
+            name = " ".join(parts)
+        elif kind == "v":
+            x, y, z = (float(Fraction(part)) for part in parts[:3])
+            corners.append([x, -z, y])
+        elif kind == "f":
+            objects.setdefault(name, []).extend(corners[int(part.partition("/")[0]) - 1] for part in parts)
+    yield from (_of_corners(used) for used in objects.values())
+
+
+def _of_corners(corners: list[list[float]]) -> Box:
+    """The box around a hull, and the weight of that."""
+    points = np.array(corners, dtype=float)
+    low, high = points.min(axis=0), points.max(axis=0)
+    return tuple(high - low), tuple(0.5 * (low + high)), 2400.0 * float(ConvexHull(points).volume)
+
+
+def _links(robot: ElementTree.Element) -> Iterator[Box]:
+    """The links of a URDF that a joint puts somewhere."""
+    joints = {_only(joint, "child").attrib["link"]: joint for joint in robot.iter("joint")}
+    for link in robot.iter("link"):
+        if link.attrib["name"] not in joints:
+            assert link.find("collision") is None
+            continue
+        joint, collision = joints[link.attrib["name"]], _only(link, "collision")
+        assert joint.attrib["type"] == "floating"
+        turn, place = _origin(joint)
+        inner, shift = _origin(collision)
+        mass = float(_only(_only(link, "inertial"), "mass").attrib["value"])
+        (shape,) = _only(collision, "geometry")
+        if shape.tag == "box":
+            yield tuple(_numbers(shape.attrib["size"])), tuple((place + turn @ shift).tolist()), mass
+        else:
+            assert shape.tag == "mesh"
+            scaled = _numbers(shape.attrib.get("scale", "1 1 1")) * np.array(_points(shape.attrib["filename"]))
+            size, centre, _ = _of_corners((place + (shift + scaled @ inner.T) @ turn.T).tolist())
+            yield size, centre, mass
+
+
+def _only(element: ElementTree.Element, tag: str) -> ElementTree.Element:
+    (found,) = element.findall(tag)
+    return found
+
+
+def _numbers(text: str) -> NDArray[np.float64]:
+    return np.array([float(part) for part in text.split()])
+
+
+def _origin(element: ElementTree.Element) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The turn, about x, then y, then z, and the place."""
+    origin = element.find("origin")
+    written = origin.attrib if origin is not None else {}
+    a, b, c = _numbers(written.get("rpy", "0 0 0"))
+    about_x = np.array([[1, 0, 0], [0, np.cos(a), -np.sin(a)], [0, np.sin(a), np.cos(a)]])
+    about_y = np.array([[np.cos(b), 0, np.sin(b)], [0, 1, 0], [-np.sin(b), 0, np.cos(b)]])
+    about_z = np.array([[np.cos(c), -np.sin(c), 0], [np.sin(c), np.cos(c), 0], [0, 0, 1]])
+    return about_z @ about_y @ about_x, _numbers(written.get("xyz", "0 0 0"))
+
+
+def _points(file: str) -> list[list[float]]:
+    lines = (line.split() for line in beside(file).decode("utf-8").splitlines())
+    return [[float(part) for part in words[1:4]] for words in lines if words[:1] == ["v"]]
+
+
+def _plain(found: re.Match[str]) -> str:
+    """Without attributes that are not taken, which may mean nothing."""
+    return f"<{found[1]}{found[2]}>"
+
+
+def _bodies(text: str) -> Iterator[Box]:
+    """The bodies of a scene, as MuJoCo itself has them once all of it is loaded that says what is where."""
+    import mujoco  # noqa: PLC0415 -- it comes with an extra
+
+    model = mujoco.MjModel.from_xml_string(re.sub(r"<(option|light|mujoco)\b[^<>]*?(/?)>", _plain, text))
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    for body in range(1, model.nbody):
+        (geom,) = range(model.body_geomadr[body], model.body_geomadr[body] + model.body_geomnum[body])
+        place, turn = data.geom_xpos[geom], data.geom_xmat[geom].reshape(3, 3)
+        mass = float(model.body_mass[body])
+        if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_BOX:
+            yield tuple((2.0 * model.geom_size[geom]).tolist()), tuple(place.tolist()), mass
+        else:
+            first, count = (of[model.geom_dataid[geom]] for of in (model.mesh_vertadr, model.mesh_vertnum))
+            size, centre, _ = _of_corners((place + model.mesh_vert[first : first + count] @ turn.T).tolist())
+            yield size, centre, mass

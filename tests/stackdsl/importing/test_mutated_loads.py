@@ -10,9 +10,10 @@ from stackdsl.diagnostics import Diagnostic
 from stackdsl.importing.load import ImportedLoad, UnreadableLoadError
 from stackdsl.importing.load_formats import read_load
 from stackdsl.language.imports import Format, Import
-from tests.stackdsl.importing.loads import TEXTS, Box, read_otherwise
+from tests.stackdsl.importing.loads import SAID, TEXTS, Box, beside, read_otherwise, skip_without_parser
 
 IN_SUITE = 60
+ROUNDED = {"compas": 1e-12, "obj": 1e-12, "urdf": 2e-12, "mjcf": 1e-7}  # [m]: MuJoCo keeps meshes in single precision
 MANY = 500
 WORDS = (*'"{}]:,;-0é\x00\n', "null", "-1", "NaN", "1e999", "", "true", "7mm")
 
@@ -37,14 +38,26 @@ def mutated(text: str, seed: str) -> str:
 
 
 def read(format_: Format, text: str) -> ImportedLoad:
-    point = {"point": "corner"} if format_ == "table" else {}
-    asked = Import.model_validate({"file": "a", "format": format_, **point})
-    return read_load(text.encode("utf-8"), "a", asked)
+    skip_without_parser(format_)
+    asked = Import.model_validate({"file": "a", "format": format_, **SAID[format_]})
+    return read_load(text.encode("utf-8"), "a", asked, beside)
 
 
 def boxes(load: ImportedLoad) -> Iterator[Box]:
     for box in load.boxes:
         yield tuple(map(float, box.size)), tuple(map(float, box.centre)), float(box.mass)
+
+
+def assert_same(load: ImportedLoad, format_: Format, text: str) -> None:
+    """Boxes to the last bit; of hulls, sizes and weights are sums of doubles."""
+    ours, theirs = list(boxes(load)), read_otherwise(format_, text)
+    if format_ in {"table", "pallet-sim", "bed-bpp"}:
+        assert ours == theirs
+        return
+    flat = [[*size, *centre, mass] for size, centre, mass in ours]
+    assert flat == [
+        pytest.approx([*size, *centre, mass], rel=1e-9, abs=ROUNDED[format_]) for size, centre, mass in theirs
+    ]
 
 
 def nothing_is_lost(format_: Format, seed: int) -> bool:
@@ -53,7 +66,7 @@ def nothing_is_lost(format_: Format, seed: int) -> bool:
     lines = text.split("\n")
     found = told(format_, text)
     if isinstance(found, ImportedLoad):
-        assert list(boxes(found)) == read_otherwise(format_, text)
+        assert_same(found, format_, text)
         return True
     assert found
     for mistake in found:
@@ -75,7 +88,7 @@ def told(format_: Format, text: str) -> ImportedLoad | tuple[Diagnostic, ...]:
 
 @pytest.mark.parametrize("format_", TEXTS)
 def test_a_file_that_is_right_is_read_as_others_read_it(format_: Format) -> None:
-    assert list(boxes(read(format_, TEXTS[format_]))) == read_otherwise(format_, TEXTS[format_])
+    assert_same(read(format_, TEXTS[format_]), format_, TEXTS[format_])
 
 
 @pytest.mark.parametrize("format_", TEXTS)

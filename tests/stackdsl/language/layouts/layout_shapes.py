@@ -2,6 +2,7 @@
 
 from collections import defaultdict
 from collections.abc import Sequence
+from math import prod
 
 from stability.geometry.separation import boxes_apart
 from stability.model import Brick, Plane
@@ -32,7 +33,9 @@ def standing(friction: float, specs: Sequence[BrickSpec]) -> Assembly:
     assembly = Assembly([Plane("ground", (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), friction)], friction)
     moments: list[list[Placed]] = []
     for number, spec in enumerate(specs):
-        placed = Placed(Brick(f"{number:03}", Box(KAPLA), 0.0119), pose_of(spec))
+        size = spec.size or KAPLA
+        mass = 0.0119 * prod(size) / prod(KAPLA)
+        placed = Placed(Brick(f"{number:03}", Box(size), mass), pose_of(spec))
         moments = [*moments[:-1], [*moments[-1], placed]] if spec.together else [*moments, [placed]]
     for moment in moments:
         if assembly.add_all(moment).stability is not Stability.STABLE:

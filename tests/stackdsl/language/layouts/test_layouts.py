@@ -40,6 +40,11 @@ EXAMPLES: dict[str, tuple[dict[str, object], int]] = {  # parameters, and how ma
         {"span": "1 m", "height": "500 mm", "thickness": "200 mm", "voussoirs": 7, "abutment": "300 mm"},
         9,
     ),
+    "jenga": ({"levels": 4}, 12),
+    "pyramid": ({"levels": 4}, 10),
+    "corbel": ({"levels": 4}, 8),
+    "dominoes": ({"bricks": 5, "spacing": "30 mm"}, 5),
+    "ring": ({"posts": 10}, 20),
 }
 
 

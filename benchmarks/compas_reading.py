@@ -1,0 +1,50 @@
+"""A file of COMPAS as an assembly of exact statics: as `import` reads it, but for supports, which never move."""
+
+from collections.abc import Collection
+from math import cos, sin
+from pathlib import Path
+
+from stability.geometry.rotations import rotate
+from stability.geometry.vectors import add
+from stability.model import Brick, Pose, Vec3
+from stability.shapes.box import Box
+from stability.shapes.solid_making import solid_of_corners
+from stability.statics.assembly import Assembly
+from stability.statics.facts import Placed
+from stackdsl.importing.load import Exact3, ImportedBox
+from stackdsl.importing.load_formats import read_load
+from stackdsl.language.imports import Import
+
+
+def own_assembly(path: Path, supports: Collection[int], friction: float, turn: float) -> tuple[Assembly, list[Placed]]:
+    """Supports in place and the blocks that are to come, turned about y [rad]. Raises UnreadableLoadError."""
+    asked = Import.model_validate(
+        {
+            "file": path.name,
+            "format": "compas",
+            "units": {"length": "m"},
+            "density": "1000 kg/m3",
+            "supports": "bricks",
+        }
+    )
+    load = read_load(path.read_bytes(), path.name, asked)
+    fixed = {f"block-{node}" for node in supports}
+    bricks = [_placed(box, turn) for box in load.boxes]
+    tables = [each for each in bricks if each.brick.id in fixed]
+    return Assembly((), friction, tables=tables), [each for each in bricks if each.brick.id not in fixed]
+
+
+def _placed(box: ImportedBox, turn: float) -> Placed:
+    assert box.name is not None
+    about = (0.0, sin(0.5 * turn), 0.0, cos(0.5 * turn))
+    centre = _floats(box.centre)
+    if box.corners is None:
+        return Placed(Brick(box.name, Box(_floats(box.size)), float(box.mass)), Pose(rotate(about, centre), about))
+    made = solid_of_corners([_floats(corner) for corner in box.corners])
+    place = rotate(about, add(centre, made.centre_of_mass))
+    return Placed(Brick(box.name, made.shape, float(box.mass)), Pose(place, about))
+
+
+def _floats(parts: Exact3) -> Vec3:
+    x, y, z = map(float, parts)
+    return (x, y, z)

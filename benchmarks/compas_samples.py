@@ -1,0 +1,259 @@
+"""Every sample that comes with compas_cra, judged by it and by exact statics: verdict, certificate, time, in one run.
+
+A sample is a file of blocks; which of them are fixed, the friction and the turn are those of the peer's own examples.
+Both methods get the same contacts, those that the peer finds or that the file has, and the same weights and centres:
+so blocks need not be convex. Where they are, `own` judges the file as `import` reads it, with contacts of its own.
+Times are of the processor, for forces or a motion, without finding contacts; of `own`, with that.
+
+Run: python -m benchmarks.compas_samples [--write]. It needs the peer: pip install "compas_cra==0.8.0".
+"""
+
+import sys
+from collections.abc import Callable, Mapping
+from contextlib import redirect_stdout
+from dataclasses import dataclass
+from io import StringIO
+from math import hypot, radians, sqrt
+from pathlib import Path
+from typing import Any, Final, TypeVar
+
+from rich.console import Console
+from rich.table import Table
+
+from benchmarks.against_compas import INSTALL, processor_time
+from benchmarks.compas_reading import own_assembly
+from benchmarks.figures.data import Row
+from benchmarks.figures.recording import parser, record
+from stability.model import EARTH, Brick, Pose, Vec3
+from stability.shapes.box import Box
+from stability.statics.facts import Contact, Placed, Problem, Stability, Tolerances, Wrench
+from stability.statics.margins.guarantee import guarantee
+from stability.statics.proof import check_forces, check_motion
+from stability.statics.rounding import rounded
+from stability.statics.solvers.equilibrium import balance
+from stability.statics.solvers.self_stress import honest_forces
+from stackdsl.bench.assessors.compas import Compas, Programme
+from stackdsl.diagnostics import MOST_TOLD
+from stackdsl.importing.load import UnreadableLoadError
+
+Y: Final[Vec3] = (0.0, 1.0, 0.0)
+TOO_LARGE: Final = 100  # blocks: more, the peer takes tens of minutes for (40 are published of the armadillo vault)
+Answered = TypeVar("Answered")
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """How the peer's examples use one of its files."""
+
+    file: str
+    supports: tuple[int, ...] = (0,)  # () where the file has them
+    friction: float = 0.84
+    finding: Mapping[str, float] | None = None  # what the peer looks for contacts with; None where the file has them
+    turn: float = 0.0  # about y [deg]
+    heavy: tuple[int, ...] = ()  # of 3.51 times the density of the others
+
+    @property
+    def name(self) -> str:
+        """The file, and how far it is turned."""
+        return self.file + (f" at {self.turn:g} deg" if self.turn else "")
+
+
+COARSE: Final[Mapping[str, float]] = {"nmax": 10, "amin": 1e-2, "tmax": 1e-2}
+FINE: Final[Mapping[str, float]] = {"amin": 1e-6, "tmax": 1e-4}
+SAMPLES: Final = (
+    *(Sample(file, (0, 1), finding=COARSE) for file in ("A", "H", "type-a", "type-b", "type-c", "type-d")),
+    *(Sample(file, (0, 1), finding=COARSE, turn=90.0) for file in ("type-a", "type-b", "type-c", "type-d")),
+    Sample("cubes", finding=COARSE),
+    Sample("shelf", friction=0.9, finding=FINE),
+    *(Sample(f"shelf-{kind}", friction=0.9, finding=FINE) for kind in ("stable", "s1", "s2", "s3")),
+    Sample("snake", friction=0.7, finding={"amin": 1e-4, "tmax": 1e-2}),
+    Sample("bridge", (0, 1), 0.9, FINE, heavy=(11, 12, 13, 14, 15)),
+    Sample("concave-short"),
+    Sample("concave-short", turn=40.0),
+    Sample("concave-long"),
+    Sample("concave-long", turn=50.0),
+    Sample("curve-3-blocks"),
+    Sample("cube-curve-short"),
+    Sample("cube-curve-tall"),
+    Sample("armadillo_cra", ()),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What a method says, and what it took."""
+
+    verdict: str
+    seconds: float
+    error: float = 0.0  # of the proof, by plain arithmetic
+
+
+def main() -> None:
+    """Measure, print the table, and keep it if asked to."""
+    write = parser(__doc__).parse_args().write
+    if not Compas(Programme.CRA).package.installed:
+        sys.exit(INSTALL)
+    Compas(Programme.CRA).load()
+    table = Table("sample", "blocks", "interfaces", "exact", "ms", "error", "cra", "ms", "times slower", "own contacts")
+    kept: dict[str, Row] = {}
+    for sample in SAMPLES:
+        row = measured(sample)
+        kept[sample.name] = row
+        told = {key: f"{value:.3g}" if isinstance(value, float) else str(value) for key, value in row.items()}
+        table.add_row(sample.name, *told.values())
+        Console(stderr=True).print(sample.name, *told.values())
+    Console(width=180).print(table)
+    if write:
+        record("compas-samples", "python -m benchmarks.compas_samples --write", {"samples": kept})
+
+
+def measured(sample: Sample) -> Row:
+    """One row of the table."""
+    assembly = quietly(lambda: loaded(sample))
+    problem = problem_of(assembly, sample.friction)
+    exact = judged_exactly(problem)
+    large = len(problem.bricks) > TOO_LARGE
+    peer = as_its_file_says(assembly) if large else judged_by_peer(assembly, sample.friction)
+    return {
+        "blocks": assembly.graph.number_of_nodes(),
+        "interfaces": len(problem.contacts),
+        "exact": exact.verdict,
+        "exact_ms": 1e3 * exact.seconds,
+        "error": exact.error,
+        "cra": peer.verdict,
+        "cra_ms": 1e3 * peer.seconds,
+        "times_slower": "not asked" if large else f"{float(f'{peer.seconds / exact.seconds:.2g}'):g}",
+        "own": judged_with_own_contacts(sample, assembly),
+    }
+
+
+# --- the sample -------------------------------------------------------------------------------------------------------
+
+
+def path_of(sample: Sample) -> Path:
+    """Where the peer keeps it."""
+    import compas_cra  # noqa: PLC0415 -- the peer is optional
+
+    return Path(compas_cra.SAMPLE) / f"{sample.file}.json"
+
+
+def loaded(sample: Sample) -> Any:  # noqa: ANN401 -- the peer is untyped
+    """The peer's assembly, with contacts, as its examples have it."""
+    import compas  # noqa: PLC0415 -- the peer is optional
+    from compas_cra.algorithms import assembly_interfaces_numpy  # noqa: PLC0415
+    from compas_cra.datastructures import CRA_Assembly  # noqa: PLC0415
+    from compas_cra.equilibrium import density_setup  # noqa: PLC0415
+
+    assembly = compas.json_load(str(path_of(sample))).copy(cls=CRA_Assembly)
+    assembly.set_boundary_conditions(list(sample.supports))
+    density_setup(assembly, {node: 3.51 if node in sample.heavy else 1.0 for node in assembly.graph.nodes()})
+    if sample.finding is not None:
+        assembly_interfaces_numpy(assembly, **sample.finding)
+    if sample.turn:
+        assembly.rotate_assembly([0, 0, 0], list(Y), sample.turn)
+    return assembly
+
+
+def supports_of(assembly: Any) -> set[int]:  # noqa: ANN401 -- the peer is untyped
+    """The nodes that never move."""
+    return set(assembly.graph.nodes_where({"is_support": True}))
+
+
+def problem_of(assembly: Any, friction: float) -> Problem:  # noqa: ANN401 -- the peer is untyped
+    """The peer's blocks and contacts as a problem of statics; a cubic metre weighs 1 t."""
+    fixed = supports_of(assembly)
+    bricks = {f"{node}": placed(assembly.node_block(node), f"{node}") for node in assembly.nodes() if node not in fixed}
+    contacts = [
+        contact(f"{one}", f"{other}", interface, friction)
+        for one, other in assembly.graph.edges()
+        for interface in assembly.graph.edge_attribute((one, other), "interfaces")
+    ]
+    moving = [each for each in contacts if each.lower in bricks or each.upper in bricks]
+    loads = {name: Wrench((0.0, 0.0, -EARTH * each.brick.mass)) for name, each in bricks.items()}
+    return Problem(bricks, moving, loads)
+
+
+def placed(block: Any, name: str) -> Placed:  # noqa: ANN401 -- the peer is untyped
+    """Of a block, what equilibrium needs: where its centre is, how heavy it is, and how far it reaches."""
+    x, y, z = block.center()
+    corners = block.vertices_attributes("xyz")
+    reach = max(hypot(px - x, py - y, pz - z) for px, py, pz in corners)
+    side = 2.0 * reach / sqrt(3.0)
+    mass = 1000.0 * block.volume() * block.attributes["density"]
+    return Placed(Brick(name, Box((side, side, side)), mass), Pose((x, y, z)))
+
+
+def contact(one: str, other: str, interface: Any, friction: float) -> Contact:  # noqa: ANN401 -- the peer is untyped
+    """An interface, whose normal leads from the one to the other."""
+    nx, ny, nz = interface.frame.zaxis
+    length = hypot(nx, ny, nz)
+    points = tuple((float(x), float(y), float(z)) for x, y, z in interface.points)
+    if nz < 0.0:
+        return Contact(other, one, points, ((-nx / length, -ny / length, -nz / length),), friction)
+    return Contact(one, other, points, ((nx / length, ny / length, nz / length),), friction)
+
+
+# --- verdicts ---------------------------------------------------------------------------------------------------------
+
+
+def judged_exactly(problem: Problem) -> Answer:
+    """Exact statics on these contacts, with the certificate of what is stable."""
+    started = processor_time()
+    found = balance(problem, Tolerances())
+    honest = honest_forces(problem, found.forces, Tolerances()) if found.forces is not None else None
+    certain = guarantee(problem, honest) is not None if honest is not None else False
+    seconds = processor_time() - started
+    limits = rounded(problem, Tolerances())
+    if honest is not None:
+        check = check_forces(problem, honest, limits)
+        return Answer("guaranteed" if certain else "possible", seconds, check.residual if check.holds else float("inf"))
+    if found.motion is not None:
+        fall = check_motion(problem, found.motion, limits)
+        return Answer("unstable", seconds, fall.violation if fall.holds else float("inf"))
+    return Answer("self-stress" if found.forces is not None else "undecided", seconds)
+
+
+def judged_by_peer(assembly: Any, friction: float) -> Answer:  # noqa: ANN401 -- the peer is untyped
+    """The peer's own program, with the bounds of its own examples."""
+    from compas_cra.equilibrium import cra_solve  # noqa: PLC0415 -- the peer is optional
+
+    started = processor_time()
+    try:
+        quietly(lambda: cra_solve(assembly, mu=friction, density=1.0, d_bnd=1e-1, eps=1e-3))
+    except ValueError as error:  # of both what falls, and what its solver gives up
+        verdict = "infeasible" if "Infeasible" in str(error) else "solver failed"
+        return Answer(verdict, processor_time() - started)
+    return Answer("stands", processor_time() - started)
+
+
+def as_its_file_says(assembly: Any) -> Answer:  # noqa: ANN401 -- the peer is untyped
+    """What the peer found of a large sample when its file was made: with forces at all interfaces, that it stands."""
+    edges = [assembly.graph.edge_attribute(edge, "interfaces") for edge in assembly.graph.edges()]
+    known = all(interface.forces for interfaces in edges for interface in interfaces)
+    return Answer("stands, in its file" if known else "not asked", 0.0)
+
+
+def judged_with_own_contacts(sample: Sample, assembly: Any) -> str:  # noqa: ANN401 -- the peer is untyped
+    """Exact statics of the file as it is imported; or why it is not."""
+    try:
+        own, bricks = own_assembly(path_of(sample), supports_of(assembly), sample.friction, radians(sample.turn))
+    except UnreadableLoadError as error:
+        count = len(error.diagnostics)
+        return f"not convex: {'more than 100' if count > MOST_TOLD else count} blocks"
+    started = processor_time()
+    verdict = own.add_all(bricks)
+    word = verdict.stability.value
+    if verdict.stability is Stability.STABLE:
+        word = "guaranteed" if guarantee(own.problem(), own.forces()) is not None else "possible"
+    seconds = processor_time() - started
+    return f"{word}, {1e3 * seconds:.1f} ms, {len(own.all_contacts())} contacts"
+
+
+def quietly(work: Callable[[], Answered]) -> Answered:
+    """The peer prints what it does."""
+    with redirect_stdout(StringIO()):
+        return work()
+
+
+if __name__ == "__main__":
+    main()

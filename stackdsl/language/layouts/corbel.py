@@ -1,0 +1,51 @@
+r"""The corbelled opening: two stacks that lean towards each other, every plank further in than the one below.
+
+   _________   _________        at most by 1 / 2, 1 / 4, 1 / 6 ... of a length, counted from the top: then the planks
+ _________       _________      above any joint have their common centre over the end of the plank below
+_________         _________
+"""
+
+from typing import ClassVar
+
+from pydantic import Field
+
+from stability.model import Vec3
+from stackdsl.language.author_models import default
+from stackdsl.language.author_types import Levels, PositiveLength, ShareOfLimit
+from stackdsl.language.layouts.harmonic import overhangs
+from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Specs, height, layout
+
+
+class CorbelParams(LayoutParams):
+    """Two stacks that lean towards each other."""
+
+    levels: Levels = Field(description="how many planks each side has")
+    share: ShareOfLimit = default(1.0, "of the overhangs at which a side is on the point of tipping")
+    gap: PositiveLength | None = Field(
+        None, description="between the two uppermost planks; default: the thickness of a plank"
+    )
+
+    count: ClassVar[str] = "levels"
+
+    @property
+    def bricks_at_most(self) -> int:
+        return 2 * self.levels
+
+
+@layout("corbel", CorbelParams)
+def corbel(params: CorbelParams, size: Vec3) -> Specs:
+    """Two stacks that lean towards each other by harmonic overhangs, a share of those at which they tip.
+
+    With n planks a side the opening is 1 + 1 / 2 + ... + 1 / (n - 1) lengths wide at the limit, besides the gap that is
+    left at the top. The sides do not touch, so each stands by itself up to a share of 1. Level by level, the first
+    plank is that at -x.
+    """
+    steps = overhangs(params.levels, size[0], params.share)
+    half_gap = 0.5 * (size[2] if params.gap is None else params.gap)
+    top = -half_gap - 0.5 * size[0]  # the middle of the uppermost plank at -x
+    places = [top - sum(steps[level:]) for level in range(params.levels)]
+    return tuple(
+        BrickSpec(level, (side * x, 0.0, height(level, size[2])))
+        for level, x in enumerate(places, start=1)
+        for side in (1.0, -1.0)
+    )

@@ -1,0 +1,42 @@
+"""Dominoes: planks on end in a row."""
+
+from math import pi
+from typing import ClassVar
+
+from pydantic import Field
+
+from stability.model import Vec3
+from stackdsl.language.author_types import Levels, PositiveLength
+from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Specs, layout
+from stackdsl.language.mistakes import MistakeError
+from stackdsl.wording import mm
+
+
+class DominoesParams(LayoutParams):
+    """Planks on end in a row."""
+
+    bricks: Levels = Field(description="how many planks")
+    spacing: PositiveLength = Field(description="from the middle of one to that of the next")
+
+    count: ClassVar[str] = "bricks"
+
+    @property
+    def bricks_at_most(self) -> int:
+        return self.bricks
+
+
+@layout("dominoes", DominoesParams)
+def dominoes(params: DominoesParams, size: Vec3) -> Specs:
+    """Planks on end in a row along x, their flat sides to each other; the first stands at the origin.
+
+    One of length L and thickness t is past its edge from a lean of atan(t / L) on, and leans against the next, a
+    spacing s away, at asin((s - t) / L): so it reaches that only for s < L + t, and pushes it by itself from
+    sin(atan(t / L)) < (s - t) / L on.
+    """
+    length, _, thickness = size
+    if params.bricks > 1 and params.spacing <= thickness:
+        message = f"{mm(params.spacing)} apart, planks of {mm(thickness)} run into each other"
+        raise MistakeError("SD104", message, "write more than their thickness")
+    return tuple(
+        BrickSpec(1, (number * params.spacing, 0.0, 0.5 * length), lean=0.5 * pi) for number in range(params.bricks)
+    )

@@ -1,0 +1,50 @@
+"""The tower of the game: planks side by side, turned by a quarter each level."""
+
+from math import pi
+from typing import Annotated
+
+from pydantic import Field
+
+from stability.model import Vec3
+from stackdsl.language.author_models import default
+from stackdsl.language.author_types import MAX_BRICKS, Levels, PositiveLength
+from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Specs, height, layout
+from stackdsl.language.mistakes import MistakeError
+from stackdsl.wording import mm
+
+
+class JengaParams(LayoutParams):
+    """Planks side by side, turned by a quarter each level."""
+
+    levels: Levels = Field(description="how many levels")
+    bricks: Annotated[int, Field(strict=True, ge=2, le=MAX_BRICKS)] = default(3, "planks of a level")
+    spacing: PositiveLength | None = Field(
+        None, description="between the centres of neighbours; default: the length of a plank, divided among all"
+    )
+
+    @property
+    def bricks_at_most(self) -> int:
+        return self.levels * self.bricks
+
+
+@layout("jenga", JengaParams)
+def jenga(params: JengaParams, size: Vec3) -> Specs:
+    """Planks side by side, turned by a quarter each level, to be pulled out one by one.
+
+    Odd levels lie along x and are counted towards +y, even ones along y and are counted towards +x. A level carries
+    what is above it as long as the centre of that is between the outermost edges of the planks that are left.
+    """
+    length, width, thickness = size
+    spacing = length / params.bricks if params.spacing is None else params.spacing
+    if spacing < width:
+        message = f"{params.bricks} planks of {mm(width)} do not go side by side, {mm(spacing)} from centre to centre"
+        raise MistakeError("SD104", message, f"write a spacing of at least {mm(width)}, or fewer bricks")
+    specs = []
+    for level in range(1, params.levels + 1):
+        for number in range(params.bricks):
+            side, z = (number - (params.bricks - 1) / 2) * spacing, height(level, thickness)
+            if level % 2:
+                specs.append(BrickSpec(level, (0.0, side, z)))
+            else:
+                specs.append(BrickSpec(level, (side, 0.0, z), yaw=pi / 2))
+    return tuple(specs)

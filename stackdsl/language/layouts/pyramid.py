@@ -1,0 +1,46 @@
+"""The pyramid: rows of planks end to end, each one plank shorter than the row below."""
+
+from typing import ClassVar
+
+from pydantic import Field
+
+from stability.model import Vec3
+from stackdsl.language.author_models import default
+from stackdsl.language.author_types import Levels, NonNegativeLength
+from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Specs, height, layout
+from stackdsl.language.mistakes import MistakeError
+from stackdsl.wording import mm
+
+
+class PyramidParams(LayoutParams):
+    """Rows of planks, each one plank shorter than the row below."""
+
+    levels: Levels = Field(description="how many rows; as many planks lie in the lowest")
+    gap: NonNegativeLength = default("0.2 mm", "between the ends of neighbours")
+
+    count: ClassVar[str] = "levels"
+
+    @property
+    def bricks_at_most(self) -> int:
+        return self.levels * (self.levels + 1) // 2
+
+
+@layout("pyramid", PyramidParams)
+def pyramid(params: PyramidParams, size: Vec3) -> Specs:
+    """Rows of planks end to end along x, each plank upon the ends of two of the row below, up to a single one.
+
+    The plank on top gives half of its weight to each of the two below, and these, by symmetry, all the rest outwards or
+    inwards as their contacts share it: of three planks or more in a row, statics alone does not say how.
+    """
+    length, _, thickness = size
+    if params.gap >= length:
+        raise MistakeError("SD104", f"the gap is longer than a plank of {mm(length, 6)}", "write less, such as 0.2 mm")
+    pitch = length + params.gap
+    specs = []
+    for level in range(1, params.levels + 1):
+        count = params.levels + 1 - level
+        specs += [
+            BrickSpec(level, ((number - (count - 1) / 2) * pitch, 0.0, height(level, thickness)))
+            for number in range(count)
+        ]
+    return tuple(specs)

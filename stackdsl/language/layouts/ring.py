@@ -1,0 +1,68 @@
+r"""The ring of posts with lintels upon them, as at Stonehenge.
+
+Posts stand on end with their flat sides to the middle, a pitch of 2 a apart, and each lintel lies on two of them, its
+middle line through the middles of both. From the middle of a post that line goes on for e = min(w / 2 / cos a,
+t / 2 / sin a) to its side or its face, with a width w and a thickness t. With posts at R from the axis each end of a
+lintel of length L lies on a post by
+
+    o = L / 2 - (R sin a - e)
+
+of its middle line, so it cannot tip sideways either; and neighbouring lintels are free of each other as long as
+L / 2 <= (R cos a - w / 2) tan a, which is o <= e - w / 2 tan a.
+"""
+
+from math import cos, pi, sin, tan
+from typing import Annotated, ClassVar
+
+from pydantic import Field
+
+from stability.model import Vec3
+from stackdsl.language.author_models import default
+from stackdsl.language.author_types import MAX_BRICKS, ShareOfLimit
+from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Specs, layout
+from stackdsl.language.mistakes import MistakeError
+
+
+class RingParams(LayoutParams):
+    """Posts in a circle, with lintels upon them."""
+
+    posts: Annotated[int, Field(strict=True, ge=3, le=MAX_BRICKS // 2)] = Field(
+        description="how many posts, and as many lintels"
+    )
+    overlap: ShareOfLimit = default("80 %", "of the most by which lintels can lie on posts without meeting each other")
+
+    count: ClassVar[str] = "posts"
+
+    @property
+    def bricks_at_most(self) -> int:
+        return 2 * self.posts
+
+
+@layout("ring", RingParams)
+def ring(params: RingParams, size: Vec3) -> Specs:
+    """Posts on end round a circle, and lintels that each lie on two of them, half of their weight on either.
+
+    The first post stands towards +x, and they are counted from there towards +y; lintel n lies on posts n and n + 1.
+    Without one of its posts a lintel falls, as its middle is over the opening.
+    """
+    length, width, thickness = size
+    a = pi / params.posts
+    if not 0.0 < params.overlap < 1.0:
+        problem = "lies on no post" if params.overlap <= 0.0 else "runs into its neighbours"
+        raise MistakeError("SD104", f"so every lintel {problem}", "write an overlap of more than 0 %, less than 100 %")
+    on = min(0.5 * width / cos(a), 0.5 * thickness / sin(a))
+    most = on - 0.5 * width * tan(a)
+    if most <= 0.0:
+        message = f"with {params.posts} posts, lintels run into each other before they lie on posts"
+        raise MistakeError("SD104", message, "take more posts, or bricks that are thicker or not so wide")
+    radius = (0.5 * length - params.overlap * most + on) / sin(a)
+    across = radius * cos(a)  # from the axis to the middle of a lintel
+    bearings = [2.0 * number * a for number in range(params.posts)]
+    posts = [BrickSpec(1, _at(radius, b, 0.5 * length), yaw=b, lean=0.5 * pi) for b in bearings]
+    top = length + 0.5 * thickness
+    lintels = [BrickSpec(2, _at(across, b + a, top), yaw=b + a + 0.5 * pi) for b in bearings]
+    return (*posts, *lintels)
+
+
+def _at(radius: float, bearing: float, z: float) -> Vec3:
+    return (radius * cos(bearing), radius * sin(bearing), z)

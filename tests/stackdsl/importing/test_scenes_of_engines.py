@@ -1,0 +1,237 @@
+"""MJCF and URDF: free bodies of one box or one convex mesh; all else that such a file has is named."""
+
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+import pytest
+
+from stackdsl.checking.gathering import gather
+from stackdsl.diagnostics import Diagnostic
+from stackdsl.exits import ExitCode
+from stackdsl.importing.load import ImportedLoad, UnreadableLoadError
+from stackdsl.importing.load_formats import read_load
+from stackdsl.language.imports import Import
+from tests.command_line import Stackdsl, stackdsl_in_folder, write
+from tests.stackdsl.importing.loads import SCENE, TEXTS, beside, skip_without_parser
+
+__all__ = ["stackdsl_in_folder"]  # the fixture `stackdsl`
+
+URDF, MJCF = TEXTS["urdf"], TEXTS["mjcf"]
+NOTHING: Mapping[str, object] = {}
+
+
+def read(text: str, said: Mapping[str, object] = NOTHING) -> ImportedLoad:
+    skip_without_parser("mjcf" if "<mujoco" in text else "urdf")
+    return read_plainly(text, said)
+
+
+def read_plainly(text: str, said: Mapping[str, object] = NOTHING) -> ImportedLoad:
+    return read_load(text.encode("utf-8"), "a", Import.model_validate({"file": "a", **said}), beside)
+
+
+def mistakes(text: str, said: Mapping[str, object] = NOTHING) -> list[Diagnostic]:
+    with pytest.raises(UnreadableLoadError) as caught:
+        read(text, said)
+    return list(caught.value.diagnostics)
+
+
+def put(text: str, before: str, added: str) -> str:
+    assert before in text
+    return text.replace(before, f"{added}\n{before}", 1)
+
+
+@pytest.mark.parametrize(("text", "names"), [(URDF, ["base", "carton", "wedge"]), (MJCF, ["base", "crate", "ramp"])])
+def test_free_bodies_are_bricks_of_their_names(text: str, names: list[str]) -> None:
+    assert [box.name for box in read(text).boxes] == names
+
+
+def test_a_mass_that_is_not_in_the_middle_stays_where_it_is() -> None:
+    carton = read(URDF).boxes[1]
+    assert carton.heavy_at is not None
+    assert [float(part) for part in carton.heavy_at] == pytest.approx([0.05, 0.0, 0.0])
+    assert [float(part) for part in carton.turn] == pytest.approx([0.0, 0.0, 180.0])
+    assert read(URDF).boxes[2].heavy_at is None  # a third of each side, as of an even wedge
+
+
+def test_a_density_of_mujoco_comes_to_a_mass() -> None:
+    _, crate, ramp = read(MJCF).boxes
+    assert float(crate.mass) == pytest.approx(1000.0 * 0.3 * 0.4 * 0.2)
+    assert float(ramp.mass) == pytest.approx(500.0 * 0.5 * 0.3 * 0.3 * 0.2, rel=1e-6)
+
+
+BODY = '<body name="odd" pos="2 0 1">{}</body>'
+BOX = '<geom type="box" size=".1 .1 .1"/>'
+IN_MJCF = {
+    BODY.format(f'<joint type="hinge"/>{BOX}'): "'odd' is joined to what it is in by a hinge or a slide",
+    BODY.format(BOX): "'odd' is fixed, and bricks are free",
+    BODY.format(f"<freejoint/>{BOX}{BOX}"): "'odd' is of 2 shapes, and a brick is of one",
+    BODY.format('<freejoint/><geom type="capsule" size=".1 .1"/>'): "'odd' is a capsule, and a brick is a box or a",
+    BODY.format('<freejoint/><geom type="sphere" size=".1"/>'): "'odd' is a sphere, and a brick is a box or a convex",
+}
+
+
+@pytest.mark.parametrize("added", IN_MJCF)
+def test_a_body_of_a_scene_that_is_no_brick_is_named_and_may_be_passed_over(added: str) -> None:
+    text = put(MJCF, "  </worldbody>", added)
+    (found,) = mistakes(text)
+    assert found.code == "SD115"
+    assert found.message.startswith(IN_MJCF[added])
+    assert found.span.line == 1 + text[: text.index('<body name="odd"')].count("\n")
+    assert read(text, {"ignore": ["odd"]}).boxes == read(MJCF).boxes
+
+
+SECTIONS = {
+    '<actuator><motor joint="j"/></actuator>': "actuator",
+    '<equality><weld body1="base" body2="crate"/></equality>': "equality",
+    '<contact><exclude body1="base" body2="crate"/></contact>': "contact",
+    '<include file="/etc/passwd"/>': "include",
+    '<extension><plugin plugin="mujoco.elasticity.cable"/></extension>': "extension",
+    '<option gravity="0 0 -1.62"/>': "gravity",
+}
+
+
+@pytest.mark.parametrize("added", SECTIONS)
+def test_what_a_scene_has_beside_bodies_is_named_and_may_be_passed_over(added: str) -> None:
+    text = put(MJCF, "  <worldbody>", added)
+    (found,) = mistakes(text)
+    assert (found.code, found.message) == ("SD115", f"'{SECTIONS[added]}' is nothing that is taken")
+    assert len(read(text, {"ignore": [SECTIONS[added]]}).boxes) == 3
+
+
+def test_friction_of_a_scene_is_said_by_the_scenario() -> None:
+    text = MJCF.replace('mass="24"', 'mass="24" friction="0.2"')
+    assert [found.message for found in mistakes(text)] == ["'friction' is nothing that is taken"]
+    assert read(text, {"ignore": ["friction"]}).boxes
+
+
+def test_a_shape_of_the_world_itself_is_the_ground_or_named() -> None:
+    (found,) = mistakes(put(MJCF, "    <body", f"    {BOX}"))
+    assert found.message == "a shape of the world itself never moves, and there is ground at z = 0 only"
+    assert len(mistakes(MJCF.replace('type="plane"', 'type="plane" pos="0 0 0.1"'))) == 1
+    assert len(mistakes(MJCF.replace('type="plane"', 'type="plane" euler="0 5 0"'))) == 1
+
+
+def test_what_only_looks_or_measures_is_named_as_not_taken() -> None:
+    assert read(MJCF).untaken == ("option", "light")
+    assert read(URDF).untaken == ("inertia",)
+
+
+def test_a_scene_that_mujoco_does_not_load_is_told_in_its_line() -> None:
+    (found,) = mistakes(MJCF.replace('mass="24"', 'mass="heavy"'))
+    assert found.message.startswith("MuJoCo says:")
+    assert found.span.line == 1 + MJCF[: MJCF.index('mass="24"')].count("\n")
+
+
+def test_a_mesh_that_is_not_convex_is_told_with_what_it_lacks() -> None:
+    corners = "0 0 0  2 0 0  2 0 1  1 0 1  1 0 2  0 0 2 " + "0 1 0  2 1 0  2 1 1  1 1 1  1 1 2  0 1 2"
+    front = [(0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 5)]
+    back = [(a + 6, c + 6, b + 6) for a, b, c in front]
+    around = [((n + 1) % 6, n, n + 6) for n in range(6)] + [((n + 1) % 6, n + 6, (n + 1) % 6 + 6) for n in range(6)]
+    faces = " ".join(str(corner) for face in (*front, *back, *around) for corner in face)
+    bent = f'<mesh name="wedge" vertex="{corners}" face="{faces}"/>'
+    lines = [bent if "<mesh name" in line else line for line in MJCF.splitlines()]
+    (found,) = mistakes("\n".join(lines))
+    assert (found.code, "'ramp': the solid is not convex" in found.message) == ("SD114", True)
+
+
+LINK = '<link name="odd"><inertial><mass value="1"/></inertial><collision><geometry>{}</geometry></collision></link>'
+JOINT = '<joint name="j" type="{}"><parent link="{}"/><child link="odd"/></joint>'
+CUBE = '<box size="1 1 1"/>'
+IN_URDF = {
+    LINK.format(CUBE) + JOINT.format("fixed", "world"): "'odd' is held by a fixed joint, and bricks are free",
+    LINK.format(CUBE) + JOINT.format("revolute", "base"): "'odd' is held by a revolute joint, and bricks are free",
+    LINK.format(CUBE) + JOINT.format("floating", "base"): "'odd' floats in 'base', which is not the world",
+    LINK.format(CUBE): "'odd' is in no other link, and has a shape: it never moves, and bricks are free",
+    LINK.format('<sphere radius="1"/>') + JOINT.format("floating", "world"): "'odd' is a sphere, and a brick is a box",
+    LINK.format('<cylinder radius="1" length="1"/>') + JOINT.format("floating", "world"): "'odd' is a cylinder, and a",
+}
+
+
+@pytest.mark.parametrize("added", IN_URDF)
+def test_a_link_that_is_no_brick_is_named_and_may_be_passed_over(added: str) -> None:
+    added = added.replace('revolute">', 'revolute"><limit lower="0" upper="1" effort="1" velocity="1"/>')
+    text = put(URDF, "</robot>", added)
+    (found,) = mistakes(text)
+    assert found.code == "SD115"
+    assert found.message.startswith(IN_URDF[added.replace('<limit lower="0" upper="1" effort="1" velocity="1"/>', "")])
+    assert read(text, {"ignore": ["odd"]}).boxes == read(URDF).boxes
+
+
+@pytest.mark.parametrize(
+    ("written", "instead", "message"),
+    [
+        ('size="0.4 0.3 0.2"', 'size="0.4 0.3"', "urdf_parser_py says:"),
+        ('<mass value="24"/>', "", "urdf_parser_py says:"),
+        ('<mass value="24"/>', '<mass value="0"/>', "'base' has no mass"),
+        ('filename="block.obj"', 'filename="nowhere.obj"', "cannot read 'nowhere.obj'"),
+        ('filename="block.obj"', 'filename="package://x/block.stl"', "the mesh 'package://x/block.stl' is no OBJ file"),
+        ('<child link="base"/>', '<child link="wedge"/>', "joint 'wedge-in-world' joins 'world' and 'wedge', of"),
+        ('<link name="base">', '<link name="wedge">', "there are two links 'wedge'"),
+        ("</robot>", "", "this is no XML: no element found"),
+        ("<robot", "<!DOCTYPE robot><robot", "the file declares a document type of its own"),
+    ],
+)
+def test_a_urdf_that_is_wrong_is_told(written: str, instead: str, message: str) -> None:
+    assert written in URDF
+    found = mistakes(URDF.replace(written, instead))[0]
+    assert found.code == "SD114"
+    assert found.message.startswith(message)
+    assert found.hint
+
+
+def test_what_a_link_has_beside_is_named() -> None:
+    (found,) = mistakes(put(URDF, "</robot>", '<transmission name="t"/>'))
+    assert found.message == "'transmission' is nothing that is taken"
+    seen = URDF.replace("<collision>", '<visual><geometry><sphere radius="1"/></geometry></visual><collision>', 1)
+    assert "visual" in read(seen).untaken
+
+
+def test_without_its_parser_a_format_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    for module, text in (("mujoco", MJCF), ("urdf_parser_py", URDF)):
+        monkeypatch.setitem(sys.modules, module, None)
+        monkeypatch.setitem(sys.modules, f"{module}.urdf", None)
+        for own in ("mujoco_binding", "compiled_scene"):
+            monkeypatch.delitem(sys.modules, f"stability.engines.mujoco.{own}", raising=False)
+        with pytest.raises(UnreadableLoadError) as caught:
+            read_plainly(text)
+        (found,) = caught.value.diagnostics
+        assert (found.code, "which is not installed" in found.message) == ("SD115", True)
+
+
+def test_a_mesh_outside_of_the_project_is_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    skip_without_parser("urdf")
+    (tmp_path / "inside").mkdir()
+    (tmp_path / "inside" / "stackdsl.toml").touch()
+    (tmp_path / "block.obj").write_bytes(beside("block.obj"))
+    monkeypatch.chdir(tmp_path / "inside")
+    Path("a.urdf").write_text(URDF.replace("block.obj", "../block.obj"), encoding="utf-8")
+    Path("a.yaml").write_text("scenario: a\nbuild:\n  - import: {file: a.urdf}\n", encoding="utf-8")
+    (found,) = gather([Path("a.yaml")]).diagnostics
+    assert (found.code, found.span.file) == ("SD114", "a.urdf")
+    assert "leads outside of the project" in found.message
+    Path("a.urdf").write_text(URDF, encoding="utf-8")
+    Path("block.obj").write_bytes(beside("block.obj"))
+    assert gather([Path("a.yaml")]).diagnostics == ()
+
+
+def test_a_mesh_of_a_scene_may_be_in_a_file() -> None:
+    text = MJCF.replace('<mesh name="wedge" vertex', '<mesh name="other" vertex')
+    text = put(text, "  </asset>", '    <mesh name="wedge" file="block.obj" scale="0.001 0.001 0.001"/>')
+    theirs, ours = read(MJCF).boxes[2], read(text).boxes[2]
+    assert [float(side) for side in ours.size] == pytest.approx([float(side) for side in theirs.size], abs=1e-6)
+    assert [float(part) for part in ours.centre] == pytest.approx([float(part) for part in theirs.centre], abs=1e-6)
+
+
+def test_the_scene_of_mujoco_plays_as_its_closed_form_says(stackdsl: Stackdsl) -> None:
+    skip_without_parser("mjcf")
+    done = stackdsl("check", str(SCENE.with_suffix(".yaml")), "--no-golden", "-k", "that-stand")
+    assert (done.code, "1 passed" in done.out) == (ExitCode.OK, True)
+
+
+def test_the_command_tells_what_of_a_scene_is_not_taken(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    skip_without_parser("mjcf")
+    write(tmp_path, put(MJCF, "  <worldbody>", "  <actuator/>"), "scene.xml")
+    printed = stackdsl("import", "scene.xml")
+    assert (printed.code, printed.out) == (ExitCode.INVALID, "")
+    assert "SD115 'actuator' is nothing that is taken" in printed.err
