@@ -56,7 +56,9 @@ def test_planks_of_a_level_do_not_run_into_each_other() -> None:
 
 
 def test_a_pyramid_gives_half_of_its_top_to_either_plank_below() -> None:
-    assert list(standing(0.5, made("pyramid", levels=4)).shares("009").values()) == pytest.approx([0.5, 0.5])
+    specs = made("pyramid", levels=4)
+    assert list(standing(0.5, specs).shares("009").values()) == pytest.approx([0.5, 0.5])
+    assert specs[-1].position[:2] == (0.0, 0.0)
 
 
 @pytest.mark.parametrize(("levels", "holds"), [(2, False), (3, True)])
