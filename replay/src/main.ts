@@ -116,7 +116,7 @@ function build(player: Player): Heard {
     const last = timeline.last(player.time);
     const who = last ? last.bricks.slice(0, 4).map((brick) => run.told.bricks.name[brick]).join(", ") + (last.bricks.length > 4 ? " ..." : "") : "";
     news.hidden = !last;
-    say(news, player.swinging ? run.told.fall!.reason : last ? `${last.time.toFixed(3)} s ${last.kind} ${who}${last.reason ? `: ${last.reason}` : ""}` : "");
+    say(news, player.swinging ? run.told.fall!.reason : last ? `${[`${last.time.toFixed(3)} s`, last.kind, who].filter(Boolean).join(" ")}${last.reason ? `: ${last.reason}` : ""}` : "");
     captions.forEach((caption, place) => {
       caption.hidden = viewer.stages.length < 2;
       say(caption, viewer.stages[place]?.run.told.name ?? "");
@@ -194,7 +194,7 @@ function build(player: Player): Heard {
 
 // The weakest spot of what stands, or what gives way.
 function factOf({ told }: Run): string {
-  if (told.fall) return `gives way: ${told.fall.reason}`;
+  if (told.fall) return `gives way at ${told.fall.time.toFixed(3)} s: ${told.fall.reason}`;
   return told.weakest ? `weakest spot: ${told.bricks.name[told.weakest.brick]}, whose centre is ${told.weakest.depth} mm inside what carries it` : "";
 }
 

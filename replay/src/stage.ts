@@ -1,5 +1,5 @@
 // One run on the screen: its bricks, what is drawn over them, and the ground.
-import { Box3, Color, DoubleSide, GridHelper, InstancedMesh, LineSegments, Matrix4, Mesh, MeshBasicMaterial, PlaneGeometry, Quaternion, Scene, Vector3 } from "three";
+import { Box3, Color, DoubleSide, GridHelper, InstancedMesh, LineSegments, Mesh, MeshBasicMaterial, PlaneGeometry, Quaternion, Scene, Vector3 } from "three";
 import { Bricks } from "./bricks";
 import { Colours, type Mode } from "./colours";
 import { type Overlay, Overlays } from "./overlays";
@@ -74,19 +74,18 @@ export class Stage {
     return this.bricks.drawn(brick, new Vector3());
   }
 
-  // The box around all that is there and was not thrown.
-  bounds(time: number): Box3 {
-    const [box, turned] = [new Box3(), new Matrix4()];
-    for (let brick = 0; brick < this.run.count; brick++) {
-      if (!this.run.isThere(brick, time) || this.run.told.bricks.thrown[brick]) continue;
-      this.run.poseAt(brick, time, this.pose);
-      const half = this.run.halves[this.run.told.bricks.shape[brick]];
-      turned.makeRotationFromQuaternion(this.pose.orientation);
-      const [m, reach] = [turned.elements.map(Math.abs), new Vector3()];
-      reach.set(...([0, 1, 2].map((row) => m[row] * half.x + m[row + 4] * half.y + m[row + 8] * half.z) as [number, number, number]));
-      box.expandByPoint(this.pose.position.clone().add(reach)).expandByPoint(this.pose.position.clone().sub(reach));
+  // The corners of all that is there and was not thrown.
+  corners(time: number): Vector3[] {
+    const { run, pose } = this;
+    const found: Vector3[] = [];
+    for (let brick = 0; brick < run.count; brick++) {
+      if (!run.isThere(brick, time) || run.told.bricks.thrown[brick]) continue;
+      run.poseAt(brick, time, pose);
+      for (const corner of run.told.shapes[run.told.bricks.shape[brick]].corners) {
+        found.push(new Vector3(...(corner as [number, number, number])).applyQuaternion(pose.orientation).add(pose.position));
+      }
     }
-    return box;
+    return found;
   }
 
   // The nearest brick that a ray meets.
@@ -136,7 +135,7 @@ export class Stage {
   }
 
   private surface(plane: { point: number[]; normal: number[] }): Mesh {
-    const box = this.bounds(this.run.told.end);
+    const box = new Box3().setFromPoints(this.corners(this.run.told.end));
     const middle = box.isEmpty() ? new Vector3() : box.getCenter(new Vector3());
     const wide = Math.max(box.isEmpty() ? 1 : box.getSize(new Vector3()).length() * 2, 4 * this.size);
     const normal = new Vector3(...plane.normal);

@@ -1,5 +1,5 @@
 // The picture: one canvas, one camera, and one run, or two side by side that are seen from the same place.
-import { type Box3, Color, OrthographicCamera, PerspectiveCamera, Vector2, Vector3, WebGLRenderer } from "three";
+import { Color, OrthographicCamera, PerspectiveCamera, Vector2, Vector3, WebGLRenderer } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { colourOf } from "./page";
 import type { Stage } from "./stage";
@@ -53,21 +53,24 @@ export class Viewer {
 
   // See all that is there, from a direction or from where it is seen now.
   fit(time: number, from?: Vector3): void {
-    const boxes = this.stages.map((stage) => stage.bounds(time)).filter((box) => !box.isEmpty());
-    if (!boxes.length) return;
-    const box = boxes.reduce((all, one) => all.union(one));
+    const corners = this.stages.flatMap((stage) => stage.corners(time));
+    if (!corners.length) return;
     const camera = this.controls.object;
     const direction = (from ?? camera.position.clone().sub(this.controls.target)).clone().normalize();
     const up = Math.tan((FIELD / 2) * (Math.PI / 180)) * ROOM;
     const right = new Vector3().crossVectors(camera.up, direction).normalize();
     const upwards = new Vector3().crossVectors(direction, right);
-    const middle = box.getCenter(new Vector3());
-    const away = cornersOf(box).reduce((farthest, corner) => {
+    const middle = new Vector3();
+    for (const axis of [direction, right, upwards]) {
+      const [least, most] = corners.reduce(([low, high], corner) => [Math.min(low, corner.dot(axis)), Math.max(high, corner.dot(axis))], [Infinity, -Infinity]);
+      middle.addScaledVector(axis, (least + most) / 2);
+    }
+    const away = corners.reduce((farthest, corner) => {
       corner.sub(middle);
       const aside = Math.max(Math.abs(corner.dot(upwards)) / up, Math.abs(corner.dot(right)) / up / this.aspect);
-      return Math.max(farthest, corner.dot(direction) + aside);
+      return Math.max(farthest, aside + (this.orthographic ? 0 : corner.dot(direction))); // what is nearer looks larger
     }, 0);
-    box.getCenter(this.controls.target);
+    this.controls.target.copy(middle);
     camera.position.copy(this.controls.target).addScaledVector(direction, away);
     this.flat.zoom = 1;
     this.controls.update();
@@ -156,8 +159,4 @@ function drawnBySoftware(): boolean {
   const name = String(probe?.getParameter(probe.getExtension("WEBGL_debug_renderer_info")?.UNMASKED_RENDERER_WEBGL ?? probe.RENDERER));
   probe?.getExtension("WEBGL_lose_context")?.loseContext();
   return /swiftshader|llvmpipe|software/i.test(name);
-}
-
-function cornersOf({ min, max }: Box3): Vector3[] {
-  return [min.x, max.x].flatMap((x) => [min.y, max.y].flatMap((y) => [min.z, max.z].map((z) => new Vector3(x, y, z))));
 }

@@ -1,12 +1,14 @@
 """Keeps where bricks are while a run is played, wherever the runner looks: nothing of what is at rest.
 
 Poses come in as the runner has them, so that no engine is asked anything more, and what is recorded is the same from
-each of them, and from motions that no engine takes part in. They are put into arrays some ten thousand at a time.
+each of them, and from motions that no engine takes part in. They are packed as they come, which is cheaper than to keep
+them, and are thinned some ten thousand at a time.
 """
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from itertools import chain
+from struct import Struct
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +17,9 @@ from stability.model import BodyId, BodyState, Brick
 from stackdsl.recording.recording import Recording
 from stackdsl.recording.thinning import COLUMNS, Thinning
 
-AT_A_TIME = 20_000  # poses that wait to be put into arrays; some megabytes
+AT_A_TIME = 20_000  # poses that wait to be thinned; some megabytes
 MOST_KEYS = 1_000_000  # that are kept; 120 MB
+ROW: Final = Struct(f"{COLUMNS}d")
 
 
 @dataclass
@@ -24,8 +27,7 @@ class Recorder:
     """Records one run. Give it to `play`, then ask for the `recording`."""
 
     most_keys: int = MOST_KEYS  # beyond, every other key of what moves is given up, and so on
-    _waiting: list[tuple[float, Mapping[BodyId, BodyState]]] = field(default_factory=list, init=False)
-    _count: int = field(default=0, init=False)  # of poses that wait
+    _waiting: bytearray = field(default_factory=bytearray, init=False)  # rows, as they are in memory
     _numbers: dict[BodyId, int] = field(default_factory=dict, init=False)  # of bricks, in the order in which they came
     _bricks: list[Brick] = field(default_factory=list, init=False)
     _gone: dict[BodyId, float] = field(default_factory=dict, init=False)  # when each was pulled out [s]
@@ -43,9 +45,13 @@ class Recorder:
 
     def see(self, time: float, states: Mapping[BodyId, BodyState]) -> None:
         """Take in where bricks are at a time [s], which is no earlier than any before."""
-        self._waiting.append((time, states))
-        self._count += len(states)
-        if self._count >= AT_A_TIME:
+        pack, numbers = ROW.pack, self._numbers
+        for name, s in states.items():
+            pose = s.pose
+            self._waiting += pack(
+                numbers[name], time, *pose.position_W, *pose.orientation, *s.velocity_W, *s.angular_velocity_W
+            )
+        if len(self._waiting) >= AT_A_TIME * ROW.size:
             self._put_away()
 
     def remove(self, time: float, bricks: Iterable[BodyId]) -> None:
@@ -59,15 +65,6 @@ class Recorder:
         return Recording(tuple(self._bricks), self._thinning.keys(), gone)
 
     def _put_away(self) -> None:
-        rows = chain.from_iterable(_rows(time, states, self._numbers) for time, states in self._waiting)
-        table: NDArray[np.float64] = np.fromiter(rows, dtype=(np.float64, COLUMNS), count=self._count)
-        self._waiting, self._count = [], 0
+        table: NDArray[np.float64] = np.frombuffer(self._waiting).reshape(-1, COLUMNS)
+        self._waiting = bytearray()
         self._thinning.take(table)
-
-
-def _rows(time: float, states: Mapping[BodyId, BodyState], numbers: Mapping[BodyId, int]) -> chain[tuple[float, ...]]:
-    """One row a brick: its number, the time, and its state, in the order of the columns of a recording."""
-    return chain(
-        (numbers[name], time, *s.pose.position_W, *s.pose.orientation, *s.velocity_W, *s.angular_velocity_W)
-        for name, s in states.items()
-    )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
+from stackdsl.viewing.pictures.drawing import solids_at
 from stackdsl.viewing.replay.replay_page import replay_page
 from stackdsl.viewing.run_view import RunView
 from tests.stackdsl.viewing.chromium import chromium, opened, wait_for
@@ -173,3 +174,26 @@ def test_the_policy_lets_no_other_program_run_and_nothing_be_fetched(page: "Chro
 
     wait_for(are_told)
     assert asked(page, "window.ran") is None
+
+
+def test_what_stands_fills_85_percent_of_the_picture_without_perspective(page: "Chrome", tower: RunView) -> None:
+    asked(page, "replay.seek(12.5)")
+    press(page, "Orthographic")
+    page.execute_script(
+        """
+        const view = [...document.querySelectorAll('select')].find(s => [...s.options].some(o => o.value === 'front'));
+        view.value = 'front'; view.dispatchEvent(new Event('change'));
+        """
+    )
+    solids = solids_at(tower, 12.5)
+    corners = np.concatenate([solid.corners for solid in solids.values()])
+    wide, _, high = corners.max(axis=0) - corners.min(axis=0)
+    low, top = (tower.recording.at(12.5).positions[tower.recording.names.index(name)] for name in ("L1.1", "L7.1"))
+    canvas = page.find_element("css selector", "main canvas").size
+
+    def filled() -> float:
+        seen = [asked(page, f"replay.seek(12.5), replay.onScreen({name!r})") for name in ("L1.1", "L7.1")]
+        scale = abs(seen[1][1] - seen[0][1]) / (top[2] - low[2])  # [px/m]
+        return float(max(scale * wide / canvas["width"], scale * high / canvas["height"]))
+
+    wait_for(lambda: filled() == pytest.approx(0.85, abs=0.01))
