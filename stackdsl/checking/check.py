@@ -13,7 +13,7 @@ from stackdsl.checking.one_case import play_case, play_refined, played_or_blocke
 from stackdsl.checking.processes import EnoughSeenError, OnWait, run_supervised
 from stackdsl.checking.results import Goldens, checked, set_aside, skipped
 from stackdsl.checking.survey import Listed
-from stackdsl.checking.worker import Task, TaskResult
+from stackdsl.checking.worker import Task, TaskResult, TaskStatus
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.judging.known import known_of
 from stackdsl.outcome import GoldenStatus, Outcome, Report, RunStatus, VariantResult
@@ -99,7 +99,7 @@ class _Played:
                 self._ended(index, set_aside(case))
             elif why := unplayable(case.system):
                 self._ended(index, skipped(case, why))
-        playable = [index for index in rest if index not in self.results]
+        playable = [index for index in rest if index not in self.results and not self.cases[index].is_sampled]
 
         def done(number: int, result: TaskResult) -> None:
             self._ended(playable[number], self._checked(playable[number], result))
@@ -112,6 +112,36 @@ class _Played:
             if index not in self.results:
                 self.results[index] = self._checked(index, left)
         self.interrupted = pool.interrupted
+        sampled = [index for index in rest if index not in self.results]
+        if sampled and not self.interrupted:
+            self._draw(sampled, go_on=not (self.terms.first_failure and any(map(failed, self.results.values()))))
+        for index in sampled:
+            if index not in self.results:
+                self.results[index] = self._checked(index, TaskResult(TaskStatus.NOT_RUN))
+
+    def _draw(self, sampled: Sequence[int], go_on: bool) -> None:
+        """Draw the samples of all cases that have some."""
+        if not go_on:
+            return
+        from stackdsl.checking.ensembles import Drawing, draw  # noqa: PLC0415 -- it brings scipy
+        from stackdsl.checking.sampled_results import checked_samples  # noqa: PLC0415 -- likewise
+
+        def ended(index: int, drawing: Drawing) -> None:
+            if drawing.failed is not None:
+                self._ended(index, self._checked(index, drawing.failed))
+            else:
+                self._ended(index, checked_samples(drawing.case, drawing.ensemble(), self.goldens))
+            if self.terms.first_failure and failed(self.results[index]):
+                raise EnoughSeenError
+
+        drawings = {index: Drawing(self.cases[index], self._digest(index)) for index in sampled}
+        terms = self.terms
+        self.interrupted = draw(drawings, terms.workers, terms.time_limit, terms.memory, ended, terms.on_wait)
+
+    def _digest(self, index: int) -> str:
+        """The digest of the text that a case comes from; empty where nothing of it may be remembered."""
+        case = self.selected[index]
+        return self.terms.digests[case.file] if _may_be_known(case, self.terms) else ""
 
     def _task(self, case: Case) -> Task:
         playing, runs = (play_refined, REFINED_COST) if self.terms.refine else (play_case, 1.0)
