@@ -99,7 +99,13 @@ class _Played:
                 self._ended(index, set_aside(case))
             elif why := unplayable(case.system):
                 self._ended(index, skipped(case, why))
-        playable = [index for index in rest if index not in self.results and not self.cases[index].is_sampled]
+        sampled = [index for index in rest if index not in self.results and self.cases[index].is_sampled]
+        self._play([index for index in rest if index not in self.results and index not in sampled])
+        if sampled:
+            self._draw(sampled)
+
+    def _play(self, playable: Sequence[int]) -> None:
+        """Play the cases of one run each."""
 
         def done(number: int, result: TaskResult) -> None:
             self._ended(playable[number], self._checked(playable[number], result))
@@ -112,16 +118,12 @@ class _Played:
             if index not in self.results:
                 self.results[index] = self._checked(index, left)
         self.interrupted = pool.interrupted
-        sampled = [index for index in rest if index not in self.results]
-        if sampled and not self.interrupted:
-            self._draw(sampled, go_on=not (self.terms.first_failure and any(map(failed, self.results.values()))))
-        for index in sampled:
-            if index not in self.results:
-                self.results[index] = self._checked(index, TaskResult(TaskStatus.NOT_RUN))
 
-    def _draw(self, sampled: Sequence[int], go_on: bool) -> None:
-        """Draw the samples of all cases that have some."""
-        if not go_on:
+    def _draw(self, sampled: Sequence[int]) -> None:
+        """Draw the samples of all cases that have some, unless enough is known."""
+        for index in sampled:
+            self.results[index] = self._checked(index, TaskResult(TaskStatus.NOT_RUN))
+        if self.interrupted or (self.terms.first_failure and any(map(failed, self._done()))):
             return
         from stackdsl.checking.ensembles import Drawing, draw  # noqa: PLC0415 -- it brings scipy
         from stackdsl.checking.sampled_results import checked_samples  # noqa: PLC0415 -- likewise
@@ -137,6 +139,9 @@ class _Played:
         drawings = {index: Drawing(self.cases[index], self._digest(index)) for index in sampled}
         terms = self.terms
         self.interrupted = draw(drawings, terms.workers, terms.time_limit, terms.memory, ended, terms.on_wait)
+
+    def _done(self) -> list[VariantResult]:
+        return [result for result in self.results.values() if result.status is not RunStatus.NOT_RUN]
 
     def _digest(self, index: int) -> str:
         """The digest of the text that a case comes from; empty where nothing of it may be remembered."""

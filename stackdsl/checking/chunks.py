@@ -5,16 +5,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from time import process_time
 
+from stability.statics.facts import Placed
 from stackdsl.checking.one_case import play_case
 from stackdsl.playing.clearance import BlockedPlacementError
 from stackdsl.sampling.design import design_of
+from stackdsl.sampling.draws import Draws
 from stackdsl.sampling.fates import Fate, fates_of
 from stackdsl.sampling.hands import Hands
 from stackdsl.systems.known_systems import system_named
 from stackdsl.systems.systems import Method
 from stackdsl.timeline import Placement, Timeline
 from stackdsl.trace import Trace
-from stability.statics.facts import Placed
 
 PLAYED = "played"  # the way of systems that prove nothing
 
@@ -28,18 +29,18 @@ class Chunk:
     cpu_time: float  # [s]
 
 
-def judged_chunk(timeline: Timeline, system: str, seed: int, scenario: str, first: int, count: int) -> Chunk:
-    """What a worker does: judge the samples from `first` on, by statics alone where the system proves."""
+def judged_chunk(timeline: Timeline, system: str, draws: Draws) -> Chunk:
+    """What a worker does: judge some samples, by statics alone where the system proves."""
     started = process_time()
     design = design_of(timeline)
     if system_named(system).method is Method.PROVEN:
-        found = fates_of(design, seed, scenario, first, count)
+        found = fates_of(design, draws)
         ways = Counter(str(way) for way in found.ways if way is not None)
         return Chunk(tuple(found.fates.tolist()), dict(ways), process_time() - started)
-    hands = Hands(design, seed, scenario, first, count).build()
+    hands = Hands(design, draws).build()
     fates = [
         _played(timeline, hands.placed(sample), system) if hands.fits[sample] else int(Fate.UNFIT)
-        for sample in range(count)
+        for sample in range(draws.count)
     ]
     return Chunk(tuple(fates), {PLAYED: int(hands.fits.sum())}, process_time() - started)
 

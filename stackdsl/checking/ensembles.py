@@ -7,6 +7,7 @@ a chunk that is remembered from a call that was interrupted need not be drawn ag
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from stackdsl.checking.chunks import Chunk, judged_chunk
 from stackdsl.checking.gathering import Case
@@ -16,6 +17,7 @@ from stackdsl.checking.worker import Task, TaskResult, TaskStatus
 from stackdsl.ensemble import Ensemble
 from stackdsl.judging.judge import judge_shares
 from stackdsl.judging.shares import Decision, looks
+from stackdsl.sampling.draws import Draws
 from stackdsl.sampling.fates import Fate
 
 CHUNK = 500  # samples; so many are judged together about as cheaply as any number
@@ -109,9 +111,15 @@ def draw(  # noqa: PLR0913, PLR0917 -- how a check is carried out
     return False
 
 
-def _drawn(
-    open_ones: Mapping[int, Drawing], workers: int, time_limit: float, memory: Memory, on_wait: OnWait
-) -> bool:
+def drawn_alone(case: Case, workers: int, time_limit: float) -> Drawing | None:
+    """The samples of one case, of which nothing is remembered; None if it was interrupted."""
+    ended: list[Drawing] = []
+    memory = Memory(Path(), used=False)
+    interrupted = draw({0: Drawing(case, "")}, workers, time_limit, memory, lambda _, drawing: ended.append(drawing))
+    return None if interrupted else ended[0]
+
+
+def _drawn(open_ones: Mapping[int, Drawing], workers: int, time_limit: float, memory: Memory, on_wait: OnWait) -> bool:
     """Draw what the next look of each case needs; whether it was interrupted."""
     parts = [(drawing, *part) for drawing in open_ones.values() for part in drawing.due()]
 
@@ -129,7 +137,7 @@ def _drawn(
 
 def _asked(drawing: Drawing, first: int, count: int) -> tuple[object, ...]:
     case = drawing.case
-    return (case.timeline, case.system, case.scenario.seed, case.scenario.scenario, first, count)
+    return case.timeline, case.system, Draws(case.scenario.seed, case.scenario.scenario, first, count)
 
 
 def _key(drawing: Drawing, first: int, count: int, memory: Memory) -> str:

@@ -1,12 +1,14 @@
 """`stackdsl run`: plays one file and tells what happens as it happens."""
 
+import os
 from pathlib import Path
 
 import click
 
+from stackdsl.checking.check import TIME_LIMIT
 from stackdsl.checking.gathering import Case
 from stackdsl.checking.one_case import play_case
-from stackdsl.checking.results import held_up, judged, set_aside, skipped
+from stackdsl.checking.results import Goldens, checked, held_up, judged, set_aside, skipped
 from stackdsl.checking.selection import Selection
 from stackdsl.commands.keeping import ON_GLB, ON_HTML, ON_RECORD, Keeping
 from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE
@@ -15,8 +17,9 @@ from stackdsl.commands.terminal import write
 from stackdsl.judging.known import known_of
 from stackdsl.outcome import Report, VariantResult, exit_code
 from stackdsl.playing.clearance import BlockedPlacementError
+from stackdsl.report.ensemble_text import ensemble_lines
 from stackdsl.report.event_text import event_text
-from stackdsl.report.run_text import run_text
+from stackdsl.report.run_text import claim_lines, run_text
 from stackdsl.systems.known_systems import unplayable
 from stackdsl.trace import Event
 
@@ -65,6 +68,8 @@ def _run(case: Case, keeping: Keeping, all_names: bool) -> VariantResult:
     if why := unplayable(case.system):
         write(f"  skipped: {why}\n\n")
         return skipped(case, why)
+    if case.is_sampled and keeping.recorder() is None:
+        return _sampled(case)
     try:
         is_known = known_of(case.scenario, case.system)
         recorder = keeping.recorder()
@@ -81,4 +86,23 @@ def _run(case: Case, keeping: Keeping, all_names: bool) -> VariantResult:
         write(run_text(trace, result, all_names))
         keeping.played(case, trace, recorder, result)
     write("\n")
+    return result
+
+
+def _sampled(case: Case) -> VariantResult:
+    """Judge the samples of a case, and print what became of them. What is drawn of it is its design, played once."""
+    from stackdsl.checking.ensembles import drawn_alone  # noqa: PLC0415 -- it brings scipy
+    from stackdsl.checking.sampled_results import judged_samples  # noqa: PLC0415 -- likewise
+
+    drawing = drawn_alone(case, os.cpu_count() or 1, TIME_LIMIT)
+    if drawing is None:
+        raise click.Abort
+    if drawing.failed is not None:
+        result = checked(case, drawing.failed, Goldens(None))
+        write(f"{result.status}: {result.message}\n\n")
+        return result
+    ensemble = drawing.ensemble()
+    result = judged_samples(case, ensemble)
+    lines = (*ensemble_lines(ensemble), *claim_lines(result))
+    write("".join(f"{line}\n" for line in lines) + "\n")
     return result

@@ -170,4 +170,12 @@ def _placement(brick: BuiltBrick, tilt: Quaternion, step: str) -> Placement:
     made = brick.written
     arrival = Arrival.LET_GO if made.drop else Arrival.SLID_IN if made.inserted else Arrival.SET_DOWN
     pose = turned_pose(made.pose, tilt)
-    return Placement(brick.placed.time, Brick(brick.name, made.shape, made.mass), brick.level, pose, arrival, step=step, together=made.together)
+    return Placement(
+        brick.placed.time,
+        Brick(brick.name, made.shape, made.mass),
+        brick.level,
+        pose,
+        arrival,
+        step=step,
+        together=made.together,
+    )

@@ -43,9 +43,9 @@ def expected_of(scenario: Scenario, system: str) -> Sequence[tuple[int, Claim]]:
 def judge_shares(
     ensemble: Ensemble, scenario: Scenario, variant: Variant, source: Source, system: str
 ) -> tuple[tuple[Outcome, ...], tuple[Outcome, ...], tuple["Decision", ...]]:
-    """Of many samples, the outcomes of expectations and of what is known from outside; and what is decided of the first.
+    """Of many samples, the outcomes of expectations and of what is known from outside.
 
-    The samples are those of one system; see `shares`.
+    And what is decided of the expectations, for whoever asks whether more samples are needed; see `shares`.
     """
     from stackdsl.judging.shares import judged  # noqa: PLC0415 -- it brings scipy, and few scenarios have samples
 

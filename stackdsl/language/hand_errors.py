@@ -50,5 +50,6 @@ class HandErrors(Asking):
     def jitter(self) -> Jitter:
         """The same as the timeline has it."""
         return Jitter(
-            self.position.spread if self.position is not None else None, self.yaw.spread if self.yaw is not None else None
+            self.position.spread if self.position is not None else None,
+            self.yaw.spread if self.yaw is not None else None,
         )

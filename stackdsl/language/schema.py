@@ -171,7 +171,8 @@ class Scenario(AuthorModel):
     )
     impacts: Annotated[tuple[Impact, ...], Field(max_length=1000)] = Field((), description="what is done to it")
     samples: t.Samples | None = Field(
-        None, description="how many samples of what is uncertain are judged at most; claims say in which share they hold"
+        None,
+        description="how many samples of what is uncertain are judged at most; claims say in which share they hold",
     )
     seed: t.Seed = Field(1, description="of the samples: another one draws others")
     confidence: t.Confidence = default("95 %", "how sure one is to be of a share that is found to hold or to fail")

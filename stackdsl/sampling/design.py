@@ -10,8 +10,8 @@ from stability.geometry.touching import reach_between
 from stability.model import GROUND, IDENTITY, BodyId, Plane, Pose, Quaternion
 from stability.shapes.box import Box
 from stability.shapes.in_pose import corners_W
-from stability.statics.contacts.touch import solid
 from stability.statics.contacts.solids import BoxSolid
+from stability.statics.contacts.touch import solid
 from stability.statics.facts import Contact, Placed, Tolerances
 from stability.statics.load_core import carries_upright
 from stability.statics.structure import Structure

@@ -9,14 +9,13 @@ from numpy.typing import NDArray
 
 from stability.model import GROUND
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Placed, Stability, Tolerances
-from stability.statics.samples.falls import falls_as_one
-from stability.statics.samples.passing import PassedDown, Support
+from stability.statics.facts import Placed, Stability
+from stability.statics.samples.falls import Site, falls_as_one
 from stability.statics.samples.passing import GROUND as ON_GROUND
+from stability.statics.samples.passing import PassedDown, Support
 from stackdsl.sampling.design import Design, Part
+from stackdsl.sampling.draws import Draws
 from stackdsl.sampling.hands import Hands
-
-TOLERANCES = Tolerances()
 
 
 class Fate(IntEnum):
@@ -43,9 +42,9 @@ class Fates:
     ways: tuple[Way | None, ...]  # None where there was nothing to judge
 
 
-def fates_of(design: Design, seed: int, scenario: str, first: int, count: int) -> Fates:
-    """The fates of the samples from `first` on."""
-    hands = Hands(design, seed, scenario, first, count).build()
+def fates_of(design: Design, draws: Draws) -> Fates:
+    """The fates of some samples."""
+    hands, count = Hands(design, draws).build(), draws.count
     fates = np.full(count, Fate.UNFIT, dtype=np.int32)
     ways: list[Way | None] = [None] * count
     doubtful = np.full(count, ON_GROUND), np.zeros(count, dtype=np.int64)
@@ -55,10 +54,9 @@ def fates_of(design: Design, seed: int, scenario: str, first: int, count: int) -
         failing, moments = _held(design, hands, supports)
         held = hands.fits & (moments < 0)
         fates[held] = Fate.STANDS
-        for sample in np.nonzero(held)[0]:
-            ways[sample] = Way.FORCES
+        ways = [Way.FORCES if each else None for each in held]
         doubtful, asked = (failing, moments), hands.fits & ~held
-    for sample in map(int, np.nonzero(asked)[0]):
+    for sample in np.nonzero(asked)[0].tolist():
         placed = hands.placed(sample)
         brick, moment = int(doubtful[0][sample]), int(doubtful[1][sample])
         if design.is_flat and _falls(design, supports, placed, brick, moment, sample):
@@ -70,7 +68,7 @@ def fates_of(design: Design, seed: int, scenario: str, first: int, count: int) -
 
 def asked_anew(design: Design, placed: Sequence[Placed]) -> int:
     """The fate of one sample, by all of statics, from an empty site on."""
-    assembly = Assembly(design.planes_W, design.friction, design.gravity, TOLERANCES)
+    assembly = Assembly(design.planes_W, design.friction, design.gravity)
     for moment in design.moments:
         bricks = [placed[part.number] for unit in moment.units for part in unit.parts]
         verdict = assembly.add_all(bricks, names_smallest=False)
@@ -84,7 +82,9 @@ def asked_anew(design: Design, placed: Sequence[Placed]) -> int:
 # --- flat designs -----------------------------------------------------------------------------------------------------
 
 
-def _held(design: Design, hands: Hands, supports: Sequence[Sequence[Support]]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _held(
+    design: Design, hands: Hands, supports: Sequence[Sequence[Support]]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """By sample, the brick and the moment where its own forces first fail it; -1 and -1 where they hold to the end."""
     weights = [part.placed.brick.mass * design.gravity for part in design.parts]
     passed = PassedDown(hands.flat(), weights, supports)
@@ -145,4 +145,4 @@ def _falls(  # noqa: PLR0913, PLR0917 -- a sample, and what is known of it
             moving.add(number)
     rest = [placed[number] for number in there if number not in moving]
     upper = [placed[number] for number in there if number in moving]
-    return falls_as_one(upper, rest, design.planes_W, design.friction, design.gravity, TOLERANCES) is not None
+    return falls_as_one(upper, rest, Site(design.planes_W, design.friction, design.gravity)) is not None

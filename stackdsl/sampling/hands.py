@@ -20,7 +20,7 @@ from stability.shapes.apart import above_plane, bodies_apart, in_place, meeting
 from stability.statics.facts import Placed
 from stability.statics.samples.flat_bricks import Array, FlatSamples, Mask, Outline, outlines_overlap
 from stackdsl.sampling.design import Design, Part, Unit
-from stackdsl.sampling.draws import uniform
+from stackdsl.sampling.draws import Draws
 from stackdsl.timeline import Spread
 
 DIGITS: Final = 12  # of a metre, and of a turn: below what processors agree on in roots and sines
@@ -34,10 +34,7 @@ class Hands:
     """Where all bricks lie in some samples; a row a brick, a column a sample. Frame of the scene."""
 
     design: Design
-    seed: int
-    scenario: str
-    first: int  # the number of the first sample
-    count: int
+    draws: Draws
     x: Array = field(init=False)  # of the centre of mass [m]
     y: Array = field(init=False)
     turn: Array = field(init=False)  # about the upright, from the design [rad]
@@ -50,6 +47,11 @@ class Hands:
         shape = (len(self.design.parts), self.count)
         self.x, self.y, self.turn, self.lift = (np.zeros(shape) for _ in range(4))
         self.fits = np.ones(self.count, dtype=bool)
+
+    @property
+    def count(self) -> int:
+        """How many samples there are."""
+        return self.draws.count
 
     def build(self) -> "Hands":
         """Set down all units, one after the other."""
@@ -89,7 +91,7 @@ class Hands:
         jitter, (x, y) = unit.jitter, unit.centre
         place = belongs
         if jitter is not None:
-            drawn = uniform(self.seed, self.scenario, unit.parts[0].name, self.first, self.count, attempt)
+            drawn = self.draws.uniform(unit.parts[0].name, attempt)
             place = belongs + np.stack(
                 [_error(jitter.position, drawn[0]), _error(jitter.position, drawn[1]), _error(jitter.yaw, drawn[2])]
             )
@@ -247,4 +249,3 @@ def _error(spread: Spread | None, drawn: Array) -> Array:
         return np.zeros_like(drawn)
     made: Array = spread.width * (ndtri(drawn) if spread.kind == "normal" else 2.0 * drawn - 1.0)
     return np.round(made, DIGITS)
-

@@ -13,9 +13,7 @@ COUNTS = ("seed", "drawn", "stood", "undecided", "unfit")
 ABSENT = "none"
 
 
-def snapshot_of_samples(
-    ensemble: Ensemble, world: World, identity: Identity, stamp: Mapping[str, str]
-) -> Snapshot:
+def snapshot_of_samples(ensemble: Ensemble, world: World, identity: Identity, stamp: Mapping[str, str]) -> Snapshot:
     """What is locked of many samples: how many there are, and what became of them."""
     fell = {str(level): count for level, count in sorted(ensemble.fell.items())}
     counts = (ensemble.seed, ensemble.drawn, ensemble.stood, fell, ensemble.undecided, ensemble.unfit)
@@ -46,8 +44,8 @@ def differing_samples(expected: Mapping[str, object], got: Mapping[str, object])
 
 def _differing(what: str, expected: object, got: object) -> Iterator[GoldenDifference]:
     if expected != got or isinstance(expected, bool):
-        texts = (ABSENT if value is None else str(value) for value in (expected, got))
-        yield GoldenDifference("samples", what, *texts, tolerance="exact")
+        was, now = (ABSENT if value is None else str(value) for value in (expected, got))
+        yield GoldenDifference("samples", what, was, now, tolerance="exact")
 
 
 def _object(holder: Mapping[str, object], key: str) -> Mapping[str, object]:

@@ -1,1 +1,1 @@
-"""Many assemblies alike but for small errors of placement, judged together: what one proof needs, all go through at once."""
+"""Many assemblies alike but for small errors of placement, judged together: one way of proving, checked for each."""

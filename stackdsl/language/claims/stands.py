@@ -49,9 +49,10 @@ class Stands(Shorthand, ClaimKind):
 
     @model_validator(mode="after")
     def _says_one_thing(self) -> Self:
-        parts = [key for key in ("levels", "bricks", "for_") if getattr(self, key) is not None]
+        of_a_part = {"levels": self.levels, "bricks": self.bricks, "for": self.for_}
+        parts = [key for key, value in of_a_part.items() if value is not None]
         if self.share is not None and parts:
-            message = f"a share is of samples that stand as a whole, and `{self._spelling(parts[0])}` is of a part"
+            message = f"a share is of samples that stand as a whole, and `{parts[0]}` is of a part"
             raise MistakeError("SD108", message, "leave one of them out")
         return self
 
