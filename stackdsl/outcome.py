@@ -160,6 +160,11 @@ class VariantResult:
         return self.status is RunStatus.DONE and all(outcome.passed for outcome in self.outcomes)
 
     @property
+    def is_one_run(self) -> bool:
+        """Whether there was one run, to its end."""
+        return self.status is RunStatus.DONE and self.ensemble is None
+
+    @property
     def unexpected(self) -> bool:
         """Whether it failed and nobody said that it would, or passed though it was said, strictly, to fail."""
         if self.xfail is None or self.status is not RunStatus.DONE:

@@ -11,7 +11,7 @@ from stackdsl.playing.clearance import BlockedPlacementError
 from stackdsl.sampling.design import design_of
 from stackdsl.sampling.draws import Draws
 from stackdsl.sampling.fates import Fate, fates_of
-from stackdsl.sampling.hands import Hands
+from stackdsl.sampling.setting_down import Hands
 from stackdsl.systems.known_systems import system_named
 from stackdsl.systems.systems import Method
 from stackdsl.timeline import Placement, Timeline

@@ -1,8 +1,9 @@
 """What became of many samples, in a few words."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from stackdsl.ensemble import Ensemble
+from stackdsl.outcome import VariantResult
 
 
 def ensemble_lines(ensemble: Ensemble) -> Iterator[str]:
@@ -18,6 +19,13 @@ def ensemble_lines(ensemble: Ensemble) -> Iterator[str]:
     ways = ", ".join(f"{count} {way}" for way, count in sorted(ensemble.ways.items(), key=lambda each: -each[1]))
     cost = f"{ensemble.cpu_time:.2f} s of all processors, {1000.0 * ensemble.cpu_time / ensemble.drawn:.3g} ms a sample"
     yield f"decided: {ways}; {cost}"
+
+
+def samples_told(results: Iterable[VariantResult]) -> Iterator[str]:
+    """A line a result of samples."""
+    for result in results:
+        if result.ensemble is not None:
+            yield f"{result.name}: {'; '.join(ensemble_lines(result.ensemble))}"
 
 
 def _levels(fell: Mapping[int, int]) -> str:

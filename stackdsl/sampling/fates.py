@@ -7,7 +7,6 @@ from enum import IntEnum, StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from stability.model import GROUND
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability
 from stability.statics.samples.falls import Site, falls_as_one
@@ -15,7 +14,7 @@ from stability.statics.samples.passing import GROUND as ON_GROUND
 from stability.statics.samples.passing import PassedDown, Support
 from stackdsl.sampling.design import Design, Part
 from stackdsl.sampling.draws import Draws
-from stackdsl.sampling.hands import Hands
+from stackdsl.sampling.setting_down import Hands
 
 
 class Fate(IntEnum):
@@ -101,32 +100,9 @@ def _held(
 
 
 def _supports(part: Part, hands: Hands) -> list[Support]:
-    designed = {contact.lower: contact for contact in part.rests_on}
-    found = []
-    for other, touches in hands.touching(part):
-        if other.name in designed:
-            middle, spread = _patch(part, [(x, y) for x, y, _ in designed[other.name].points_W])
-        else:  # a proposal as good as any
-            px, py = (sum(p.placed.pose.position_W[axis] for p in (part, other)) / 2.0 for axis in (0, 1))
-            middle, spread = _patch(part, [(px, py)])
-        found.append(Support(part.number, other.number, middle, spread, touches))
+    found = [Support(part.number, other.number, touches) for other, touches in hands.touching(part)]
     grounded = hands.on_ground(part)
-    if grounded.any():
-        outline = designed[GROUND].points_W if GROUND in designed else (part.placed.pose.position_W,)
-        found.append(Support(part.number, ON_GROUND, *_patch(part, [(x, y) for x, y, _ in outline]), grounded))
-    return found
-
-
-def _patch(part: Part, points: Sequence[tuple[float, float]]) -> tuple[tuple[float, float], float]:
-    """The middle of a patch along the level axes of a brick [m], and the mean square of its extent along one [m2]."""
-    assert part.flat is not None
-    ux, uy, one, two = part.flat
-    x, y, _ = part.placed.pose.position_W
-    mx, my = (sum(p[axis] for p in points) / len(points) for axis in (0, 1))
-    square = sum((px - mx) ** 2 + (py - my) ** 2 for px, py in points) / len(points)
-    dx, dy = mx - x, my - y
-    # Of the corners of a rectangle it is three times that of all its points; along one axis half of it.
-    return (dx * ux + dy * uy, dy * ux - dx * uy), max(square / 6.0, (0.01 * min(one, two)) ** 2)
+    return [*found, Support(part.number, ON_GROUND, grounded)] if grounded.any() else found
 
 
 def _falls(  # noqa: PLR0913, PLR0917 -- a sample, and what is known of it

@@ -6,6 +6,7 @@ arrays have a row a brick and a column a sample, so that what is asked of one br
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import sqrt
 from typing import TypeAlias
 
 import numpy as np
@@ -13,6 +14,9 @@ from numpy.typing import NDArray
 
 Array: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
+
+SQUARE = sqrt(0.5)  # cosine of the angle from which the other side of a rectangle is the nearer one
+THIN = 0.01  # of the least half length: a patch is not taken to be thinner
 
 
 @dataclass(slots=True)
@@ -32,12 +36,30 @@ class FlatSamples:
         half = np.array([self.half[brick] for brick in rows]).reshape(-1, 2)
         return (np.abs(dx * cos + dy * sin) <= half[:, :1]) & (np.abs(dy * cos - dx * sin) <= half[:, 1:])
 
-    def overlap(self, one: int, other: int) -> Array:
-        """How far two outlines reach into each other along the axis along which that is least [m]; negative apart."""
-        return outlines_overlap(self._outline(one), self._outline(other))
+    def patch(self, upper: int, lower: int) -> tuple[Array, Array, Array]:
+        """About where two outlines overlap: its middle along the axes of the upper one, seen from there [m].
 
-    def _outline(self, brick: int) -> "Outline":
-        return Outline(self.half[brick], self.x[brick], self.y[brick], self.cos[brick], self.sin[brick])
+        And the mean square of how far its points are from there along an axis [m2]. Exact where their sides are
+        parallel. If `lower` is negative, it has no outline, and all of the upper one is meant.
+        """
+        one, two = self.half[upper]
+        none = np.zeros_like(self.x[upper])
+        if lower < 0:
+            return none, none, none + (one * one + two * two) / 6.0
+        cos, sin = self.cos[upper], self.sin[upper]
+        dx, dy = self.x[lower] - self.x[upper], self.y[lower] - self.y[upper]
+        along, across = dx * cos + dy * sin, dy * cos - dx * sin
+        alike = np.abs(cos * self.cos[lower] + sin * self.sin[lower]) >= SQUARE
+        first, second = self.half[lower]
+        low, high = _common(one, along, np.where(alike, first, second))
+        left, right = _common(two, across, np.where(alike, second, first))
+        square = ((high - low) ** 2 + (right - left) ** 2) / 24.0
+        return 0.5 * (low + high), 0.5 * (left + right), np.maximum(square, (THIN * min(one, two)) ** 2)
+
+
+def _common(half: float, middle: Array, other: Array) -> tuple[Array, Array]:
+    """Both ends of what two stretches have in common, of which one is about 0."""
+    return np.maximum(-half, middle - other), np.minimum(half, middle + other)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -3,8 +3,8 @@
 Where bricks lie flat, a force between two of them may go upright through any point that lies in both outlines. Each
 brick hands what it carries to those below it by the pressure that is linear over their patches: a linear map that
 depends on where these bricks lie, and not on what comes on top of them. So a brick that is added changes the forces
-below it by a sum, and those of the bricks before it stay. How the load is shared is no more than a proposal, taken from
-the design and corrected by one linear solve for each sample. A sample counts as proven if its own forces balance each
+below it by a sum, and those of the bricks before it stay. How the load is shared is no more than a proposal: of each
+sample, one linear solve a brick. A sample counts as proven if its own forces balance each
 of its own bricks, if each of them presses, and if each goes through its own contact. Of any other, nothing is known.
 """
 
@@ -29,8 +29,6 @@ class Support:
 
     upper: int
     lower: int  # or GROUND
-    middle: tuple[float, float]  # of their patch in the design, along the level axes of the upper brick [m]
-    spread: float  # mean square of how far its points are from there along an axis [m2]
     touches: Mask  # in which samples it truly rests there
 
 
@@ -118,8 +116,8 @@ class PassedDown:
         scale, cos, sin = hypot(*self.samples.half[brick]), self.samples.cos[brick], self.samples.sin[brick]
         moments = []
         for support in self.supports[brick]:
-            (a, b), spread = support.middle, support.spread / scale**2
-            x, y = (a * cos - b * sin) / scale, (a * sin + b * cos) / scale
+            along, across, square = self.samples.patch(brick, support.lower)
+            x, y, spread = (along * cos - across * sin) / scale, (along * sin + across * cos) / scale, square / scale**2
             one = np.ones_like(x)
             rows = [[one, x, y], [x, x * x + spread, x * y], [y, x * y, y * y + spread]]
             moments.append(np.where(support.touches, np.array(rows), 0.0).transpose(2, 0, 1))
