@@ -7,10 +7,12 @@ from time import process_time
 
 from stability.statics.facts import Placed
 from stackdsl.checking.one_case import play_case
+from stackdsl.language.variants import Variant
 from stackdsl.playing.clearance import BlockedPlacementError
 from stackdsl.sampling.design import design_of
 from stackdsl.sampling.draws import Draws
 from stackdsl.sampling.fates import Fate, fates_of
+from stackdsl.sampling.materials import timelines
 from stackdsl.sampling.setting_down import Hands
 from stackdsl.systems.known_systems import system_named
 from stackdsl.systems.systems import Method
@@ -27,6 +29,19 @@ class Chunk:
     fates: tuple[int, ...]
     ways: dict[str, int]
     cpu_time: float  # [s]
+
+
+def varied_chunk(variant: Variant, system: str, draws: Draws) -> Chunk:
+    """What a worker does where more than hands is uncertain: judge each sample by itself. Raises SampleMistakeError."""
+    started = process_time()
+    each = [
+        judged_chunk(timeline, system, replace(draws, first=number, count=1))
+        for number, timeline in enumerate(timelines(variant, draws), start=draws.first)
+    ]
+    ways = Counter[str]()
+    for one in each:
+        ways.update(one.ways)
+    return Chunk(tuple(one.fates[0] for one in each), dict(ways), process_time() - started)
 
 
 def judged_chunk(timeline: Timeline, system: str, draws: Draws) -> Chunk:

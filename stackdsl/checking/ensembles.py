@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from stackdsl.checking.chunks import Chunk, judged_chunk
+from stackdsl.checking.chunks import Chunk, judged_chunk, varied_chunk
 from stackdsl.checking.gathering import Case
 from stackdsl.checking.memory import Memory
 from stackdsl.checking.processes import EnoughSeenError, OnWait, run_supervised
@@ -131,13 +131,17 @@ def _drawn(open_ones: Mapping[int, Drawing], workers: int, time_limit: float, me
         elif result.status is not TaskStatus.NOT_RUN:
             drawing.failed = result
 
-    tasks = [Task(judged_chunk, _asked(drawing, first, count), time_limit) for drawing, first, count in parts]
+    tasks = [Task(*_asked(drawing, first, count), time_limit) for drawing, first, count in parts]
     return run_supervised(tasks, workers, done, on_wait).interrupted if tasks else False
 
 
-def _asked(drawing: Drawing, first: int, count: int) -> tuple[object, ...]:
+def _asked(drawing: Drawing, first: int, count: int) -> tuple[Callable[..., Chunk], tuple[object, ...]]:
+    """What a worker is to call, and with what."""
     case = drawing.case
-    return case.timeline, case.system, Draws(case.scenario.seed, case.scenario.scenario, first, count)
+    draws = Draws(case.scenario.seed, case.scenario.scenario, first, count)
+    if case.scenario.uncertain is not None:
+        return varied_chunk, (case.variant, case.system, draws)
+    return judged_chunk, (case.timeline, case.system, draws)
 
 
 def _key(drawing: Drawing, first: int, count: int, memory: Memory) -> str:

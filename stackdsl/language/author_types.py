@@ -214,6 +214,26 @@ VALUES: Final[JsonSchema] = {
 }
 
 
+_EITHER_WAY: Final[JsonSchema] = {"type": "string", "pattern": r"±|\+/?-|\.\.", "examples": ["0.5 ± 0.05"]}
+_DISTRIBUTIONS: Final[dict[str, tuple[str, JsonSchema]]] = {
+    "uniform": ("all alike likely", _EITHER_WAY),
+    "normal": ("mean ± standard deviation", _EITHER_WAY),
+    "lognormal": ("the median", VALUE),
+    "dispersion": ("of a lognormal one: the standard deviation of the logarithm", {"type": "number"}),
+    "table": ("values, one as likely as the other", {"type": "array", "items": VALUE, "minItems": 1}),
+}
+SPREADS: Final[JsonSchema] = {
+    "anyOf": [
+        _EITHER_WAY,
+        {
+            "type": "object",
+            "properties": {key: {**schema, "description": told} for key, (told, schema) in _DISTRIBUTIONS.items()},
+            "additionalProperties": False,
+        },
+    ]
+}
+
+
 def variables_schema(values: JsonSchema) -> WithJsonSchema:
     """A mapping of variables to these."""
     return WithJsonSchema({"type": "object", "additionalProperties": values})

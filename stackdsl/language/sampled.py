@@ -19,7 +19,7 @@ def sampled(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
 
 
 def _without_samples(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
-    for key in ("seed", "confidence"):
+    for key in ("seed", "confidence", "uncertain"):
         if key in scenario.model_fields_set:
             yield _mistake(source, (key,), f"there are no samples that this `{key}` could be of")
     for number, step in enumerate(scenario.build):
@@ -36,7 +36,7 @@ def _mistake(source: Source, path: Path, message: str) -> Diagnostic:
 
 
 def _nothing_uncertain(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
-    if all(step.jitter is None for step in scenario.build):
+    if scenario.uncertain is None and all(step.jitter is None for step in scenario.build):
         message = "nothing is uncertain, so all samples would be the same"
         hint = "say jitter: {position: 1 mm, yaw: 1 deg} in a step of the build"
         yield Diagnostic("SD102", source.key_span_of(("samples",)), message, hint)

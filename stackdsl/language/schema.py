@@ -159,6 +159,9 @@ class Scenario(AuthorModel):
     let: Annotated[object, t.variables_schema(t.VALUE)] = Field(
         None, description="variables for ${...}, each of numbers, quantities, words, and variables above it"
     )
+    uncertain: Annotated[object, t.variables_schema(t.SPREADS)] = Field(
+        None, description="variables of which each of the `samples` has another value: ranges, or distributions"
+    )
     matrix: Annotated[object, t.variables_schema(t.VALUES)] = Field(
         None, description="variables with several values: a variant of the scenario for each combination"
     )

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from stackdsl.checking import ensembles
-from stackdsl.checking.chunks import Chunk
+from stackdsl.checking.chunks import Chunk, judged_chunk
 from stackdsl.checking.ensembles import CHUNK, Drawing, draw, drawn_alone
 from stackdsl.checking.gathering import Case
 from stackdsl.checking.memory import Memory
@@ -59,7 +59,7 @@ def test_what_was_drawn_is_not_drawn_again_and_what_was_not_is_added(
 
     def counted(drawing: Drawing, first: int, count: int) -> tuple[object, ...]:
         asked.append(first)
-        return drawing.case.timeline, drawing.case.system, Draws(1, "column", first, count)
+        return judged_chunk, (drawing.case.timeline, drawing.case.system, Draws(1, "column", first, count))
 
     monkeypatch.setattr(ensembles, "_asked", counted)
     whole, ended = case(2000, ">= 80 %"), list[Drawing]()
