@@ -8,12 +8,10 @@ from random import Random
 import pytest
 from _pytest.mark import ParameterSet
 
-from stackdsl.checking.check import TIME_LIMIT
-from stackdsl.checking.ensembles import drawn_alone
 from stackdsl.checking.gathering import Case, gather
 from stackdsl.checking.one_case import play_case
 from stackdsl.checking.results import Goldens, snapshot_of
-from stackdsl.checking.sampled_results import checked_samples
+from stackdsl.checking.sampled_results import drawn_result
 from stackdsl.judging.judge import judge
 from stackdsl.judging.known import known_of
 from stackdsl.outcome import GoldenStatus
@@ -76,9 +74,7 @@ def test_a_scenario_meets_its_expectations_and_its_snapshot_a_nanometre_off(case
 
 @pytest.mark.parametrize("case", [parameter(case) for case in GATHERED.cases if case.is_sampled])
 def test_samples_of_a_scenario_meet_its_expectations_and_their_golden_file(case: Case) -> None:
-    drawing = drawn_alone(case, 1, TIME_LIMIT)
-    assert drawing is not None
-    result = checked_samples(case, drawing.ensemble(), Goldens(ROOT / "golden"))
+    result = drawn_result(case, 1, Goldens(ROOT / "golden"))
     assert [outcome for outcome in result.outcomes if not outcome.passed] == []
     assert result.golden is not None
     assert result.golden.status is GoldenStatus.SAME, result.golden.differences

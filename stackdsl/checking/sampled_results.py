@@ -2,8 +2,9 @@
 
 from dataclasses import replace
 
+from stackdsl.checking.ensembles import drawn_alone
 from stackdsl.checking.gathering import STDIN_SHOWN, Case
-from stackdsl.checking.results import Goldens, held_against
+from stackdsl.checking.results import Goldens, checked, held_against
 from stackdsl.ensemble import Ensemble
 from stackdsl.judging.judge import judge_shares
 from stackdsl.outcome import RunStatus, VariantResult
@@ -12,6 +13,19 @@ from stackdsl.snapshots.stamp import current_stamp
 from stackdsl.systems.known_systems import system_named
 from stackdsl.systems.systems import Method
 from stackdsl.trace import Cost
+
+TIME_LIMIT = 600.0  # [s] of wall time a chunk of samples
+NO_GOLDENS = Goldens(None)
+
+
+def drawn_result(case: Case, workers: int, goldens: Goldens = NO_GOLDENS) -> VariantResult:
+    """Draw the samples of a case here, as many as decide. Raises KeyboardInterrupt where somebody interrupts that."""
+    drawing = drawn_alone(case, workers, TIME_LIMIT)
+    if drawing is None:
+        raise KeyboardInterrupt
+    if drawing.failed is not None:
+        return checked(case, drawing.failed, NO_GOLDENS)
+    return checked_samples(case, drawing.ensemble(), goldens)
 
 
 def checked_samples(case: Case, ensemble: Ensemble, goldens: Goldens) -> VariantResult:

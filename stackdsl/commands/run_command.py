@@ -5,10 +5,9 @@ from pathlib import Path
 
 import click
 
-from stackdsl.checking.check import TIME_LIMIT
 from stackdsl.checking.gathering import Case
 from stackdsl.checking.one_case import play_case
-from stackdsl.checking.results import Goldens, checked, held_up, judged, set_aside, skipped
+from stackdsl.checking.results import held_up, judged, set_aside, skipped
 from stackdsl.checking.selection import Selection
 from stackdsl.commands.keeping import ON_GLB, ON_HTML, ON_RECORD, Keeping
 from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE
@@ -91,18 +90,9 @@ def _run(case: Case, keeping: Keeping, all_names: bool) -> VariantResult:
 
 def _sampled(case: Case) -> VariantResult:
     """Judge the samples of a case, and print what became of them. What is drawn of it is its design, played once."""
-    from stackdsl.checking.ensembles import drawn_alone  # noqa: PLC0415 -- it brings scipy
-    from stackdsl.checking.sampled_results import judged_samples  # noqa: PLC0415 -- likewise
+    from stackdsl.checking.sampled_results import drawn_result  # noqa: PLC0415 -- it brings scipy
 
-    drawing = drawn_alone(case, os.cpu_count() or 1, TIME_LIMIT)
-    if drawing is None:
-        raise click.Abort
-    if drawing.failed is not None:
-        result = checked(case, drawing.failed, Goldens(None))
-        write(f"{result.status}: {result.message}\n\n")
-        return result
-    ensemble = drawing.ensemble()
-    result = judged_samples(case, ensemble)
-    lines = (*ensemble_lines(ensemble), *claim_lines(result))
-    write("".join(f"{line}\n" for line in lines) + "\n")
+    result = drawn_result(case, os.cpu_count() or 1)
+    lines = [*ensemble_lines(result.ensemble), *claim_lines(result)] if result.ensemble is not None else []
+    write("".join(f"{line}\n" for line in lines or [f"{result.status}: {result.message}"]) + "\n")
     return result

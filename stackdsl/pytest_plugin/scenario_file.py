@@ -9,10 +9,9 @@ from warnings import warn
 
 import pytest
 
-from stackdsl.checking.check import TIME_LIMIT
 from stackdsl.checking.gathering import Case, gather
 from stackdsl.checking.one_case import play_case, played_or_blocked
-from stackdsl.checking.results import Goldens, checked, held_against, held_up, judged, snapshot_of
+from stackdsl.checking.results import Goldens, held_against, held_up, judged, snapshot_of
 from stackdsl.judging.known import known_of
 from stackdsl.outcome import GoldenStatus, Report, VariantResult
 from stackdsl.playing.clearance import Blocked
@@ -102,15 +101,9 @@ class ScenarioItem(pytest.Item):
 
     def _sampled(self) -> VariantResult:
         """The result of a case of many samples."""
-        from stackdsl.checking.ensembles import drawn_alone  # noqa: PLC0415 -- it brings scipy
-        from stackdsl.checking.sampled_results import checked_samples  # noqa: PLC0415 -- likewise
+        from stackdsl.checking.sampled_results import drawn_result  # noqa: PLC0415 -- it brings scipy
 
-        drawing = drawn_alone(self.case, os.cpu_count() or 1, TIME_LIMIT)
-        if drawing is None:
-            raise KeyboardInterrupt
-        if drawing.failed is not None:
-            return checked(self.case, drawing.failed, Goldens(None))
-        return checked_samples(self.case, drawing.ensemble(), self._goldens())
+        return drawn_result(self.case, os.cpu_count() or 1, self._goldens())
 
     def repr_failure(
         self, excinfo: "ExceptionInfo[BaseException]", style: "TracebackStyle | None" = None
