@@ -16,12 +16,12 @@ from rich.console import Console
 from benchmarks.figures.data import Row, Rows
 from benchmarks.figures.recording import parser, record
 from stackdsl.checking.chunks import Chunk, judged_chunk
-from stackdsl.checking.ensembles import drawn_alone
+from stackdsl.checking.ensembles import Drawing, drawn_alone
 from stackdsl.checking.gathering import Case, cases_of
 from stackdsl.reading.source import parse
 from stackdsl.sampling.design import design_of
 from stackdsl.sampling.draws import Draws
-from stackdsl.sampling.fates import Fate, asked_anew, fates_of
+from stackdsl.sampling.fates import Fate, asked_anew
 from stackdsl.sampling.setting_down import Hands
 from stackdsl.systems.known_systems import unplayable
 
@@ -51,7 +51,7 @@ def tower(layout: str, workers: int) -> Row:
     assert drawing is not None
     found = drawing.ensemble()
     cold_started = process_time()
-    differing = sum(fate != cold for fate, cold in _cold(case))
+    differing = sum(fate != cold for fate, cold in _cold(case, drawing))
     cold = process_time() - cold_started
     return {
         "samples": found.drawn,
@@ -70,15 +70,13 @@ def tower(layout: str, workers: int) -> Row:
     }
 
 
-def _cold(case: Case) -> Iterator[tuple[int, int]]:
-    """The fate of some samples as they are judged together, and as each is by itself, by all of statics."""
+def _cold(case: Case, drawing: Drawing) -> Iterator[tuple[int, int]]:
+    """The fates of some samples as they were judged together, and as each is by itself, by all of statics."""
+    together = [fate for first in sorted(drawing.chunks) for fate in drawing.chunks[first].fates]
     design = design_of(case.timeline)
-    draws = [
-        Draws(case.scenario.seed, case.scenario.scenario, sample, 1) for sample in range(0, SAMPLES, SAMPLES // COLD)
-    ]
-    for one in draws:
-        hands = Hands(design, one).build()
-        yield int(fates_of(design, one).fates[0]), asked_anew(design, hands.placed(0))
+    for sample in range(0, SAMPLES, SAMPLES // COLD):
+        one = Draws(case.scenario.seed, case.scenario.scenario, sample, 1)
+        yield together[sample], asked_anew(design, Hands(design, one).build().placed(0))
 
 
 def engines(count: int) -> Rows:
