@@ -77,6 +77,15 @@ def test_what_was_drawn_is_not_drawn_again_and_what_was_not_is_added(
     assert len(asked) == 6
 
 
+def test_what_is_remembered_beyond_what_decides_is_not_counted(tmp_path: Path) -> None:
+    """So that a case comes to the same whether it was drawn further before or not."""
+    memory, ended = Memory(tmp_path), list[Drawing]()
+    for share in (">= 80 %", ">= 50 %"):
+        drawing = Drawing(case(2000, share), "digest")
+        draw({0: drawing}, 1, LIMIT, memory, lambda _, drawn: ended.append(drawn))
+    assert [drawing.ensemble().drawn for drawing in ended] == [2000, 125]
+
+
 def fails(*_: object) -> Chunk:
     raise RuntimeError("no such luck")
 
