@@ -540,6 +540,7 @@ def jenga(
     every: str | None = None,
     until: str | None = None,
     place: str | Mapping[str, object] | None = None,
+    jitter: Mapping[str, object] | None = None,
 ) -> Written:
     """Planks side by side, turned by a quarter each level, to be pulled out one by one.
 
@@ -556,6 +557,7 @@ def jenga(
     every: time for each brick; default: all at one time
     until: goes on until the structure falls
     place: by hand, one brick after another; default: set down as if from nowhere
+    jitter: how far off its bricks are set down, in `samples`; default: not at all
     """
     what_is_written = {
         "origin": origin,
@@ -575,6 +577,7 @@ def jenga(
             "every": every,
             "until": until,
             "place": place,
+            "jitter": jitter,
         }
     )
 
@@ -593,6 +596,7 @@ def pyramid(
     every: str | None = None,
     until: str | None = None,
     place: str | Mapping[str, object] | None = None,
+    jitter: Mapping[str, object] | None = None,
 ) -> Written:
     """Rows of planks end to end along x, each plank upon the ends of two of the row below, up to a single one.
 
@@ -608,6 +612,7 @@ def pyramid(
     every: time for each brick; default: all at one time
     until: goes on until the structure falls
     place: by hand, one brick after another; default: set down as if from nowhere
+    jitter: how far off its bricks are set down, in `samples`; default: not at all
     """
     what_is_written = {"origin": origin, "heading": heading, "omit": omit, "levels": levels, "gap": gap}
     return written(
@@ -620,6 +625,7 @@ def pyramid(
             "every": every,
             "until": until,
             "place": place,
+            "jitter": jitter,
         }
     )
 
@@ -639,6 +645,7 @@ def corbel(
     every: str | None = None,
     until: str | None = None,
     place: str | Mapping[str, object] | None = None,
+    jitter: Mapping[str, object] | None = None,
 ) -> Written:
     """Two stacks that lean towards each other by harmonic overhangs, a share of those at which they tip.
 
@@ -655,6 +662,7 @@ def corbel(
     every: time for each brick; default: all at one time
     until: goes on until the structure falls
     place: by hand, one brick after another; default: set down as if from nowhere
+    jitter: how far off its bricks are set down, in `samples`; default: not at all
     """
     what_is_written = {"origin": origin, "heading": heading, "omit": omit, "levels": levels, "share": share, "gap": gap}
     return written(
@@ -667,6 +675,7 @@ def corbel(
             "every": every,
             "until": until,
             "place": place,
+            "jitter": jitter,
         }
     )
 
@@ -685,6 +694,7 @@ def dominoes(
     every: str | None = None,
     until: str | None = None,
     place: str | Mapping[str, object] | None = None,
+    jitter: Mapping[str, object] | None = None,
 ) -> Written:
     """Planks on end in a row along x, their flat sides to each other; the first stands at the origin.
 
@@ -700,6 +710,7 @@ def dominoes(
     every: time for each brick; default: all at one time
     until: goes on until the structure falls
     place: by hand, one brick after another; default: set down as if from nowhere
+    jitter: how far off its bricks are set down, in `samples`; default: not at all
     """
     what_is_written = {"origin": origin, "heading": heading, "omit": omit, "bricks": bricks, "spacing": spacing}
     return written(
@@ -712,6 +723,7 @@ def dominoes(
             "every": every,
             "until": until,
             "place": place,
+            "jitter": jitter,
         }
     )
 
@@ -730,6 +742,7 @@ def ring(
     every: str | None = None,
     until: str | None = None,
     place: str | Mapping[str, object] | None = None,
+    jitter: Mapping[str, object] | None = None,
 ) -> Written:
     """Posts on end round a circle, and lintels that each lie on two of them, half of their weight on either.
 
@@ -745,6 +758,7 @@ def ring(
     every: time for each brick; default: all at one time
     until: goes on until the structure falls
     place: by hand, one brick after another; default: set down as if from nowhere
+    jitter: how far off its bricks are set down, in `samples`; default: not at all
     """
     what_is_written = {"origin": origin, "heading": heading, "omit": omit, "posts": posts, "overlap": overlap}
     return written(
@@ -757,5 +771,6 @@ def ring(
             "every": every,
             "until": until,
             "place": place,
+            "jitter": jitter,
         }
     )

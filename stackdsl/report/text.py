@@ -99,7 +99,10 @@ def _notes(report: Report, verbosity: int) -> Iterator[Block]:
     yield titled("Energy from nowhere", [f"{result.name}: {energy_text(result.energy_gained)}" for result in gained])
     yield titled("Wrong edge normals", list(_wrong_edges(noted)))
     yield titled("Other than known from outside", list(_missed(report, lambda result: result.truths)))
-    yield titled("Golden files of another engine, compared in what no engine decides", list(_other_engines(report)))
+    yield titled(
+        "Golden files of another engine, compared in what no engine decides",
+        list(_noted(report, GoldenStatus.OTHER_ENGINE)),
+    )
     yield titled("Golden files made with other versions", list(_stamps(report)))
     yield titled("Golden files with names of earlier versions", list(_old_names(report)))
 
@@ -290,10 +293,6 @@ def _together(files: Sequence[str], status: GoldenStatus) -> Iterator[str]:
 def _stamps(report: Report) -> Iterator[str]:
     """One line a set of versions, not one a file."""
     yield from _noted(report, GoldenStatus.SAME)
-
-
-def _other_engines(report: Report) -> Iterator[str]:
-    yield from _noted(report, GoldenStatus.OTHER_ENGINE)
 
 
 def _noted(report: Report, status: GoldenStatus) -> Iterator[str]:
