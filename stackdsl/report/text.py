@@ -48,11 +48,8 @@ def report_text(
 
 def closing_line(report: Report) -> str:
     """All in one line."""
-    extras = {
-        "mistake": len(report.diagnostics),
-        "obsolete golden file": len(report.obsolete),
-        "removed golden file": len(report.removed),
-    }
+    goldens = {"obsolete golden file": len(report.obsolete), "removed golden file": len(report.removed)}
+    extras = {"mistake": len(report.diagnostics), **goldens}
     known = sum(result.remembered for result in report.results)
     conclusions = dict(report.conclusions)
     if known and (passed := conclusions.pop("passed")):
