@@ -7,6 +7,7 @@ from enum import StrEnum
 
 from stability.model import BodyId
 from stackdsl.diagnostics import Diagnostic, Span
+from stackdsl.ensemble import Ensemble
 from stackdsl.exits import ExitCode
 from stackdsl.measure import Measure
 from stackdsl.observations import Change
@@ -131,6 +132,7 @@ class VariantResult:
     wrong_edges: WrongEdges | None = None  # None where no contact was seen to have a wrong normal
     energy_gained: float = 0.0  # share of energy that the engine added by itself, where that is a fault
     collapse: Collapse | None = None
+    ensemble: Ensemble | None = None  # what became of many samples; None of one run
     moving: tuple[BodyId, ...] = ()  # what was not at rest at the end
     early_end: Spared | None = None  # None where it went on for as long as it was to
     drift: float = 0.0  # [m]
@@ -156,6 +158,11 @@ class VariantResult:
         if self.refinement is not None and self.numerical:
             return False
         return self.status is RunStatus.DONE and all(outcome.passed for outcome in self.outcomes)
+
+    @property
+    def is_one_run(self) -> bool:
+        """Whether there was one run, to its end."""
+        return self.status is RunStatus.DONE and self.ensemble is None
 
     @property
     def unexpected(self) -> bool:

@@ -4,10 +4,10 @@ Frame W: z up against gravity. A tilted scene is turned as a whole, so gravity a
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from itertools import groupby
-from typing import TypeAlias
+from typing import Literal, TypeAlias
 
 from stability.mechanics.ground_motion import GroundMotion
 from stability.mechanics.hand_course import HandCourse
@@ -35,6 +35,22 @@ class Arrival(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
+class Spread:
+    """How an error about zero is spread."""
+
+    kind: Literal["normal", "uniform"]
+    width: float  # standard deviation, or how far to either side
+
+
+@dataclass(frozen=True, slots=True)
+class Jitter:
+    """The errors with which hands set something down, from where it belongs on what is there."""
+
+    position: Spread | None = None  # along each of two level axes [m]
+    yaw: Spread | None = None  # about the upright [rad]
+
+
+@dataclass(frozen=True, slots=True)
 class Placement:
     """One brick that comes at a time."""
 
@@ -47,6 +63,7 @@ class Placement:
     flight: float = 0.0  # until what an impact drops or throws meets what it is aimed at [s]
     step: str = ""  # of the build, such as `step 5`, where several build its level
     came: Pose | None = None  # where a hand comes with it, if one does; it lets it go at `pose`
+    together: bool = False  # whether hands set it down as one with the brick before it
 
     @property
     def at_rest(self) -> bool:
@@ -156,6 +173,7 @@ class Timeline:
     closely: bool = False  # whether it is asked how something begins to fall, or where it lands
     measures: tuple[str, ...] = ()  # what is measured only if it is asked for: `sway`, `penetration`
     followed: float = 1.0  # how long a collapse is followed, at most [s]
+    jitter: Mapping[BodyId, Jitter] = field(default_factory=dict)  # by brick, of those that are set down with errors
     aftermath: bool = True  # whether a collapse is followed for a while; if not, a run ends as soon as it is known
 
     @property

@@ -29,11 +29,11 @@ LAYERS = {
     ),
     "stackdsl": (
         {"exits", "diagnostics", "entry_points", "measure", "project_file", "proof_margins", "timeline", "wording"},
-        {"reading", "trace"},  # a claim judges a trace, so what happened is plain data below the language
+        {"ensemble", "reading", "trace"},  # a claim judges a trace, so what happened is plain data below the language
         {"language"},
         {"importing"},
         {"compiling", "systems", "recording"},
-        {"observations", "playing"},
+        {"observations", "playing", "sampling"},
         {"outcome"},
         {"judging", "snapshots"},
         {"checking"},

@@ -10,9 +10,11 @@ from _pytest.mark import ParameterSet
 
 from stackdsl.checking.gathering import Case, gather
 from stackdsl.checking.one_case import play_case
-from stackdsl.checking.results import snapshot_of
+from stackdsl.checking.results import Goldens, snapshot_of
+from stackdsl.checking.sampled_results import drawn_result
 from stackdsl.judging.judge import judge
 from stackdsl.judging.known import known_of
+from stackdsl.outcome import GoldenStatus
 from stackdsl.pytest_plugin.other_engine import OtherEngineWarning
 from stackdsl.pytest_plugin.shared_snapshots import Golden
 from stackdsl.snapshots.file_names import golden_name
@@ -44,7 +46,7 @@ def parameter(case: Case) -> ParameterSet:
     return pytest.param(case, id=case.name, marks=[pytest.mark.slow] if lengthy or case.system not in MODELLED else [])
 
 
-@pytest.mark.parametrize("case", [parameter(case) for case in GATHERED.cases])
+@pytest.mark.parametrize("case", [parameter(case) for case in GATHERED.cases if not case.is_sampled])
 def test_a_scenario_meets_its_expectations_and_its_snapshot_a_nanometre_off(case: Case, golden: Golden) -> None:
     """The last digit of a sine differs between processors, and a golden file must not lock it.
 
@@ -68,6 +70,14 @@ def test_a_scenario_meets_its_expectations_and_its_snapshot_a_nanometre_off(case
             assert snapshot == golden(snapshot.identity)
         if told:
             pytest.skip(str(told[0].message))
+
+
+@pytest.mark.parametrize("case", [parameter(case) for case in GATHERED.cases if case.is_sampled])
+def test_samples_of_a_scenario_meet_its_expectations_and_their_golden_file(case: Case) -> None:
+    result = drawn_result(case, 1, Goldens(ROOT / "golden"))
+    assert [outcome for outcome in result.outcomes if not outcome.passed] == []
+    assert result.golden is not None
+    assert result.golden.status is GoldenStatus.SAME, result.golden.differences
 
 
 def is_modelled(case: Case) -> bool:

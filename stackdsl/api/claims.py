@@ -16,6 +16,7 @@ def stands(
     levels: int | None = None,
     bricks: Sequence[str] | None = None,
     for_: str | None = None,
+    share: str | None = None,
     system: str | Sequence[str] | None = None,
     source: str | None = None,
     because: str | None = None,
@@ -26,11 +27,12 @@ def stands(
     levels: at least so many levels, from the lowest
     bricks: these bricks
     for_: this long after the last action
+    share: in this share of the samples, all of it
     system: the system, or systems, that this is expected of; default: all
     source: of what is known from outside: where from
     because: why it is so
     """
-    what_is_written = {"levels": levels, "bricks": bricks, "for": for_}
+    what_is_written = {"levels": levels, "bricks": bricks, "for": for_, "share": share}
     return written(
         {
             "stands": what if what is not None else what_is_written,
@@ -48,6 +50,7 @@ def collapses(
     at: str | None = None,
     brick: str | None = None,
     time: str | None = None,
+    share: str | None = None,
     system: str | Sequence[str] | None = None,
     source: str | None = None,
     because: str | None = None,
@@ -58,11 +61,12 @@ def collapses(
     at: the level under construction when it does
     brick: the first brick that does
     time: when it does
+    share: in this share of the samples
     system: the system, or systems, that this is expected of; default: all
     source: of what is known from outside: where from
     because: why it is so
     """
-    what_is_written = {"at": at, "brick": brick, "time": time}
+    what_is_written = {"at": at, "brick": brick, "time": time, "share": share}
     return written(
         {
             "collapses": what if what is not None else what_is_written,

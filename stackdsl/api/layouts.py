@@ -24,6 +24,7 @@ def four_stack(
     every: str | None = None,
     until: str | None = None,
     place: str | Mapping[str, object] | None = None,
+    jitter: Mapping[str, object] | None = None,
 ) -> Written:
     """Two parallel planks a level, turned by 90 deg each level.
 
@@ -40,6 +41,7 @@ def four_stack(
     every: time for each brick; default: all at one time
     until: goes on until the structure falls
     place: by hand, one brick after another; default: set down as if from nowhere
+    jitter: how far off its bricks are set down, in `samples`; default: not at all
     """
     what_is_written = {
         "origin": origin,
@@ -59,6 +61,7 @@ def four_stack(
             "every": every,
             "until": until,
             "place": place,
+            "jitter": jitter,
         }
     )
 
@@ -77,6 +80,7 @@ def column(
     every: str | None = None,
     until: str | None = None,
     place: str | Mapping[str, object] | None = None,
+    jitter: Mapping[str, object] | None = None,
 ) -> Written:
     """One flat plank a level, each shifted by the same step along its length.
 
@@ -92,6 +96,7 @@ def column(
     every: time for each brick; default: all at one time
     until: goes on until the structure falls
     place: by hand, one brick after another; default: set down as if from nowhere
+    jitter: how far off its bricks are set down, in `samples`; default: not at all
     """
     what_is_written = {"origin": origin, "heading": heading, "omit": omit, "levels": levels, "step": step}
     return written(
@@ -104,6 +109,7 @@ def column(
             "every": every,
             "until": until,
             "place": place,
+            "jitter": jitter,
         }
     )
 
@@ -123,6 +129,7 @@ def wall(
     every: str | None = None,
     until: str | None = None,
     place: str | Mapping[str, object] | None = None,
+    jitter: Mapping[str, object] | None = None,
 ) -> Written:
     """Planks end to end along x in running bond, closed at both ends.
 
@@ -139,6 +146,7 @@ def wall(
     every: time for each brick; default: all at one time
     until: goes on until the structure falls
     place: by hand, one brick after another; default: set down as if from nowhere
+    jitter: how far off its bricks are set down, in `samples`; default: not at all
     """
     what_is_written = {
         "origin": origin,
@@ -158,6 +166,7 @@ def wall(
             "every": every,
             "until": until,
             "place": place,
+            "jitter": jitter,
         }
     )
 
@@ -176,6 +185,7 @@ def harmonic(
     every: str | None = None,
     until: str | None = None,
     place: str | Mapping[str, object] | None = None,
+    jitter: Mapping[str, object] | None = None,
 ) -> Written:
     """The overhanging stack: from the top, each plank leans out by 1/2, 1/4, 1/6 ... of a length, towards +x.
 
@@ -191,6 +201,7 @@ def harmonic(
     every: time for each brick; default: all at one time
     until: goes on until the structure falls
     place: by hand, one brick after another; default: set down as if from nowhere
+    jitter: how far off its bricks are set down, in `samples`; default: not at all
     """
     what_is_written = {"origin": origin, "heading": heading, "omit": omit, "bricks": bricks, "share": share}
     return written(
@@ -203,6 +214,7 @@ def harmonic(
             "every": every,
             "until": until,
             "place": place,
+            "jitter": jitter,
         }
     )
 
@@ -222,6 +234,7 @@ def tower(
     every: str | None = None,
     until: str | None = None,
     place: str | Mapping[str, object] | None = None,
+    jitter: Mapping[str, object] | None = None,
 ) -> Written:
     """Rings of planks, each ring turned by half a pitch, so that every plank bridges two of the ring below.
 
@@ -238,6 +251,7 @@ def tower(
     every: time for each brick; default: all at one time
     until: goes on until the structure falls
     place: by hand, one brick after another; default: set down as if from nowhere
+    jitter: how far off its bricks are set down, in `samples`; default: not at all
     """
     what_is_written = {
         "origin": origin,
@@ -257,6 +271,7 @@ def tower(
             "every": every,
             "until": until,
             "place": place,
+            "jitter": jitter,
         }
     )
 
@@ -276,6 +291,7 @@ def card_house(
     every: str | None = None,
     until: str | None = None,
     place: str | Mapping[str, object] | None = None,
+    jitter: Mapping[str, object] | None = None,
 ) -> Written:
     """Inverted Vs of two planks, flat planks on each two neighbouring peaks, further Vs on these, up to a single one.
 
@@ -292,6 +308,7 @@ def card_house(
     every: time for each brick; default: all at one time
     until: goes on until the structure falls
     place: by hand, one brick after another; default: set down as if from nowhere
+    jitter: how far off its bricks are set down, in `samples`; default: not at all
     """
     what_is_written = {
         "origin": origin,
@@ -311,6 +328,7 @@ def card_house(
             "every": every,
             "until": until,
             "place": place,
+            "jitter": jitter,
         }
     )
 
@@ -330,6 +348,7 @@ def leaning_structure(
     every: str | None = None,
     until: str | None = None,
     place: str | Mapping[str, object] | None = None,
+    jitter: Mapping[str, object] | None = None,
 ) -> Written:
     """A four-stack whose levels are all shifted the same way, to be built on until it falls.
 
@@ -346,6 +365,7 @@ def leaning_structure(
     every: time for each brick; default: all at one time
     until: goes on until the structure falls
     place: by hand, one brick after another; default: set down as if from nowhere
+    jitter: how far off its bricks are set down, in `samples`; default: not at all
     """
     what_is_written = {
         "origin": origin,
@@ -365,6 +385,7 @@ def leaning_structure(
             "every": every,
             "until": until,
             "place": place,
+            "jitter": jitter,
         }
     )
 
@@ -387,6 +408,7 @@ def arch(
     every: str | None = None,
     until: str | None = None,
     place: str | Mapping[str, object] | None = None,
+    jitter: Mapping[str, object] | None = None,
 ) -> Written:
     """Stones with radial joints, all set down at one moment, as no part of an arch stands by itself.
 
@@ -406,6 +428,7 @@ def arch(
     every: time for each brick; default: all at one time
     until: goes on until the structure falls
     place: by hand, one brick after another; default: set down as if from nowhere
+    jitter: how far off its bricks are set down, in `samples`; default: not at all
     """
     what_is_written = {
         "origin": origin,
@@ -428,6 +451,7 @@ def arch(
             "every": every,
             "until": until,
             "place": place,
+            "jitter": jitter,
         }
     )
 
@@ -451,6 +475,7 @@ def flat_arch(
     every: str | None = None,
     until: str | None = None,
     place: str | Mapping[str, object] | None = None,
+    jitter: Mapping[str, object] | None = None,
 ) -> Written:
     """Two abutments, and wedges between them, level below and above, all set down at one moment.
 
@@ -471,6 +496,7 @@ def flat_arch(
     every: time for each brick; default: all at one time
     until: goes on until the structure falls
     place: by hand, one brick after another; default: set down as if from nowhere
+    jitter: how far off its bricks are set down, in `samples`; default: not at all
     """
     what_is_written = {
         "origin": origin,
@@ -494,6 +520,7 @@ def flat_arch(
             "every": every,
             "until": until,
             "place": place,
+            "jitter": jitter,
         }
     )
 
@@ -513,6 +540,7 @@ def jenga(
     every: str | None = None,
     until: str | None = None,
     place: str | Mapping[str, object] | None = None,
+    jitter: Mapping[str, object] | None = None,
 ) -> Written:
     """Planks side by side, turned by a quarter each level, to be pulled out one by one.
 
@@ -529,6 +557,7 @@ def jenga(
     every: time for each brick; default: all at one time
     until: goes on until the structure falls
     place: by hand, one brick after another; default: set down as if from nowhere
+    jitter: how far off its bricks are set down, in `samples`; default: not at all
     """
     what_is_written = {
         "origin": origin,
@@ -548,6 +577,7 @@ def jenga(
             "every": every,
             "until": until,
             "place": place,
+            "jitter": jitter,
         }
     )
 
@@ -566,6 +596,7 @@ def pyramid(
     every: str | None = None,
     until: str | None = None,
     place: str | Mapping[str, object] | None = None,
+    jitter: Mapping[str, object] | None = None,
 ) -> Written:
     """Rows of planks end to end along x, each plank upon the ends of two of the row below, up to a single one.
 
@@ -581,6 +612,7 @@ def pyramid(
     every: time for each brick; default: all at one time
     until: goes on until the structure falls
     place: by hand, one brick after another; default: set down as if from nowhere
+    jitter: how far off its bricks are set down, in `samples`; default: not at all
     """
     what_is_written = {"origin": origin, "heading": heading, "omit": omit, "levels": levels, "gap": gap}
     return written(
@@ -593,6 +625,7 @@ def pyramid(
             "every": every,
             "until": until,
             "place": place,
+            "jitter": jitter,
         }
     )
 
@@ -612,6 +645,7 @@ def corbel(
     every: str | None = None,
     until: str | None = None,
     place: str | Mapping[str, object] | None = None,
+    jitter: Mapping[str, object] | None = None,
 ) -> Written:
     """Two stacks that lean towards each other by harmonic overhangs, a share of those at which they tip.
 
@@ -628,6 +662,7 @@ def corbel(
     every: time for each brick; default: all at one time
     until: goes on until the structure falls
     place: by hand, one brick after another; default: set down as if from nowhere
+    jitter: how far off its bricks are set down, in `samples`; default: not at all
     """
     what_is_written = {"origin": origin, "heading": heading, "omit": omit, "levels": levels, "share": share, "gap": gap}
     return written(
@@ -640,6 +675,7 @@ def corbel(
             "every": every,
             "until": until,
             "place": place,
+            "jitter": jitter,
         }
     )
 
@@ -658,6 +694,7 @@ def dominoes(
     every: str | None = None,
     until: str | None = None,
     place: str | Mapping[str, object] | None = None,
+    jitter: Mapping[str, object] | None = None,
 ) -> Written:
     """Planks on end in a row along x, their flat sides to each other; the first stands at the origin.
 
@@ -673,6 +710,7 @@ def dominoes(
     every: time for each brick; default: all at one time
     until: goes on until the structure falls
     place: by hand, one brick after another; default: set down as if from nowhere
+    jitter: how far off its bricks are set down, in `samples`; default: not at all
     """
     what_is_written = {"origin": origin, "heading": heading, "omit": omit, "bricks": bricks, "spacing": spacing}
     return written(
@@ -685,6 +723,7 @@ def dominoes(
             "every": every,
             "until": until,
             "place": place,
+            "jitter": jitter,
         }
     )
 
@@ -703,6 +742,7 @@ def ring(
     every: str | None = None,
     until: str | None = None,
     place: str | Mapping[str, object] | None = None,
+    jitter: Mapping[str, object] | None = None,
 ) -> Written:
     """Posts on end round a circle, and lintels that each lie on two of them, half of their weight on either.
 
@@ -718,6 +758,7 @@ def ring(
     every: time for each brick; default: all at one time
     until: goes on until the structure falls
     place: by hand, one brick after another; default: set down as if from nowhere
+    jitter: how far off its bricks are set down, in `samples`; default: not at all
     """
     what_is_written = {"origin": origin, "heading": heading, "omit": omit, "posts": posts, "overlap": overlap}
     return written(
@@ -730,5 +771,6 @@ def ring(
             "every": every,
             "until": until,
             "place": place,
+            "jitter": jitter,
         }
     )

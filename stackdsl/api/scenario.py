@@ -9,6 +9,7 @@ from stackdsl.api.run import Run, ScenarioError, play
 from stackdsl.api.written import Written, copied, spans_of, written
 from stackdsl.checking.gathering import Case, cases_of
 from stackdsl.importing.expansion import whole
+from stackdsl.outcome import VariantResult
 from stackdsl.reading.composing import Library
 from stackdsl.reading.source import Loaded, Source
 from stackdsl.trace import Event
@@ -36,10 +37,14 @@ class Scenario:
         friction: float | None = None,
         world: Mapping[str, object] | None = None,
         let: Mapping[str, object] | None = None,
+        uncertain: Mapping[str, object] | None = None,
         matrix: Mapping[str, Sequence[object] | str] | None = None,
         cases: Sequence[Mapping[str, object]] | None = None,
         exclude: Sequence[Mapping[str, object]] | None = None,
         impacts: Sequence[Written] | None = None,
+        samples: int | None = None,
+        seed: int | None = None,
+        confidence: str | float | None = None,
         watch: str | None = None,
         skip: str | Mapping[str, object] | None = None,
         xfail: str | Mapping[str, object] | None = None,
@@ -58,11 +63,15 @@ class Scenario:
                 "friction": friction,
                 "world": world,
                 "let": let,
+                "uncertain": uncertain,
                 "matrix": matrix,
                 "cases": cases,
                 "exclude": exclude,
                 "build": build,
                 "impacts": impacts,
+                "samples": samples,
+                "seed": seed,
+                "confidence": confidence,
                 "watch": watch,
                 "skip": skip,
                 "xfail": xfail,
@@ -85,14 +94,30 @@ class Scenario:
 
         Raises ScenarioError, LookupError if there are several such cases or none, and BlockedPlacementError.
         """
-        if not isinstance(case, str):
+        return play(self._case(case), on_event)
+
+    def draw(self, case: str = "", workers: int = 1) -> VariantResult:
+        """Judge the samples of a case, as many as decide: `ensemble` of the result says what became of them.
+
+        Raises as `play` does, and ValueError for a case without samples. With more than one of them, workers are
+        processes, which begin by importing the main module anew where the platform asks for that.
+        """
+        from stackdsl.checking.sampled_results import drawn_result  # noqa: PLC0415 -- it brings scipy
+
+        found = self._case(case)
+        if not found.is_sampled:
+            raise ValueError(f"'{found.name}' has no samples: give the scenario samples=1000, or play it")
+        return drawn_result(found, workers)
+
+    def _case(self, name: str) -> Case:
+        if not isinstance(name, str):
             wanted = "the text of a variant, such as 'step=10mm,exact'"
-            raise TypeError(f"expected {wanted}, not {type(case).__name__}; `stackdsl.api.run.play` plays a case")
-        found = [one for one in self.cases if case in one.identity.variant]
+            raise TypeError(f"expected {wanted}, not {type(name).__name__}; `stackdsl.api.run.play` plays a case")
+        found = [one for one in self.cases if name in one.identity.variant]
         if len(found) != 1:
             told = ", ".join(one.identity.variant for one in self.cases)
-            raise LookupError(f"'{case}' is in {len(found)} of the cases: {told}; name one, or play them by `play_all`")
-        return play(found[0], on_event)
+            raise LookupError(f"'{name}' is in {len(found)} of the cases: {told}; name one, or play them by `play_all`")
+        return found[0]
 
     def play_all(self, on_run: Callable[[Run], None] = lambda run: None) -> tuple[Run, ...]:
         """Play every case, one after the other; `on_run` hears of each as it is done. Raises as `play` does."""

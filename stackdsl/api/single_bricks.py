@@ -45,10 +45,11 @@ def bricks(
     brick: str | Mapping[str, object] | None = None,
     every: str | None = None,
     place: str | Mapping[str, object] | None = None,
+    jitter: Mapping[str, object] | None = None,
 ) -> Written:
     """A step of the build that sets down bricks one by one; the keys are those of any step."""
     what = {"bricks": each, "name": name, "brick": brick}
-    return written({**what, "at": when, "after": after, "every": every, "place": place})
+    return written({**what, "at": when, "after": after, "every": every, "place": place, "jitter": jitter})
 
 
 def imported(
@@ -69,6 +70,7 @@ def imported(
     name: str | None = None,
     every: str | None = None,
     place: str | Mapping[str, object] | None = None,
+    jitter: Mapping[str, object] | None = None,
 ) -> Written:
     """A step of the build with the boxes of a file that another program wrote, as seen from the calling file.
 
@@ -86,5 +88,5 @@ def imported(
     kept = {"file": file, "format": format, "load": load, "settle": settle}
     left_open = {"point": point, "units": units, "density": density, "up": up, "supports": supports}
     others = {"origin": origin, "ignore": ignore}
-    step = {"at": when, "after": after, "name": name, "every": every, "place": place}
+    step = {"at": when, "after": after, "name": name, "every": every, "place": place, "jitter": jitter}
     return written({"import": written({**kept, **left_open, **others}), **step})

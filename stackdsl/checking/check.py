@@ -13,7 +13,7 @@ from stackdsl.checking.one_case import play_case, play_refined, played_or_blocke
 from stackdsl.checking.processes import EnoughSeenError, OnWait, run_supervised
 from stackdsl.checking.results import Goldens, checked, set_aside, skipped
 from stackdsl.checking.survey import Listed
-from stackdsl.checking.worker import Task, TaskResult
+from stackdsl.checking.worker import Task, TaskResult, TaskStatus
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.judging.known import known_of
 from stackdsl.outcome import GoldenStatus, Outcome, Report, RunStatus, VariantResult
@@ -99,7 +99,13 @@ class _Played:
                 self._ended(index, set_aside(case))
             elif why := unplayable(case.system):
                 self._ended(index, skipped(case, why))
-        playable = [index for index in rest if index not in self.results]
+        sampled = [index for index in rest if index not in self.results and self.cases[index].is_sampled]
+        self._play([index for index in rest if index not in self.results and index not in sampled])
+        if sampled:
+            self._draw(sampled)
+
+    def _play(self, playable: Sequence[int]) -> None:
+        """Play the cases of one run each."""
 
         def done(number: int, result: TaskResult) -> None:
             self._ended(playable[number], self._checked(playable[number], result))
@@ -112,6 +118,35 @@ class _Played:
             if index not in self.results:
                 self.results[index] = self._checked(index, left)
         self.interrupted = pool.interrupted
+
+    def _draw(self, sampled: Sequence[int]) -> None:
+        """Draw the samples of all cases that have some, unless enough is known."""
+        for index in sampled:
+            self.results[index] = self._checked(index, TaskResult(TaskStatus.NOT_RUN))
+        if self.interrupted or (self.terms.first_failure and any(map(failed, self._done()))):
+            return
+        from stackdsl.checking.ensembles import Drawing, draw  # noqa: PLC0415 -- it brings scipy
+        from stackdsl.checking.sampled_results import checked_samples  # noqa: PLC0415 -- likewise
+
+        def ended(index: int, drawing: Drawing) -> None:
+            if drawing.failed is not None:
+                self._ended(index, self._checked(index, drawing.failed))
+            else:
+                self._ended(index, checked_samples(drawing.case, drawing.ensemble(), self.goldens))
+            if self.terms.first_failure and failed(self.results[index]):
+                raise EnoughSeenError
+
+        drawings = {index: Drawing(self.cases[index], self._digest(index)) for index in sampled}
+        terms = self.terms
+        self.interrupted = draw(drawings, terms.workers, terms.time_limit, terms.memory, ended, terms.on_wait)
+
+    def _done(self) -> list[VariantResult]:
+        return [result for result in self.results.values() if result.status is not RunStatus.NOT_RUN]
+
+    def _digest(self, index: int) -> str:
+        """The digest of the text that a case comes from; empty where nothing of it may be remembered."""
+        case = self.selected[index]
+        return self.terms.digests[case.file] if _may_be_known(case, self.terms) else ""
 
     def _task(self, case: Case) -> Task:
         playing, runs = (play_refined, REFINED_COST) if self.terms.refine else (play_case, 1.0)

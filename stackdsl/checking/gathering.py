@@ -70,6 +70,11 @@ class Case:
         return self
 
     @property
+    def is_sampled(self) -> bool:
+        """Whether many samples of it are judged, rather than the one that is designed."""
+        return self.scenario.samples is not None
+
+    @property
     def skip(self) -> str | None:
         """Why its author does not want it played; None if he does."""
         mark = self.scenario.skip

@@ -105,7 +105,7 @@ def bench_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     for diagnostic in gathered.diagnostics:
         tell(diagnostic_text(diagnostic))
     selection = Selection(keyword=keyword, tags=tags)
-    cases = [case for case in gathered.cases if selection.takes(case)]
+    cases = [case for case in gathered.cases if selection.takes(case) and not case.is_sampled]
     jobs = jobs_of(cases, systems or _installed(), resolutions)
     if not jobs:
         mistaken = "nothing to play: what is selected has mistakes, or has another name"

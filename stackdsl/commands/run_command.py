@@ -1,5 +1,6 @@
 """`stackdsl run`: plays one file and tells what happens as it happens."""
 
+import os
 from pathlib import Path
 
 import click
@@ -15,8 +16,9 @@ from stackdsl.commands.terminal import write
 from stackdsl.judging.known import known_of
 from stackdsl.outcome import Report, VariantResult, exit_code
 from stackdsl.playing.clearance import BlockedPlacementError
+from stackdsl.report.ensemble_text import ensemble_lines
 from stackdsl.report.event_text import event_text
-from stackdsl.report.run_text import run_text
+from stackdsl.report.run_text import claim_lines, run_text
 from stackdsl.systems.known_systems import unplayable
 from stackdsl.trace import Event
 
@@ -65,6 +67,8 @@ def _run(case: Case, keeping: Keeping, all_names: bool) -> VariantResult:
     if why := unplayable(case.system):
         write(f"  skipped: {why}\n\n")
         return skipped(case, why)
+    if case.is_sampled and keeping.recorder() is None:
+        return _sampled(case)
     try:
         is_known = known_of(case.scenario, case.system)
         recorder = keeping.recorder()
@@ -81,4 +85,14 @@ def _run(case: Case, keeping: Keeping, all_names: bool) -> VariantResult:
         write(run_text(trace, result, all_names))
         keeping.played(case, trace, recorder, result)
     write("\n")
+    return result
+
+
+def _sampled(case: Case) -> VariantResult:
+    """Judge the samples of a case, and print what became of them. What is drawn of it is its design, played once."""
+    from stackdsl.checking.sampled_results import drawn_result  # noqa: PLC0415 -- it brings scipy
+
+    result = drawn_result(case, os.cpu_count() or 1)
+    lines = [*ensemble_lines(result.ensemble), *claim_lines(result)] if result.ensemble is not None else []
+    write("".join(f"{line}\n" for line in lines or [f"{result.status}: {result.message}"]) + "\n")
     return result

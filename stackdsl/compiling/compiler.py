@@ -35,7 +35,7 @@ from stackdsl.compiling.slivers import slivers
 from stackdsl.diagnostics import Diagnostic, Span, first_of
 from stackdsl.language.schema import Scenario
 from stackdsl.reading.source import Source
-from stackdsl.timeline import Action, Arrival, Placement, Timeline, World
+from stackdsl.timeline import Action, Arrival, Jitter, Placement, Timeline, World
 
 MAX_BRICKS = 50_000  # in all steps together; some seconds of compiling
 MAX_MEETINGS = 600_000  # bricks that each thrown or dropped one may meet, of all of these; some seconds
@@ -139,7 +139,14 @@ def _timeline(built: Built, impacts: Iterable[tuple[Moment, Action]], scenario: 
         measures=asked.measures,
         closely=asked.closely,
         followed=asked.followed,
+        jitter=_jitter(built, scenario),
     )
+
+
+def _jitter(built: Built, scenario: Scenario) -> Mapping[BodyId, Jitter]:
+    """The errors with which bricks are set down, by brick, of those that have some."""
+    errors = {number: step.jitter.jitter for number, step in enumerate(scenario.build) if step.jitter is not None}
+    return {brick.name: errors[brick.written.step] for brick in built.bricks if brick.written.step in errors}
 
 
 def _steps_by_level(built: Built) -> Mapping[int, set[int]]:
@@ -163,4 +170,12 @@ def _placement(brick: BuiltBrick, tilt: Quaternion, step: str) -> Placement:
     made = brick.written
     arrival = Arrival.LET_GO if made.drop else Arrival.SLID_IN if made.inserted else Arrival.SET_DOWN
     pose = turned_pose(made.pose, tilt)
-    return Placement(brick.placed.time, Brick(brick.name, made.shape, made.mass), brick.level, pose, arrival, step=step)
+    return Placement(
+        brick.placed.time,
+        Brick(brick.name, made.shape, made.mass),
+        brick.level,
+        pose,
+        arrival,
+        step=step,
+        together=made.together,
+    )

@@ -2,7 +2,9 @@
 
 from collections.abc import Sequence
 from math import inf
+from typing import TYPE_CHECKING
 
+from stackdsl.ensemble import Ensemble
 from stackdsl.judging.still_moving import may_still_change, still_moving
 from stackdsl.language.claims.claim import Claim
 from stackdsl.language.claims.claim_kind import ClaimKind
@@ -15,10 +17,13 @@ from stackdsl.systems.known_systems import system_named
 from stackdsl.systems.systems import Method
 from stackdsl.trace import Trace
 
+if TYPE_CHECKING:
+    from stackdsl.judging.shares import Decision
+
 
 def judge(trace: Trace, scenario: Scenario, variant: Variant, source: Source, system: str) -> tuple[Outcome, ...]:
     """The outcome of every expectation that speaks of this system, in the order of the file."""
-    asked = [(("expect", number), claim) for number, claim in expected_of(scenario, system)]
+    asked = [(("expect", number), claim) for number, claim in expected_of(scenario, system) if _of_one_run(claim)]
     return _outcomes(asked, trace, variant, source)
 
 
@@ -35,14 +40,39 @@ def expected_of(scenario: Scenario, system: str) -> Sequence[tuple[int, Claim]]:
     ]
 
 
+def judge_shares(
+    ensemble: Ensemble, scenario: Scenario, variant: Variant, source: Source, system: str
+) -> tuple[tuple[Outcome, ...], tuple[Outcome, ...], tuple["Decision", ...]]:
+    """Of many samples, the outcomes of expectations and of what is known from outside.
+
+    And what is decided of the expectations, for whoever asks whether more samples are needed; see `shares`.
+    """
+    from stackdsl.judging.shares import judged  # noqa: PLC0415 -- it brings scipy, and few scenarios have samples
+
+    expected = [(("expect", number), claim) for number, claim in expected_of(scenario, system)]
+    known = [(("truth", number), claim) for number, claim in enumerate(scenario.truth)]
+    outcomes, decisions = [], []
+    for path, claim in (*expected, *known):
+        found, decision = judged(claim.stated, ensemble, scenario.confidence)
+        outcomes.append(_told(path, claim, found, variant, source))
+        decisions.append(decision)
+    cut = len(expected)
+    return tuple(outcomes[:cut]), tuple(outcomes[cut:]), tuple(decisions[:cut])
+
+
 def compare_with_truth(trace: Trace, scenario: Scenario, variant: Variant, source: Source) -> tuple[Outcome, ...]:
     """The same for the answers known from outside; what only statics can tell is passed over where none was asked."""
     asked = [
         (("truth", number), claim)
         for number, claim in enumerate(scenario.truth)
-        if trace.statics is not None or not claim.stated.needs_statics
+        if _of_one_run(claim) and (trace.statics is not None or not claim.stated.needs_statics)
     ]
     return _outcomes(asked, trace, variant, source)
+
+
+def _of_one_run(claim: Claim) -> bool:
+    """Whether a claim is none of a share of samples: of the design by itself, played once, that says nothing."""
+    return claim.stated.wanted_share is None
 
 
 def _outcomes(
@@ -52,8 +82,11 @@ def _outcomes(
 
 
 def _outcome(path: Path, claim: Claim, trace: Trace, variant: Variant, source: Source) -> Outcome:
-    kind, stated = claim.kind, claim.stated
-    found = _found(stated, trace)
+    return _told(path, claim, _found(claim.stated, trace), variant, source)
+
+
+def _told(path: Path, claim: Claim, found: Finding, variant: Variant, source: Source) -> Outcome:
+    kind = claim.kind
     place = (*path, kind)
     expected = as_written(repeated(_at(source.values, place), _at(variant.values, place)))
     span = source.key_span_of(place)

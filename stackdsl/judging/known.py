@@ -27,9 +27,10 @@ def known_of(scenario: Scenario, system: str) -> Known:
 
     Where nothing is expected, everything is worth seeing.
     """
-    expected = [claim.stated for _, claim in expected_of(scenario, system)]
+    expected = [claim.stated for _, claim in expected_of(scenario, system) if claim.stated.wanted_share is None]
     if not expected:
         return nothing_is_known
     proves = system_named(system).method is Method.PROVEN
     compared = [claim.stated for claim in scenario.truth if proves or not claim.stated.needs_statics]
+    compared = [stated for stated in compared if stated.wanted_share is None]
     return AllKnown((*expected, *compared))

@@ -38,7 +38,7 @@ from stackdsl.language.quantities import (
     parse_quantity,
     quantity_pattern,
 )
-from stackdsl.language.tolerances import Tolerance, parse_lower_bound, parse_tolerance
+from stackdsl.language.tolerances import Tolerance, parse_lower_bound, parse_share, parse_tolerance
 
 JsonSchema: TypeAlias = dict[str, object]
 EXPRESSION_PATTERN: Final = r"\$\{"
@@ -67,18 +67,21 @@ def text_schema(pattern: str, description: str, example: str) -> JsonSchema:
 # --- quantities and tolerances ----------------------------------------------------------------------------------------
 
 
-def _quantity(dimension: Dimension) -> Reads:
+def quantity(dimension: Dimension) -> Reads:
+    """How a quantity of a dimension is read, and written."""
     noun = f"{dimension.noun} with its unit" if dimension.needs_unit else dimension.noun
     schema = text_schema(quantity_pattern(dimension), noun, dimension.example)
     return Reads(partial(parse_quantity, dimension=dimension), _or_number(schema, dimension))
 
 
-def _tolerance(dimension: Dimension, example: str, parse: Callable[..., Tolerance] = parse_tolerance) -> Reads:
+def _tolerance(
+    dimension: Dimension, example: str, parse: Callable[..., Tolerance] = parse_tolerance, *, alone: bool = False
+) -> Reads:
     quantity = quantity_pattern(dimension)
     pair = rf"{quantity if dimension.units else SIGNED}|{SIGNED}"
     forms = [rf"(?:[<>]=?|[≤≥])\s*{quantity}", rf"(?:{pair})\s*(?:±|\+/?-|\.\.)\s*{quantity}"]
     prefix = rf"{dimension.prefix}\s+" if dimension.prefix else ""
-    pattern = rf"{prefix}(?:{'|'.join([*forms, *([SIGNED] if dimension.whole else [])])})"
+    pattern = rf"{prefix}(?:{'|'.join([*forms, *([SIGNED] if dimension.whole else [quantity] if alone else [])])})"
     schema = text_schema(pattern, f"{dimension.noun} within a tolerance", example)
     return Reads(partial(parse, dimension=dimension), _or_number(schema, dimension) if dimension is COUNT else schema)
 
@@ -92,29 +95,29 @@ def _or_number(schema: JsonSchema, dimension: Dimension) -> JsonSchema:
     return {"anyOf": [number, schema]}
 
 
-Length = Annotated[float, _quantity(LENGTH)]  # [m], either sign
-NonNegativeLength = Annotated[float, _quantity(EXTENT)]  # [m]
-PositiveLength = Annotated[float, _quantity(replace(EXTENT, positive=True))]  # [m]
-Side = Annotated[float, _quantity(SIDE)]  # [m] of a brick
-Duration = Annotated[float, _quantity(DURATION)]  # [s]
-PositiveDuration = Annotated[float, _quantity(replace(DURATION, positive=True))]  # [s]
-Angle = Annotated[float, _quantity(ANGLE)]  # [rad]
-Slope = Annotated[float, _quantity(SLOPE)]  # [rad], level to upright
-Density = Annotated[float, _quantity(DENSITY)]  # [kg/m3]
-Mass = Annotated[float, _quantity(MASS)]  # [kg]
-Acceleration = Annotated[float, _quantity(ACCELERATION)]  # [m/s2]
-Speed = Annotated[float, _quantity(SPEED)]  # [m/s]
-Impulse = Annotated[float, _quantity(IMPULSE)]  # [N s], either sign
+Length = Annotated[float, quantity(LENGTH)]  # [m], either sign
+NonNegativeLength = Annotated[float, quantity(EXTENT)]  # [m]
+PositiveLength = Annotated[float, quantity(replace(EXTENT, positive=True))]  # [m]
+Side = Annotated[float, quantity(SIDE)]  # [m] of a brick
+Duration = Annotated[float, quantity(DURATION)]  # [s]
+PositiveDuration = Annotated[float, quantity(replace(DURATION, positive=True))]  # [s]
+Angle = Annotated[float, quantity(ANGLE)]  # [rad]
+Slope = Annotated[float, quantity(SLOPE)]  # [rad], level to upright
+Density = Annotated[float, quantity(DENSITY)]  # [kg/m3]
+Mass = Annotated[float, quantity(MASS)]  # [kg]
+Acceleration = Annotated[float, quantity(ACCELERATION)]  # [m/s2]
+Speed = Annotated[float, quantity(SPEED)]  # [m/s]
+Impulse = Annotated[float, quantity(IMPULSE)]  # [N s], either sign
 MOST_SHAKEN: Final = 1e3  # [m/s2] a hundred times gravity: beyond, there is a typo
 FASTEST_SHAKEN: Final = 100.0  # [Hz] beyond, the steps of an engine do not tell one way from the other
-ShakeFrequency = Annotated[float, _quantity(replace(FREQUENCY, most=FASTEST_SHAKEN, positive=True))]  # [Hz]
-ShakeAcceleration = Annotated[float, _quantity(replace(ACCELERATION, most=MOST_SHAKEN))]  # [m/s2]
+ShakeFrequency = Annotated[float, quantity(replace(FREQUENCY, most=FASTEST_SHAKEN, positive=True))]  # [Hz]
+ShakeAcceleration = Annotated[float, quantity(replace(ACCELERATION, most=MOST_SHAKEN))]  # [m/s2]
 # [m/s2], either way
 SignedAcceleration = Annotated[
-    float, _quantity(replace(ACCELERATION, least=-MOST_SHAKEN, most=MOST_SHAKEN, positive=False))
+    float, quantity(replace(ACCELERATION, least=-MOST_SHAKEN, most=MOST_SHAKEN, positive=False))
 ]
 Friction = Annotated[float, Field(strict=True, ge=0, le=10, allow_inf_nan=False)]  # Coulomb coefficient
-ShareOfLimit = Annotated[float, _quantity(replace(SHARE, most=2.0))]  # may go beyond the limit
+ShareOfLimit = Annotated[float, quantity(replace(SHARE, most=2.0))]  # may go beyond the limit
 
 LengthTolerance = Annotated[Tolerance, _tolerance(EXTENT, "200 mm ± 1 mm")]
 LengthLowerBound = Annotated[Tolerance, _tolerance(EXTENT, "> 5 mm", parse_lower_bound)]
@@ -125,6 +128,8 @@ LevelTolerance = Annotated[Tolerance, _tolerance(LEVEL, "level 9 ± 1")]
 SlopeTolerance = Annotated[Tolerance, _tolerance(SLOPE, ">= 3 deg")]
 GravityTolerance = Annotated[Tolerance, _tolerance(PARTS_OF_G, ">= 0.05")]
 FrictionTolerance = Annotated[Tolerance, _tolerance(COEFFICIENT, "<= 0.2")]
+ShareOfSamples = Annotated[Tolerance, _tolerance(SHARE, ">= 95 %", parse_share, alone=True)]
+Confidence = Annotated[float, quantity(replace(SHARE, least=0.5, most=0.999999))]
 ShareTolerance = Annotated[Tolerance, _tolerance(SHARE, "0.25 ± 0.02")]
 
 
@@ -134,6 +139,9 @@ MAX_LEVELS: Final = 10_000  # beyond, a typo: the tallest plank towers have a fe
 MAX_BRICKS: Final = 20_000  # in one step of `build`; some seconds of computing
 
 Flag = Annotated[bool, Field(strict=True)]
+MAX_SAMPLES: Final = 10_000_000  # an hour of a tower of 100 planks
+Samples = Annotated[int, Field(strict=True, ge=1, le=MAX_SAMPLES)]
+Seed = Annotated[int, Field(strict=True, ge=0, lt=2**63)]
 Levels = Annotated[int, Field(strict=True, ge=1, le=MAX_LEVELS)]
 
 
@@ -202,6 +210,26 @@ VALUES: Final[JsonSchema] = {
     "anyOf": [
         {"type": "array", "items": VALUE, "minItems": 1},
         {"type": "string", "pattern": r"\.\.|\$\{", "description": "a range", "examples": ["5 mm .. 15 mm by 0.5 mm"]},
+    ]
+}
+
+
+_EITHER_WAY: Final[JsonSchema] = {"type": "string", "pattern": r"±|\+/?-|\.\.", "examples": ["0.5 ± 0.05"]}
+_DISTRIBUTIONS: Final[dict[str, tuple[str, JsonSchema]]] = {
+    "uniform": ("all alike likely", _EITHER_WAY),
+    "normal": ("mean ± standard deviation", _EITHER_WAY),
+    "lognormal": ("the median", VALUE),
+    "dispersion": ("of a lognormal one: the standard deviation of the logarithm", {"type": "number"}),
+    "table": ("values, one as likely as the other", {"type": "array", "items": VALUE, "minItems": 1}),
+}
+SPREADS: Final[JsonSchema] = {
+    "anyOf": [
+        _EITHER_WAY,
+        {
+            "type": "object",
+            "properties": {key: {**schema, "description": told} for key, (told, schema) in _DISTRIBUTIONS.items()},
+            "additionalProperties": False,
+        },
     ]
 }
 

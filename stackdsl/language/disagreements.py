@@ -7,6 +7,7 @@ from stackdsl.language.author_types import PROVING
 from stackdsl.language.brick_forms import laid
 from stackdsl.language.layouts.registry import place
 from stackdsl.language.mistakes import MistakeError
+from stackdsl.language.sampled import sampled
 from stackdsl.language.schema import Scenario
 from stackdsl.reading.source import Source
 
@@ -20,6 +21,7 @@ def disagreements(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
         _unproven_truths,
         _after_a_collapse,
         _impossible_layouts,
+        sampled,
     ):
         yield from check(scenario, source)
 

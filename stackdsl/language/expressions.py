@@ -224,7 +224,7 @@ def _root(value: "Amount") -> "Amount":
 
 
 def _wave(name: str, angle: "Amount") -> "Amount":
-    if _unit_text(angle) != "rad":
+    if unit_text(angle) != "rad":
         raise _mistake(f"{name} takes an angle, not {_noun(angle)}", f"write such as {name}(30 deg)")
     # Whole turns are taken off while the angle is still exact: floats would lose the digits of a large one.
     turns = round(angle.magnitude / (2 * PI)) if abs(angle.magnitude) > 2 * PI else 0
@@ -269,7 +269,7 @@ def value_of(written: Plain, known: "Iterable[str]" = (), hint: str = "write suc
 
 
 def _number(amount: "Amount", role: str) -> Fraction:
-    if _unit_text(amount):
+    if unit_text(amount):
         raise _mistake(f"{role} is a number, not {_noun(amount)}", "divide by a quantity of the same kind")
     return amount.magnitude
 
@@ -281,10 +281,10 @@ def _bounded(amount: "Amount") -> "Amount":
 
 
 def _noun(amount: "Amount") -> str:
-    return NOUNS.get(unit := _unit_text(amount), f"a quantity in {unit}")
+    return NOUNS.get(unit := unit_text(amount), f"a quantity in {unit}")
 
 
-def _unit_text(amount: "Amount") -> str:
+def unit_text(amount: "Amount") -> str:
     """The unit in SI, such as `kg/m3`; empty for a number."""
     powers = sorted(cast("Iterable[tuple[str, Fraction]]", amount.unit_items()))
     above = [name if power == 1 else f"{name}{power}" for name, power in powers if power > 0]
@@ -294,7 +294,7 @@ def _unit_text(amount: "Amount") -> str:
 
 def _plain(amount: "Amount") -> int | float | str:
     """A number, whole if it can be, or the text of a quantity that reads back to the same double."""
-    unit, magnitude = _unit_text(amount), amount.magnitude
+    unit, magnitude = unit_text(amount), amount.magnitude
     if unit:
         return quantity_text(magnitude, unit)
     return int(magnitude) if magnitude.denominator == 1 and abs(magnitude) < MAX_EXACT else float(magnitude)

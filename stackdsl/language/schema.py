@@ -18,6 +18,7 @@ from stackdsl.language.author_types import MAX_BRICKS
 from stackdsl.language.bricks import BrickKind, BrickTypes, PlacedBrick
 from stackdsl.language.claims.claim import Claim, Expectation, Truth
 from stackdsl.language.claims.claim_kind import CLAIMS, KindOfClaim
+from stackdsl.language.hand_errors import HandErrors
 from stackdsl.language.hand_words import ByHand
 from stackdsl.language.impacts.impact import Impact
 from stackdsl.language.impacts.impact_kind import IMPACTS, KindOfImpact
@@ -82,6 +83,10 @@ class BuildStep(Timed):
     until: Literal["collapse"] | None = Field(None, description="goes on until the structure falls")
     place: ByHand | None = Field(
         None, description="by hand, one brick after another; default: set down as if from nowhere"
+    )
+
+    jitter: HandErrors | None = Field(
+        None, description="how far off its bricks are set down, in `samples`; default: not at all"
     )
 
     @property
@@ -154,6 +159,9 @@ class Scenario(AuthorModel):
     let: Annotated[object, t.variables_schema(t.VALUE)] = Field(
         None, description="variables for ${...}, each of numbers, quantities, words, and variables above it"
     )
+    uncertain: Annotated[object, t.variables_schema(t.SPREADS)] = Field(
+        None, description="variables of which each of the `samples` has another value: ranges, or distributions"
+    )
     matrix: Annotated[object, t.variables_schema(t.VALUES)] = Field(
         None, description="variables with several values: a variant of the scenario for each combination"
     )
@@ -165,6 +173,12 @@ class Scenario(AuthorModel):
         description="what is built, step by step"
     )
     impacts: Annotated[tuple[Impact, ...], Field(max_length=1000)] = Field((), description="what is done to it")
+    samples: t.Samples | None = Field(
+        None,
+        description="how many samples of what is uncertain are judged at most; claims say in which share they hold",
+    )
+    seed: t.Seed = Field(1, description="of the samples: another one draws others")
+    confidence: t.Confidence = default("95 %", "how sure one is to be of a share that is found to hold or to fail")
     watch: t.PositiveDuration | None = Field(
         None, description="how long it is watched after the last action, and a collapse is followed, at most"
     )

@@ -92,6 +92,13 @@ def parse_lower_bound(written: object, dimension: Dimension) -> Tolerance:
     return parse_tolerance(text, dimension)
 
 
+def parse_share(written: object, dimension: Dimension) -> Tolerance:
+    """A tolerance of a share of many; one number alone is the least that will do."""
+    text = as_text(written, dimension)
+    alone = QUANTITY.fullmatch(text) is not None
+    return parse_tolerance(f">= {text}" if alone else text, dimension)
+
+
 def _malformed(text: str, fault: str, hint: str) -> MistakeError:
     return MistakeError("SD107", f"the tolerance '{text}' {fault}", hint)
 

@@ -11,13 +11,14 @@ from stackdsl.language.expressions import EarlierMistakeError, interpolate, valu
 from stackdsl.language.inner import Inner
 from stackdsl.language.mistakes import MistakeError
 from stackdsl.language.spreading import REPEAT, Budget, TooMuchError, spread
+from stackdsl.language.uncertain import distributions, named
 from stackdsl.reading.source import Path, Plain, Source
 
 if TYPE_CHECKING:
     from stackdsl.language.expressions import Names
 
 CHOOSING: Final = ("matrix", "cases", "exclude")
-FIXED: Final = ("scenario", "let", *CHOOSING)  # what is not filled in like the rest
+FIXED: Final = ("scenario", "let", "uncertain", *CHOOSING)  # what is not filled in like the rest
 MAX_EXPRESSIONS: Final = 20_000  # of all variants together; some seconds of arithmetic
 _DECIMAL = re.compile(r"(?<!\w)(?<!\d\.)\d+\.\d+(?:[eE][+-]?\d+)?")  # but not the 3.2 of a brick L3.2
 
@@ -97,10 +98,26 @@ def _diagnostics(found: Iterable[tuple[Source, Mistakes]]) -> Iterable[Diagnosti
 # --- one variant ------------------------------------------------------------------------------------------------------
 
 
-def _variant(source: Source, choice: Choice, budget: Budget, most: int) -> tuple[Variant, Mistakes, int]:
-    """One choice, filled in; its mistakes, at paths of its source; and how many expressions it has."""
+def resampled(variant: Variant, drawn: Mapping[str, Plain]) -> tuple[Variant, Mistakes]:
+    """A variant with other values of what is uncertain, and what is mistaken with them."""
+    choice = Choice(variant.choice, variant.parameters)
+    made, mistakes, _ = _variant(variant.written, choice, Budget(), MAX_EXPRESSIONS, drawn)
+    return made, mistakes
+
+
+def _variant(
+    source: Source, choice: Choice, budget: Budget, most: int, drawn: Mapping[str, Plain] | None = None
+) -> tuple[Variant, Mistakes, int]:
+    """One choice, filled in; its mistakes, at paths of its source; and how many expressions it has.
+
+    What is uncertain has the values that are drawn, or else those of the design.
+    """
     rows = {name: None if written is None else value_of(written) for name, written in choice.values.items()}
     filling = _Filling(most)
+    if "uncertain" in source.values:
+        found = distributions(source.values["uncertain"], rows, filling.mistakes)
+        values = drawn or {name: each.middle for name, each in named(found)}
+        rows |= dict.fromkeys(found) | {name: value_of(value) for name, value in values.items()}
     names, lets = _let(source.values.get("let", {}), rows, filling)
     _check_fixed(source, filling.mistakes)
     spreads = spread(source, names, budget)
@@ -195,7 +212,7 @@ def _unused(source: Source) -> Iterable[Diagnostic]:
 
 
 def _defined(source: Source) -> Iterable[tuple[Path, str]]:
-    for key in ("matrix", "let"):
+    for key in ("matrix", "uncertain", "let"):
         rows = source.values.get(key)
         yield from (((key, name), name) for name in (rows if isinstance(rows, dict) else ()))
     cases = source.values.get("cases")

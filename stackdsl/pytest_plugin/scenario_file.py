@@ -76,21 +76,34 @@ class ScenarioItem(pytest.Item):
 
     def _result(self) -> VariantResult:
         case = self.case
+        if case.is_sampled:
+            return self._sampled()
         trace = played_or_blocked(play_case, case.timeline, case.system, known_of(case.scenario, case.system))
         if isinstance(trace, Blocked):
             return held_up(case, trace)
         result = judged(case, trace)
         if case.system not in SYSTEMS or self.config.getoption("no_golden"):
             return result
+        return replace(result, golden=held_against(snapshot_of(case, trace), self._goldens(), str(self.path), result))
+
+    def _goldens(self) -> Goldens:
+        """Where golden files are, if they are looked at, and whether they are written."""
+        if self.config.getoption("no_golden"):
+            return Goldens(None)
         update = bool(self.config.getoption("update_snapshots", default=False))  # an option of syrupy
-        goldens = Goldens(
+        return Goldens(
             golden_directory(self.config, self.path),
             update,
             lock_new=not update and not is_ci(os.environ),
             though_it_fails=self.config.getoption("though_it_fails"),
             scenarios=scenario_directory(self.config, self.path),
         )
-        return replace(result, golden=held_against(snapshot_of(case, trace), goldens, str(self.path), result))
+
+    def _sampled(self) -> VariantResult:
+        """The result of a case of many samples."""
+        from stackdsl.checking.sampled_results import drawn_result  # noqa: PLC0415 -- it brings scipy
+
+        return drawn_result(self.case, os.cpu_count() or 1, self._goldens())
 
     def repr_failure(
         self, excinfo: "ExceptionInfo[BaseException]", style: "TracebackStyle | None" = None

@@ -37,7 +37,7 @@ def _fixed(result: VariantResult) -> list[object]:
     names = [file, result.scenario, result.variant, result.system, result.conclusion, result.verdict]
     level = result.collapse.level if result.collapse else ""
     time = result.collapse.time if result.collapse else ""
-    return [*names, level, time, result.drift if result.verdict else ""]
+    return [*names, level, time, result.drift if result.is_one_run else ""]
 
 
 def _costs(result: VariantResult) -> list[object]:

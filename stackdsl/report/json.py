@@ -8,6 +8,7 @@ import json
 from math import isfinite
 
 from stackdsl.diagnostics import Diagnostic, Span
+from stackdsl.ensemble import Ensemble
 from stackdsl.observations import Change, Seen
 from stackdsl.outcome import GoldenResult, Outcome, Report, Spared, VariantResult, Why, exit_code
 from stackdsl.report.quantity_text import quantity_of
@@ -72,6 +73,7 @@ def _result(report: Report, result: VariantResult) -> dict[str, object]:
         "wrong_edges": _wrong_edges(result.wrong_edges) if result.wrong_edges else None,
         "energy_gained": _number(result.energy_gained) or None,
         "collapse": _collapse(result.collapse) if result.collapse else None,
+        "samples": _samples(result.ensemble) if result.ensemble else None,
         "still_moving": list(result.moving),
         "early_end": _early_end(result.early_end) if result.early_end else None,
         "drift_m": _number(result.drift),
@@ -121,6 +123,20 @@ def _collapse(collapse: Collapse) -> dict[str, object]:
         "brick": collapse.brick,
         "gave_way": collapse.gave_way,
         "broke_at_level": collapse.broke,
+    }
+
+
+def _samples(ensemble: Ensemble) -> dict[str, object]:
+    return {
+        "drawn": ensemble.drawn,
+        "planned": ensemble.planned,
+        "seed": ensemble.seed,
+        "stood": ensemble.stood,
+        "fell_at_level": {str(level): count for level, count in ensemble.fell.items()},
+        "undecided": ensemble.undecided,
+        "no_place": ensemble.unfit,
+        "ways": dict(ensemble.ways),
+        "cpu_time_s": _number(ensemble.cpu_time),
     }
 
 

@@ -37,7 +37,7 @@ def _cases(results: Sequence[VariantResult]) -> Iterator[str]:
         for result in results[:MOST_ROWS]:
             golden = result.golden.status.value if result.golden else "-"
             wall = f"{result.cost.wall_time:.2f}" if result.cost else "-"
-            drift = significant(1000.0 * result.drift) if result.verdict else "-"
+            drift = significant(1000.0 * result.drift) if result.is_one_run else "-"
             met = f"{result.met}/{len(result.outcomes)}"
             cells = (result.name, result.verdict or result.status.value, drift, met, golden, wall)
             yield f"| {' | '.join(map(_plain, cells))} |"

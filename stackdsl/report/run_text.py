@@ -37,7 +37,7 @@ def _lines(trace: Trace, result: VariantResult, all_names: bool) -> Iterator[str
         yield energy_text(trace.energy_gained)
     if trace.wrong_edges is not None:
         yield wrong_edges_text(trace.wrong_edges, trace.collapse)
-    yield from _claims(result)
+    yield from claim_lines(result)
 
 
 def _collapse(collapse: Collapse) -> str:
@@ -45,7 +45,7 @@ def _collapse(collapse: Collapse) -> str:
     return at + broke_text(collapse.broke, collapse.gave_way)
 
 
-def _claims(result: VariantResult) -> Iterator[str]:
+def claim_lines(result: VariantResult) -> Iterator[str]:
     """Every claim beside what was measured, and why some failed."""
     if result.xfail is not None:
         yield f"{'passed, though it was' if result.passed else 'failed, as was'} said to fail: {result.xfail}"

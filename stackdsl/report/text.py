@@ -11,6 +11,7 @@ from stackdsl.report.diagnostic_text import GUTTER, diagnostic_text
 from stackdsl.report.edge_text import wrong_edges_text
 from stackdsl.report.ending_text import ending_text
 from stackdsl.report.energy_text import energy_text
+from stackdsl.report.ensemble_text import samples_told
 from stackdsl.report.modified_text import modified_text
 from stackdsl.report.outcome_text import outcome_text, significant
 from stackdsl.report.why_text import why_lines
@@ -47,11 +48,8 @@ def report_text(
 
 def closing_line(report: Report) -> str:
     """All in one line."""
-    extras = {
-        "mistake": len(report.diagnostics),
-        "obsolete golden file": len(report.obsolete),
-        "removed golden file": len(report.removed),
-    }
+    goldens = {"obsolete golden file": len(report.obsolete), "removed golden file": len(report.removed)}
+    extras = {"mistake": len(report.diagnostics), **goldens}
     known = sum(result.remembered for result in report.results)
     conclusions = dict(report.conclusions)
     if known and (passed := conclusions.pop("passed")):
@@ -91,13 +89,17 @@ def _notes(report: Report, verbosity: int) -> Iterator[Block]:
     shown = {result.name for result in report.results if verbosity > 0 or not result.passed or result.golden_failed}
     gained = [result for result in report.results if result.energy_gained]
     yield titled("Skipped", list(_skipped(report)))
+    yield titled("Samples", list(samples_told(report.results)))
     yield titled("Modified scenes", list(_modified(report)))
     yield titled("Ended early", [f"{name}: {ending_text(end)}" for name, end in early if name in shown])
     yield titled("Numerical collapses", [f"{r.name}: {r.numerical}" for r in report.results if r.numerical])
     yield titled("Energy from nowhere", [f"{result.name}: {energy_text(result.energy_gained)}" for result in gained])
     yield titled("Wrong edge normals", list(_wrong_edges(noted)))
     yield titled("Other than known from outside", list(_missed(report, lambda result: result.truths)))
-    yield titled("Golden files of another engine, compared in what no engine decides", list(_other_engines(report)))
+    yield titled(
+        "Golden files of another engine, compared in what no engine decides",
+        list(_noted(report, GoldenStatus.OTHER_ENGINE)),
+    )
     yield titled("Golden files made with other versions", list(_stamps(report)))
     yield titled("Golden files with names of earlier versions", list(_old_names(report)))
 
@@ -146,15 +148,15 @@ def _row(report: Report, result: VariantResult) -> Row:
         "verdict": result.verdict if result.status is RunStatus.DONE else result.status.value,
         "engine": result.engine if result.engine not in ("", USUAL_ENGINE) else NOTHING,
         "level": str(result.collapse.level) if result.collapse else NOTHING,
-        "drift mm": significant(1000.0 * result.drift) if result.status is RunStatus.DONE else NOTHING,
+        "drift mm": significant(1000.0 * result.drift) if result.is_one_run else NOTHING,
         "still moving": str(len(result.moving)) if result.moving else NOTHING,
         "met": f"{result.met}/{len(result.outcomes)}" if result.outcomes else NOTHING,
         "truth": {None: NOTHING, True: "agrees", False: "differs"}[result.truth_agrees],
         "golden": result.golden.status.value if result.golden else NOTHING,
         "moved": NOTHING if result.refinement is None else f"{len(result.moved)}/{len(result.refinement)}",
         "wall s": f"{cost.wall_time:.2f}" if cost else NOTHING,
-        "sim. s": f"{cost.simulated_time:.1f}" if cost else NOTHING,
-        "steps": str(cost.steps) if cost else NOTHING,
+        "sim. s": f"{cost.simulated_time:.1f}" if result.is_one_run and cost else NOTHING,
+        "steps": str(cost.steps) if result.is_one_run and cost else NOTHING,
         f"vs {REFERENCE_SYSTEM}": _factor(report.speed_up(result)),
     }
 
@@ -288,10 +290,6 @@ def _together(files: Sequence[str], status: GoldenStatus) -> Iterator[str]:
 def _stamps(report: Report) -> Iterator[str]:
     """One line a set of versions, not one a file."""
     yield from _noted(report, GoldenStatus.SAME)
-
-
-def _other_engines(report: Report) -> Iterator[str]:
-    yield from _noted(report, GoldenStatus.OTHER_ENGINE)
 
 
 def _noted(report: Report, status: GoldenStatus) -> Iterator[str]:

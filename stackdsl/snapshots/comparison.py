@@ -31,6 +31,7 @@ from stackdsl.snapshots.record import (
     Quantity,
     Snapshot,
 )
+from stackdsl.snapshots.samples import differing_samples
 from stackdsl.snapshots.unclear import IsValue, is_count, is_excused, is_name_or_none, is_number, is_undecided_state
 from stackdsl.trace import BrickState
 
@@ -63,6 +64,7 @@ def compare_documents(expected: Object, got: Object, *, other_engine: bool = Fal
     return (
         *decided,
         *marked,
+        *differing_samples(expected, got),
         *_moved(expected, got),
         *_placings(_by_brick(expected), _by_brick(got)),
         *_bricks(_object(expected, "bricks"), _object(got, "bricks"), bool(_object(expected, "collapse"))),

@@ -13,6 +13,7 @@ from stackdsl.snapshots.record import (
     Placing,
     Pushing,
     Removing,
+    Samples,
     Scene,
     Snapshot,
 )
@@ -27,6 +28,7 @@ def check_keys(whole: Mapping[str, object]) -> None:
     _check("the world", world, _names(Scene))
     _check_each(_values(_at(world, "planes")), _names(FixedPlane))
     _check("the collapse", whole.get("collapse"), _names(FirstCollapse))
+    _check("the samples", whole.get("samples"), _names(Samples))
     _check_each(_values(whole.get("bricks")), _names(FinalBrick))
     events = whole.get("events")
     for event in events if isinstance(events, list) else ():

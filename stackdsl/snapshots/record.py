@@ -133,6 +133,18 @@ class Scene:
 
 
 @dataclass(frozen=True, slots=True)
+class Samples:
+    """What became of many samples: exact, for the seed says which they are."""
+
+    seed: int
+    drawn: int
+    stood: int
+    fell: Mapping[str, int]  # by level
+    undecided: int
+    unfit: int
+
+
+@dataclass(frozen=True, slots=True)
 class Snapshot:
     """All that is locked of one run; what is None is not locked."""
 
@@ -147,6 +159,7 @@ class Snapshot:
     events: tuple[Placing | Removing | Pushing, ...]
     bricks: Mapping[BodyId, FinalBrick]  # by level, then name
     kept_by: str | None = None  # as `stackdsl.snapshots.keepers` says; never compared
+    samples: Samples | None = None  # None of one run
 
     @property
     def placings(self) -> tuple[Placing, ...]:

@@ -68,7 +68,7 @@ def take(trace: Trace, world: World, identity: Identity, stamp: Mapping[str, str
     return Snapshot(
         identity=identity,
         stamp=dict(sorted(stamp.items())),
-        world=_scene(world),
+        world=scene_of(world),
         verdict=trace.verdict.value,
         statics=trace.statics.stability.value if trace.statics is not None else None,
         collapse=_first_collapse(trace, modelled),
@@ -93,7 +93,8 @@ def _in_mm(position_W: Vec3, quantity: Quantity) -> tuple[Number, ...]:
     return tuple(_rounded(1000.0 * value, quantity) for value in position_W)
 
 
-def _scene(world: World) -> Scene:
+def scene_of(world: World) -> Scene:
+    """What does not move."""
     return Scene(
         gravity=_rounded(world.gravity, GRAVITY),
         friction=_rounded(world.friction, FRICTION),

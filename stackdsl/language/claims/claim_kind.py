@@ -78,6 +78,15 @@ class ClaimKind(ABC):
         """How long the structure must be watched after the last action; None if that is all one to it [s]."""
         return None
 
+    @property
+    def wanted_share(self) -> Tolerance | None:
+        """The share of samples in which it is to hold; None if it speaks of one run."""
+        return None
+
+    def holds_of(self, fell_at: int | None) -> bool:
+        """Whether it holds of a sample that fell at this level, or stands: for kinds that want a share."""
+        raise NotImplementedError
+
     def counts(self) -> Iterator[Count]:
         """How many bricks or levels there must be, or else it fails, or holds, whatever happens."""
         return iter(())
@@ -97,6 +106,9 @@ class ClaimKind(ABC):
         """Whether two of this kind want values of one and the same thing that no value meets."""
         if not isinstance(self, AuthorModel) or any(getattr(self, key) != getattr(other, key) for key in self.same):
             return False
+        if self.wanted_share is not None and other.wanted_share is not None:  # of the same samples
+            alike = all(getattr(self, key) == getattr(other, key) for key in type(self).model_fields if key != "share")
+            return alike and not self.wanted_share.meets(other.wanted_share)
         pairs = [(getattr(self, key), getattr(other, key)) for key in type(self).model_fields if key not in self.same]
         return any(isinstance(a, Tolerance) and isinstance(b, Tolerance) and not a.meets(b) for a, b in pairs)
 

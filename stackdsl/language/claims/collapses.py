@@ -2,15 +2,17 @@
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from math import inf
-from typing import ClassVar
+from typing import ClassVar, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from stability.model import BodyId
 from stackdsl.language import author_types as t
 from stackdsl.language.author_models import Shorthand
 from stackdsl.language.claims.claim_kind import ClaimKind, Count, Fate, claim
 from stackdsl.language.claims.finding import Finding, margin_to_collapse, placed, within
+from stackdsl.language.mistakes import MistakeError
+from stackdsl.language.tolerances import Tolerance
 from stackdsl.trace import Trace
 from stackdsl.wording import broke_text, level_text
 
@@ -23,6 +25,8 @@ class Collapses(Shorthand, ClaimKind):
     brick: t.BodyName | None = Field(None, description="the first brick that does")
     time: t.DurationTolerance | None = Field(None, description="when it does")
 
+    share: t.ShareOfSamples | None = Field(None, description="in this share of the samples")
+
     scalar_word: ClassVar[str] = "any"
     needs_aftermath: ClassVar[bool] = False
     of_collapses: ClassVar[bool] = True
@@ -30,7 +34,24 @@ class Collapses(Shorthand, ClaimKind):
     scored_apart: ClassVar[bool] = True
 
     @property
-    def fate(self) -> Fate:
+    def wanted_share(self) -> Tolerance | None:
+        return self.share
+
+    def holds_of(self, fell_at: int | None) -> bool:
+        return fell_at is not None and (self.at is None or self.at.holds(fell_at))
+
+    @model_validator(mode="after")
+    def _says_what_statics_knows(self) -> Self:
+        parts = [key for key in ("brick", "time") if getattr(self, key) is not None]
+        if self.share is not None and parts:
+            message = f"of samples it is known at which level they fall, and no `{parts[0]}`"
+            raise MistakeError("SD108", message, "say `at` which level, or leave the share out")
+        return self
+
+    @property
+    def fate(self) -> Fate | None:
+        if self.share is not None:
+            return None
         return Fate(stands=False, level=self.at, time=self.time, seen=True)
 
     def counts(self) -> Iterator[Count]:
@@ -38,6 +59,8 @@ class Collapses(Shorthand, ClaimKind):
             yield Count("at", self.at.least_count, "levels")
 
     def goes(self, levels: Mapping[BodyId, int]) -> Iterable[Collection[BodyId]]:
+        if self.share is not None:
+            return
         yield [name for name in levels if self.brick in (None, name)]  # every brick that may be the first
 
     def is_decided(self, trace: Trace) -> bool:

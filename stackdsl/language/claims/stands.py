@@ -3,15 +3,17 @@
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import inf
-from typing import ClassVar
+from typing import ClassVar, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from stability.model import BodyId
 from stackdsl.language import author_types as t
 from stackdsl.language.author_models import Shorthand
 from stackdsl.language.claims.claim_kind import ClaimKind, Count, Fate, claim
 from stackdsl.language.claims.finding import Finding, in_time, is_over, margin_to_collapse, remaining
+from stackdsl.language.mistakes import MistakeError
+from stackdsl.language.tolerances import Tolerance
 from stackdsl.trace import BrickState, BrickTrack, Trace
 from stackdsl.wording import MILLIMETRES, level_text, mm, names_text
 
@@ -23,6 +25,7 @@ class Stands(Shorthand, ClaimKind):
     levels: t.Levels | None = Field(None, description="at least so many levels, from the lowest")
     bricks: t.BodyNames | None = Field(None, description="these bricks")
     for_: t.PositiveDuration | None = Field(None, alias="for", description="this long after the last action")
+    share: t.ShareOfSamples | None = Field(None, description="in this share of the samples, all of it")
 
     scalar_word: ClassVar[str] = "all"
     needs_aftermath: ClassVar[bool] = False
@@ -35,7 +38,23 @@ class Stands(Shorthand, ClaimKind):
 
     @property
     def fate(self) -> Fate | None:
-        return Fate(stands=True) if self.bricks is None else None
+        return Fate(stands=True) if self.bricks is None and self.share is None else None
+
+    @property
+    def wanted_share(self) -> Tolerance | None:
+        return self.share
+
+    def holds_of(self, fell_at: int | None) -> bool:
+        return fell_at is None
+
+    @model_validator(mode="after")
+    def _says_one_thing(self) -> Self:
+        of_a_part = {"levels": self.levels, "bricks": self.bricks, "for": self.for_}
+        parts = [key for key, value in of_a_part.items() if value is not None]
+        if self.share is not None and parts:
+            message = f"a share is of samples that stand as a whole, and `{parts[0]}` is of a part"
+            raise MistakeError("SD108", message, "leave one of them out")
+        return self
 
     @property
     def of_the_watch(self) -> bool:
@@ -46,7 +65,7 @@ class Stands(Shorthand, ClaimKind):
             yield Count("levels", self.levels, "levels")
 
     def stays(self, levels: Mapping[BodyId, int], hold: float) -> Collection[BodyId] | None:
-        if self.for_ is not None and self.for_ < hold:
+        if self.share is not None or (self.for_ is not None and self.for_ < hold):
             return None  # what stands for a while may fall after it
         named = levels.keys() if self.bricks is None else levels.keys() & self.bricks
         return {name for name in named if self.levels is None or levels[name] <= self.levels}

@@ -256,6 +256,7 @@ def test_a_layout_of_the_registry_is_a_key_of_a_step() -> None:
         "imported",
         "name",
         "brick",
+        "jitter",
         "every",
         "until",
         "place",

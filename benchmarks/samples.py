@@ -1,0 +1,123 @@
+"""What samples cost, and whether they are right: towers of 100 planks with errors of 1 mm and 1 deg.
+
+python -m benchmarks.samples            10,000 samples of each tower, 500 of them asked cold
+python -m benchmarks.samples --write    the same, to docs/data
+python -m benchmarks.samples --engines 3    and so many samples of a short tower on engines
+"""
+
+import os
+from argparse import Namespace
+from collections.abc import Iterator
+from time import perf_counter, process_time
+from typing import Final
+
+from rich.console import Console
+
+from benchmarks.figures.data import Row, Rows
+from benchmarks.figures.recording import parser, record
+from stackdsl.checking.chunks import Chunk, judged_chunk
+from stackdsl.checking.ensembles import Drawing, drawn_alone
+from stackdsl.checking.gathering import Case, cases_of
+from stackdsl.reading.source import parse
+from stackdsl.sampling.design import design_of
+from stackdsl.sampling.draws import Draws
+from stackdsl.sampling.fates import Fate, asked_anew
+from stackdsl.sampling.setting_down import Hands
+from stackdsl.systems.known_systems import unplayable
+
+SAMPLES, COLD, LIMIT = 10_000, 500, 3600.0
+TOWERS: Final = {
+    "column": "column: {levels: 100}",
+    "four-stack": "four_stack: {levels: 50}",
+}
+SHORT: Final = "column: {levels: 12, step: 6 mm}"  # that engines play in seconds, and that falls in some samples
+ENGINES: Final = ("tuned", "stock", "mujoco", "sapien")
+
+
+def case_of(layout: str, samples: int, jitter: str, every: str = "1 s") -> Case:
+    """A scenario of one layout whose samples are all drawn, since nothing is expected of them."""
+    text = f"scenario: tower\nsamples: {samples}\nbuild:\n  - {layout}\n    every: {every}\n    jitter: {jitter}\n"
+    cases, mistakes = cases_of(parse(text, "tower.yaml"))
+    assert not mistakes, mistakes
+    return cases[0]
+
+
+def tower(layout: str, workers: int) -> Row:
+    """The cost and the fates of a tower, and how many verdicts differ of samples that are asked cold."""
+    case = case_of(layout, SAMPLES, "{position: 1 mm, yaw: 1 deg}")
+    started = perf_counter()
+    drawing = drawn_alone(case, workers, LIMIT)
+    wall = perf_counter() - started
+    assert drawing is not None
+    found = drawing.ensemble()
+    cold_started = process_time()
+    differing = sum(fate != cold for fate, cold in _cold(case, drawing))
+    cold = process_time() - cold_started
+    return {
+        "samples": found.drawn,
+        "stood": found.stood,
+        "undecided": found.unknown,
+        **{
+            way.replace(" ", "_"): found.ways.get(way, 0)
+            for way in ("forces passed on", "a fall passed on", "asked anew")
+        },
+        "wall_s": wall,
+        "workers": workers,
+        "cpu_ms_a_sample": 1000.0 * found.cpu_time / found.drawn,
+        "cold_samples": COLD,
+        "cold_ms_a_sample": 1000.0 * cold / COLD,
+        "cold_verdicts_that_differ": differing,
+    }
+
+
+def _cold(case: Case, drawing: Drawing) -> Iterator[tuple[int, int]]:
+    """The fates of some samples as they were judged together, and as each is by itself, by all of statics."""
+    together = [fate for first in sorted(drawing.chunks) for fate in drawing.chunks[first].fates]
+    design = design_of(case.timeline)
+    for sample in range(0, SAMPLES, SAMPLES // COLD):
+        one = Draws(case.scenario.seed, case.scenario.scenario, sample, 1)
+        yield together[sample], asked_anew(design, Hands(design, one).build().placed(0))
+
+
+def engines(count: int) -> Rows:
+    """The same samples of a short tower on engines: what each costs, and how many verdicts are not those of statics."""
+    case = case_of(SHORT, count, "{position: 3 mm, yaw: 2 deg}", every="0.5 s")
+    draws = Draws(case.scenario.seed, case.scenario.scenario, 0, count)
+    truth = judged_chunk(case.timeline, "exact", draws)
+    rows = {"exact": _row(truth, truth)}
+    for system in (each for each in ENGINES if not unplayable(each)):
+        rows[system] = _row(judged_chunk(case.timeline, system, draws), truth)
+    return rows
+
+
+def _row(played: Chunk, truth: Chunk) -> Row:
+    pairs = list(zip(played.fates, truth.fates, strict=True))
+    return {
+        "samples": len(pairs),
+        "cpu_ms_a_sample": 1000.0 * played.cpu_time / len(pairs),
+        "wrong": sum((fate == Fate.STANDS) != (true == Fate.STANDS) for fate, true in pairs),
+        "other_level": sum(fate != true for fate, true in pairs),
+    }
+
+
+def main(arguments: Namespace) -> None:
+    """Measure, print, and write if asked to."""
+    tables: dict[str, Rows] = {"towers": {name: tower(layout, arguments.workers) for name, layout in TOWERS.items()}}
+    if arguments.engines:
+        tables["engines"] = engines(arguments.engines)
+    console = Console()
+    for rows in tables.values():
+        for name, row in rows.items():
+            told = (
+                f"{key} {value:.4g}" if isinstance(value, float) else f"{key} {value}" for key, value in row.items()
+            )
+            console.print(f"{name}: {', '.join(told)}")
+    if arguments.write:
+        record("samples", f"python -m benchmarks.samples --write --engines {arguments.engines}", tables)
+
+
+if __name__ == "__main__":
+    options = parser(__doc__)
+    options.add_argument("--engines", type=int, default=0, help="samples of a short tower that engines play")
+    options.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    main(options.parse_args())

@@ -1,0 +1,1 @@
+"""Many samples of one scenario: what hands and materials make of it, and what becomes of each."""

@@ -1,0 +1,111 @@
+"""Samples are drawn look by look until all is decided, the same in whatever parts, and none twice."""
+
+from pathlib import Path
+
+import pytest
+
+from stackdsl.checking import ensembles
+from stackdsl.checking.chunks import Chunk, judged_chunk
+from stackdsl.checking.ensembles import CHUNK, Drawing, draw, drawn_alone
+from stackdsl.checking.gathering import Case
+from stackdsl.checking.memory import Memory
+from stackdsl.checking.sampled_results import judged_samples
+from stackdsl.checking.worker import TaskStatus
+from stackdsl.ensemble import Ensemble
+from stackdsl.sampling.draws import Draws
+from tests.scenes import compiled
+
+COLUMN = """
+scenario: column
+samples: {samples}
+build:
+  - column: {{levels: 8, step: 8 mm}}
+    every: 1 s
+    jitter: {{position: 4 mm}}
+expect:
+  - stands: {{share: "{share}"}}
+"""
+LIMIT = 120.0  # [s] for what takes less than one
+
+
+def case(samples: int, share: str = ">= 50 %") -> Case:
+    cases, mistakes = compiled(COLUMN.format(samples=samples, share=share))
+    assert mistakes == []
+    return cases[0]
+
+
+def ensemble(samples: int, share: str = ">= 50 %", workers: int = 1) -> Ensemble:
+    drawing = drawn_alone(case(samples, share), workers, LIMIT)
+    assert drawing is not None
+    return drawing.ensemble()
+
+
+def test_no_more_samples_are_drawn_than_decide() -> None:
+    assert ensemble(1600, ">= 50 %").drawn == 100
+    assert ensemble(1600, "< 20 %").drawn == 100
+    close = ensemble(1600, ">= 80 %")
+    assert close.drawn == close.planned == 1600
+
+
+def test_any_number_of_processes_draws_the_same() -> None:
+    assert ensemble(1200, ">= 80 %", workers=1) == ensemble(1200, ">= 80 %", workers=3)
+
+
+def test_what_was_drawn_is_not_drawn_again_and_what_was_not_is_added(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As after a call that was killed: its chunks are remembered one by one."""
+    asked: list[int] = []
+
+    def counted(drawing: Drawing, first: int, count: int) -> tuple[object, ...]:
+        asked.append(first)
+        return judged_chunk, (drawing.case.timeline, drawing.case.system, Draws(1, "column", first, count))
+
+    monkeypatch.setattr(ensembles, "_asked", counted)
+    whole, ended = case(2000, ">= 80 %"), list[Drawing]()
+    memory = Memory(tmp_path)
+    draw({0: Drawing(whole, "digest")}, 1, LIMIT, memory, lambda _, drawing: ended.append(drawing))
+    assert sorted(asked) == [0, 125, 250, 500, 1000, 1500]
+    records = sorted(tmp_path.rglob("*.json"), key=lambda file: file.stat().st_size)
+    records[-1].unlink()  # one of the chunks of 500
+    asked.clear()
+    draw({0: Drawing(whole, "digest")}, 1, LIMIT, memory, lambda _, drawing: ended.append(drawing))
+    assert len(asked) == 1
+    assert ended[0].ensemble() == ended[1].ensemble()
+    asked.clear()
+    draw({0: Drawing(whole, "another text")}, 1, LIMIT, memory, lambda _, drawing: ended.append(drawing))
+    assert len(asked) == 6
+
+
+def test_what_is_remembered_beyond_what_decides_is_not_counted(tmp_path: Path) -> None:
+    """So that a case comes to the same whether it was drawn further before or not."""
+    memory, ended = Memory(tmp_path), list[Drawing]()
+    for share in (">= 80 %", ">= 50 %"):
+        drawing = Drawing(case(2000, share), "digest")
+        draw({0: drawing}, 1, LIMIT, memory, lambda _, drawn: ended.append(drawn))
+    assert [drawing.ensemble().drawn for drawing in ended] == [2000, 125]
+
+
+def fails(*_: object) -> Chunk:
+    raise RuntimeError("no such luck")
+
+
+def test_a_chunk_that_fails_is_told_and_ends_its_case(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ensembles, "judged_chunk", fails)
+    drawing = drawn_alone(case(CHUNK), 1, LIMIT)
+    assert drawing is not None
+    assert drawing.failed is not None
+    assert drawing.failed.status is TaskStatus.CRASHED
+    assert "no such luck" in drawing.failed.message
+
+
+def test_the_result_says_what_was_drawn_and_how_it_is_known() -> None:
+    sampled = case(400, ">= 50 %")
+    drawing = drawn_alone(sampled, 1, LIMIT)
+    assert drawing is not None
+    result = judged_samples(sampled, drawing.ensemble())
+    assert result.passed
+    assert result.ensemble is not None
+    assert result.verdict == f"{result.ensemble.stood} of 100 stand"
+    assert sum(result.ensemble.ways.values()) == 100
+    assert result.ensemble.stood + sum(result.ensemble.fell.values()) == 100

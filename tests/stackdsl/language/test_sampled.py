@@ -1,0 +1,78 @@
+"""What is uncertain and what is asked of samples go together, or are told in their place."""
+
+import pytest
+
+from stackdsl.timeline import Jitter, Spread
+from tests.scenes import compiled, mistakes_of, timeline_of
+
+SURE = '\nsamples: 10\nexpect: [stands: {share: ">= 1 %"}]'
+JITTER = "- column: {levels: 2}\n  jitter: {position: 1 mm}"
+
+
+@pytest.mark.parametrize(
+    ("written", "jitter"),
+    [
+        ("{position: 1 mm}", Jitter(Spread("normal", 0.001), None)),
+        ("{position: {normal: 1 mm}}", Jitter(Spread("normal", 0.001), None)),
+        ("{position: {uniform: 2 mm}, yaw: 0.1 rad}", Jitter(Spread("uniform", 0.002), Spread("normal", 0.1))),
+    ],
+)
+def test_errors_are_normal_unless_said_otherwise(written: str, jitter: Jitter) -> None:
+    timeline = timeline_of(
+        f"- column: {{levels: 2}}\n  jitter: {written}\n- column: {{levels: 1, heading: 0 deg, origin: [1 m, 0, 0]}}",
+        SURE,
+    )
+    assert dict(timeline.jitter) == {"L1.1": jitter, "L2.1": jitter}
+
+
+@pytest.mark.parametrize(
+    ("build", "rest", "words"),
+    [
+        (JITTER, "expect: [stands: all]", "hands set down exactly"),
+        ("- column: {levels: 2}", "seed: 4", "no samples that this `seed`"),
+        ("- column: {levels: 2}", "confidence: 99 %", "no samples that this `confidence`"),
+        ("- column: {levels: 2}", "expect: [stands: {share: 90 %}]", "no samples that this could be a share of"),
+        ("- column: {levels: 2}", SURE, "nothing is uncertain"),
+        (JITTER, "samples: 10\nexpect: [stands: all]", "`stands` speaks of one run"),
+        (JITTER, "samples: 10\nexpect: [drift: 0 mm]", "`drift` speaks of one run"),
+        (JITTER, SURE + "\nimpacts: [remove: {brick: L2.1}]", "nothing else is done to them"),
+        (
+            JITTER,
+            SURE + "\nworld: {shake: {acceleration: 1 m/s2, frequency: 1 Hz, for: 1 s}}",
+            "ground that is at rest",
+        ),
+        (JITTER + "\n  place: by hand", SURE, "as if from nowhere"),
+        ("- bricks: [{at: [0, 0, 1 m], drop: true}]\n  jitter: {yaw: 1 deg}", SURE, "none is let go in the air"),
+        (JITTER, "samples: 10\nexpect: [stands: {share: 90 %, levels: 2}]", "`levels` is of a part"),
+        (JITTER, "samples: 10\nexpect: [collapses: {share: 90 %, time: 1 s ± 1 s}]", "no `time`"),
+        (JITTER, "samples: 10\nexpect: [stands: {share: 120 %}]", "can never hold for a share"),
+        (JITTER, SURE.replace("10", "0"), "0 is less than 1"),
+        ("- column: {levels: 2}\n  jitter: {position: 0 mm}", SURE, "0 mm"),
+        ("- column: {levels: 2}\n  jitter: {yaw: 91 deg}", SURE, "91 deg"),
+    ],
+)
+def test_what_does_not_go_together_is_told(build: str, rest: str, words: str) -> None:
+    mistakes = mistakes_of(build, rest)
+    assert any(words in mistake.message for mistake in mistakes), [mistake.message for mistake in mistakes]
+    assert all(mistake.hint for mistake in mistakes)
+
+
+def test_shares_of_the_same_samples_may_be_many_as_long_as_they_can_be() -> None:
+    both = (
+        "samples: 10\nexpect: [stands: {share: 40 %}, collapses: {share: 40 %}, collapses: {at: level 2, share: 9 %}]"
+    )
+    assert mistakes_of(JITTER, both) == []
+    apart = 'samples: 10\nexpect: [stands: {share: "< 40 %"}, stands: {share: 50 %}]'
+    (mistake,) = mistakes_of(JITTER, apart)
+    assert "cannot both hold" in mistake.message
+
+
+def test_samples_of_several_variants_share_their_errors() -> None:
+    """So that what differs between variants is what their author varies."""
+    text = (
+        f"scenario: twice\nmatrix: {{step: [0 mm, 5 mm]}}\nbuild:\n  - column: {{levels: 2, step: '${{step}}'}}\n"
+        f"    jitter: {{position: 1 mm}}\n{SURE}"
+    )
+    cases, mistakes = compiled(text)
+    assert mistakes == []
+    assert [case.is_sampled for case in cases] == [True, True]

@@ -1,0 +1,88 @@
+"""Distributions as authors write them, and what is mistaken in them."""
+
+from math import exp
+
+import pytest
+from scipy.special import ndtri
+
+from stackdsl.language.expressions import constant
+from stackdsl.language.mistakes import MistakeError
+from stackdsl.language.uncertain import distribution
+from stackdsl.reading.source import Plain
+from tests.scenes import compiled, mistakes_of
+
+
+def si(written: Plain) -> float:
+    """A value in SI."""
+    return float(constant(written).magnitude)
+
+
+@pytest.mark.parametrize(
+    ("written", "low", "middle", "high"),
+    [
+        ("0.5 ± 0.1", 0.42, 0.5, 0.58),
+        ("0.4 .. 0.6", 0.42, 0.5, 0.58),
+        ({"uniform": "0.5 +- 0.1"}, 0.42, 0.5, 0.58),
+        ("5 ± 1 mm", "4.2 mm", "5 mm", "5.8 mm"),
+        ("10 deg .. 20 deg", "11 deg", "15 deg", "19 deg"),
+        ({"normal": "0.5 ± 0.1"}, 0.5 + 0.1 * ndtri(0.1), 0.5, 0.5 + 0.1 * ndtri(0.9)),
+        ({"lognormal": 0.5, "dispersion": 0.2}, 0.5 * exp(0.2 * ndtri(0.1)), 0.5, 0.5 * exp(0.2 * ndtri(0.9))),
+        ({"table": ["3 mm", "1 mm", "2 mm"]}, "1 mm", "2 mm", "3 mm"),
+    ],
+)
+def test_a_tenth_of_all_lies_below_its_tenth(written: Plain, low: Plain, middle: Plain, high: Plain) -> None:
+    found = distribution(written)
+    for share, expected in ((0.1, low), (0.5, middle), (0.9, high)):
+        value = found.at(share, ndtri)
+        assert si(value) == pytest.approx(si(expected), rel=1e-11)
+    assert si(found.middle) == pytest.approx(si(middle), rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("written", "words"),
+    [
+        (0.5, "no distribution"),
+        ({"normal": 0.5}, "no distribution"),
+        ({"gauss": "0.5 ± 0.1"}, "no distribution"),
+        ({"lognormal": 0.5}, "no distribution"),
+        ({"lognormal": -1, "dispersion": 0.2}, "more than zero"),
+        ({"lognormal": 1, "dispersion": "2 mm"}, "a dispersion is a number"),
+        ({"normal": "0.5 ± 0"}, "more than zero"),
+        ("0.5 ± 0", "leaves no room"),
+        ("0.6 .. 0.4", "leaves no room"),
+        ("1 mm ± 2 deg", "several kinds"),
+        ({"table": ["1 mm", 2]}, "several kinds"),
+        ({"table": []}, "expected a list"),
+    ],
+)
+def test_what_is_no_distribution_is_told(written: Plain, words: str) -> None:
+    with pytest.raises(MistakeError, match=words) as caught:
+        distribution(written)
+    assert caught.value.hint
+
+
+COLUMN = "- column: {levels: 2, step: '${gap}'}"
+
+
+@pytest.mark.parametrize(
+    ("build", "rest", "words"),
+    [
+        (COLUMN, "uncertain: {gap: 5 mm ± 1 mm}\nexpect: [stands: all]", "no samples that this `uncertain`"),
+        ("- column: {levels: 2}", "samples: 5\nuncertain: {gap: 5 mm ± 1 mm}", "the variable 'gap' is used nowhere"),
+        (COLUMN, "samples: 5\nuncertain: {mm: 5 mm ± 1 mm}", "cannot name a variable"),
+        (COLUMN, "samples: 5\nuncertain: [5 mm]", "expected a mapping of variables"),
+        (COLUMN, "samples: 5\nmatrix: {gap: [1 mm]}\nuncertain: {gap: 5 mm ± 1 mm}", "variable of the matrix already"),
+        (COLUMN, "samples: 5\nlet: {gap: 1 mm}\nuncertain: {gap: 5 mm ± 1 mm}", "variable of the matrix already"),
+        (COLUMN, "samples: 5\nuncertain: {gap: 5 mm}", "no distribution"),
+    ],
+)
+def test_what_does_not_go_together_is_told(build: str, rest: str, words: str) -> None:
+    mistakes = mistakes_of(build, rest)
+    assert any(words in mistake.message for mistake in mistakes), [mistake.message for mistake in mistakes]
+
+
+def test_the_design_has_the_middle_of_what_is_uncertain() -> None:
+    rest = "samples: 5\nuncertain: {gap: 2 mm .. 8 mm}\nexpect: [stands: {share: 10 %}]"
+    cases, mistakes = compiled(f"scenario: scene\nbuild:\n  {COLUMN}\n{rest}")
+    assert mistakes == []
+    assert cases[0].timeline.placements[1].pose.position_W[0] == pytest.approx(0.005, abs=1e-15)

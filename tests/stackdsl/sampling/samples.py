@@ -1,0 +1,17 @@
+"""Designs and their samples for tests."""
+
+from stackdsl.sampling.design import Design, design_of
+from stackdsl.sampling.draws import Draws
+from tests.scenes import timeline_of
+
+SAMPLED = '\nsamples: 100\nexpect: [stands: {share: ">= 1 %"}]'
+
+
+def designed(build: str, rest: str = "") -> Design:
+    """The design of steps of a build of which some are uncertain."""
+    return design_of(timeline_of(build, f"{SAMPLED}\n{rest}"))
+
+
+def some(count: int, first: int = 0, seed: int = 1) -> Draws:
+    """So many samples."""
+    return Draws(seed, "scene", first, count)

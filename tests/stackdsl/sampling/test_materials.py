@@ -1,0 +1,77 @@
+"""Samples with values of their own: held against the closed form of each, value by value."""
+
+from math import atan
+
+import pytest
+
+from stackdsl.checking.chunks import varied_chunk
+from stackdsl.checking.gathering import Case
+from stackdsl.language.expressions import constant
+from stackdsl.reading.source import Plain
+from stackdsl.sampling.draws import Draws
+from stackdsl.sampling.fates import Fate
+from stackdsl.sampling.materials import SampleMistakeError, drawn_values, timelines
+from tests.scenes import compiled
+
+SLOPE = """
+scenario: slope
+samples: 100
+uncertain:
+  mu: 0.5 ± 0.2
+  tilt: {normal: 20 deg ± 5 deg}
+let: {under: "${0.8 * mu}"}
+friction: ${mu}
+world: {tilt: "${tilt}", ground: {friction: "${under}"}}
+build:
+  - bricks: [{on: ground}]
+expect:
+  - stands: {share: ">= 10 %"}
+"""
+
+
+def case_of(text: str) -> Case:
+    cases, mistakes = compiled(text)
+    assert mistakes == []
+    return cases[0]
+
+
+def radians(written: Plain) -> float:
+    return float(constant(written).magnitude)
+
+
+def test_a_brick_slides_in_the_samples_whose_slope_is_steeper_than_its_friction() -> None:
+    case, draws = case_of(SLOPE), Draws(3, "slope", 0, 60)
+    expected = [
+        atan(0.8 * float(str(values["mu"]))) > radians(values["tilt"]) for values in drawn_values(case.variant, draws)
+    ]
+    assert 5 < sum(expected) < 55
+    fates = varied_chunk(case.variant, "exact", draws).fates
+    assert [fate == Fate.STANDS for fate in fates] == expected
+
+
+def test_a_value_depends_on_its_sample_alone() -> None:
+    case = case_of(SLOPE)
+    together = list(drawn_values(case.variant, Draws(3, "slope", 0, 20)))
+    assert list(drawn_values(case.variant, Draws(3, "slope", 12, 4))) == together[12:16]
+
+
+def test_what_a_let_makes_of_a_variable_goes_with_it() -> None:
+    case, draws = case_of(SLOPE), Draws(3, "slope", 0, 5)
+    for values, timeline in zip(drawn_values(case.variant, draws), timelines(case.variant, draws), strict=True):
+        assert timeline.world.friction == pytest.approx(float(str(values["mu"])), rel=1e-12)
+        assert timeline.world.planes[0].friction == pytest.approx(0.8 * timeline.world.friction, rel=1e-12)
+
+
+def test_a_sample_with_a_value_that_may_not_be_written_is_told_with_it() -> None:
+    case = case_of(SLOPE.replace("0.5 ± 0.2", "{normal: 0.01 ± 1}"))
+    with pytest.raises(SampleMistakeError, match=r"sample \d+ has mu = -.* is less than 0") as caught:
+        list(timelines(case.variant, Draws(1, "slope", 0, 50)))
+    assert "uniform or lognormal" in str(caught.value)
+
+
+def test_hands_err_in_such_samples_as_well() -> None:
+    text = SLOPE.replace("[{on: ground}]", "[{on: ground}]\n    jitter: {yaw: 30 deg}")
+    case = case_of(text)
+    found = varied_chunk(case.variant, "exact", Draws(3, "slope", 0, 10))
+    assert len(found.fates) == 10
+    assert sum(found.ways.values()) == 10
