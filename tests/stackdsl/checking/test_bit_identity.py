@@ -191,7 +191,7 @@ def test_a_check_gives_the_same_with_any_workers_and_hashes_and_whatever_files_a
     monkeypatch.delenv("CI", raising=False)
     monkeypatch.setenv("PYTHONHASHSEED", HASHES)
     names = {scene: f"{place * (-1) ** workers % 7}-{scene}" for place, scene in enumerate(SCENES, 1)}
-    cases = gather([written(tmp_path / "scenes", names)]).cases
+    cases = gather([written(tmp_path / "scenarios", names)]).cases
     assert [case.name for case in cases] != list(bits), "the files should be found in another order"
     traces = checked(cases, Terms(tmp_path / "golden", update=True, workers=workers), monkeypatch)
     assert_same({case.name: with_golden(case, trace) for case, trace in zip(cases, traces, strict=True)}, bits)
