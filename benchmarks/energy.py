@@ -7,7 +7,6 @@ with.
 """
 
 import json
-import sys
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
@@ -156,9 +155,11 @@ def main() -> None:
     numbers = range(chosen.first, chosen.first + chosen.heaps)
     table = Table("heaps", "number", "over 1 %", "worst %", "heap", "wrong normals", "s")
     rows: dict[str, Row] = {}
+    all_kinds: dict[str, Row] = {}
     for system in chosen.systems:
         steps = all_played(numbers, system, chosen.keep, chosen.jobs)
         found = list(track(steps, system, len(numbers), console=Console(stderr=True), transient=True))
+        all_kinds[system] = summed_up(found)
         for kind in KINDS:
             name = f"{system}, {kind}"
             rows[name] = row = summed_up([each for each in found if each.kind == kind])
@@ -167,7 +168,8 @@ def main() -> None:
         Console(stderr=True).print(f"{system}: {gained or 'none'} over 1 %")
     Console(width=120).print(table)
     if chosen.write:
-        record("energy", " ".join(["python -m benchmarks.energy", *sys.argv[1:]]), {"heaps": rows})
+        of = f"--heaps {chosen.heaps} --first {chosen.first} --systems {' '.join(chosen.systems)}"
+        record("energy", f"python -m benchmarks.energy {of} --write", {"heaps": rows, "all": all_kinds})
 
 
 if __name__ == "__main__":
