@@ -74,7 +74,7 @@ def test_editors_know_them() -> None:
 @pytest.mark.parametrize(
     ("old", "new", "mistake"),
     [
-        ("steps: 3", "steps: 3, width: 2", "SD101 unknown key 'width'; choose from: origin, heading, steps"),
+        ("steps: 3", "steps: 3, width: 2", "SD101 unknown key 'width'; choose from: origin, heading, omit, steps"),
         ("steps: 3", "steps: 0", "SD104 0 is less than 1"),
         ("steps: 3", "steps: 500", "SD206 the layout has 125250 bricks"),
         ("brick: L3.1, by", "brick: L9.1, by", "SD204 there is no brick 'L9.1'; did you mean"),
