@@ -105,8 +105,9 @@ editor: $(READY) ## what an editor shows, tried with the language server itself,
 replay:         ## bundle the program of replay pages anew, from the versions in replay/package-lock.json; needs Node.js
 	cd replay && npm ci --ignore-scripts && npm run check && npm run build
 
-pictures: $(READY) ## draw the scenes of the publication anew, for docs/method.md
+pictures: $(READY) ## draw the scenes of the publication anew, for docs/method.md, and replay pages, in Debian's Chromium
 	$(BIN)/python -m benchmarks.figures.strips
+	$(BIN)/python -m benchmarks.figures.replays
 
 changelog: $(READY) ## show what is not released yet; with VERSION=1.2.3, move it to CHANGELOG.md
 	$(BIN)/towncrier build $(if $(VERSION),--yes --version $(VERSION),--draft --version unreleased)

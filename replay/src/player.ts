@@ -45,10 +45,12 @@ export class Player {
     this.picked = undefined;
     const stages = numbers.map((number) => this.made.get(number) ?? new Stage(this.runs[number]));
     numbers.forEach((number, place) => this.made.set(number, stages[place]));
+    const narrower = this.viewer.stages.length !== stages.length;
     this.viewer.stages = stages;
     this.timeline.end = Math.max(...stages.map((stage) => stage.run.told.end), 1e-3);
     this.timeline.events = stages[0].run.told.events;
     this.seek(Math.min(this.time, this.timeline.end));
+    if (narrower) this.viewer.fit(this.time, undefined, this.timeline.end);
   }
 
   // A run that there is from now on, or instead of the one of this number: what is looked at, and from where, stays.
@@ -90,7 +92,7 @@ export class Player {
     this.show(number, ...(differs ? [golden] : []));
     this.viewer.look("three-quarter", this.timeline.end);
     this.seek(this.beginning());
-    this.viewer.fit(this.time);
+    this.viewer.fit(this.time, undefined, this.timeline.end);
     this.sought = false;
   }
 

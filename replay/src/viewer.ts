@@ -1,5 +1,5 @@
 // The picture: one canvas, one camera, and one run, or two side by side that are seen from the same place.
-import { Color, OrthographicCamera, PerspectiveCamera, Vector2, Vector3, WebGLRenderer } from "three";
+import { Color, OrthographicCamera, PerspectiveCamera, Sphere, Vector2, Vector3, WebGLRenderer } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { colourOf } from "./page";
 import type { Stage } from "./stage";
@@ -12,6 +12,7 @@ const DIRECTIONS: Record<From, Vector3> = {
   plan: new Vector3(0, -1e-4, 1).normalize(),
 };
 const FIELD = 35; // [deg]
+const NEARBY = 2; // times the ball around what stands: what ends farther out would make it tiny
 const ROOM = 0.85; // share of the height that is filled
 
 export class Viewer {
@@ -51,10 +52,15 @@ export class Viewer {
     this.fit(time, DIRECTIONS[from]);
   }
 
-  // See all that is there, from a direction or from where it is seen now.
-  fit(time: number, from?: Vector3): void {
+  // See all that is there, from a direction or from where it is seen now; and what of it is near at another time.
+  fit(time: number, from?: Vector3, also = time): void {
     const corners = this.stages.flatMap((stage) => stage.corners(time));
     if (!corners.length) return;
+    if (also !== time) {
+      const around = new Sphere().setFromPoints(corners);
+      around.radius *= NEARBY;
+      corners.push(...this.stages.flatMap((stage) => stage.corners(also)).filter((corner) => around.containsPoint(corner)));
+    }
     const camera = this.controls.object;
     const direction = (from ?? camera.position.clone().sub(this.controls.target)).clone().normalize();
     const up = Math.tan((FIELD / 2) * (Math.PI / 180)) * ROOM;

@@ -1,0 +1,102 @@
+"""Pictures of replay pages for docs/seeing.md and the README, as a browser shows them.
+
+Drawn by Debian's Chromium on the processor. Run it with `python -m benchmarks.figures.replays`.
+"""
+
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Final
+
+from rich.console import Console
+from selenium import webdriver
+from selenium.webdriver.support.ui import Select, WebDriverWait
+
+from benchmarks.replay import OPTIONS
+from stackdsl.checking.gathering import gather
+from stackdsl.checking.one_case import play_case
+from stackdsl.checking.results import judged
+from stackdsl.recording.recorder import Recorder
+from stackdsl.viewing.replay.replay_page import replay_page
+from stackdsl.viewing.run_view import RunView, view_of
+
+DOCS: Final = Path(__file__).parents[2] / "docs"
+SHOWN: Final = Path("scenarios/slant-tower.yaml")
+SYSTEMS: Final = ("exact", "thesis")
+LONGEST: Final = 60.0  # [s] that a page may take to open
+PRESS: Final = "[...document.querySelectorAll('button')].find(b => b.textContent === arguments[0]).click()"
+
+
+def main() -> None:
+    """Write all pictures anew."""
+    options = webdriver.ChromeOptions()
+    for option in OPTIONS:
+        options.add_argument(option)
+    browser = webdriver.Chrome(options=options)
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            page = Path(folder) / "replay.html"
+            page.write_text(replay_page(runs(), "slant-tower"), encoding="utf-8")
+            for name, steps in PICTURES.items():
+                browser.get(page.as_uri())
+                WebDriverWait(browser, LONGEST).until(lambda each: each.execute_script("return window.replay"))
+                steps(browser)
+                browser.execute_async_script(
+                    "const d = arguments[0]; requestAnimationFrame(() => requestAnimationFrame(d))"
+                )
+                browser.save_screenshot(str(DOCS / name))
+                Console().print(f"wrote docs/{name}")
+    finally:
+        browser.quit()
+
+
+def runs() -> list[RunView]:
+    """The slant tower on each system, recorded."""
+    cases = [case for case in gather([SHOWN]).cases if case.scenario.scenario == SHOWN.stem]
+    found = []
+    for system in SYSTEMS:
+        case = next(each for each in cases if each.system == system)
+        recorder = Recorder()
+        trace = play_case(case.timeline, case.system, recorder=recorder)
+        found.append(view_of(case, trace, recorder.recording(), judged(case, trace)))
+    return found
+
+
+def forces(browser: webdriver.Chrome) -> None:
+    """A moment before it falls, with the contact forces that prove that it stands."""
+    browser.execute_script("replay.seek(12.9)")
+    for button in ("Fit", "forces"):
+        browser.execute_script(PRESS, button)
+
+
+def beside(browser: webdriver.Chrome) -> None:
+    """Two systems in step, a while after it fell."""
+    _choose(browser, "thesis")
+    browser.execute_script("replay.seek(14.2)")
+
+
+def motion(browser: webdriver.Chrome) -> None:
+    """The motion that proves that it falls, from the front."""
+    _choose(browser, "front")
+    browser.execute_script("replay.seek(13.0)")
+    for button in ("Orthographic", "motion"):
+        browser.execute_script(PRESS, button)
+
+
+def _choose(browser: webdriver.Chrome, text: str) -> None:
+    """The last list of choices that has such a one."""
+    for found in reversed(browser.find_elements("css selector", "select")):
+        for each in found.find_elements("css selector", "option"):
+            if text in each.text:
+                Select(found).select_by_visible_text(each.text)
+                return
+
+
+PICTURES: Final[dict[str, Callable[[webdriver.Chrome], None]]] = {
+    "replay-forces.png": forces,
+    "replay-beside.png": beside,
+    "replay-motion.png": motion,
+}
+
+if __name__ == "__main__":
+    main()
