@@ -36,7 +36,7 @@ def dominoes(params: DominoesParams, size: Vec3) -> Specs:
     length, _, thickness = size
     if params.bricks > 1 and params.spacing <= thickness:
         message = f"{mm(params.spacing)} apart, planks of {mm(thickness)} run into each other"
-        raise MistakeError("SD104", message, "write more than their thickness")
+        raise MistakeError("SD104", message, "write more than their thickness, which is the third of `size`")
     return tuple(
         BrickSpec(1, (number * params.spacing, 0.0, 0.5 * length), lean=0.5 * pi) for number in range(params.bricks)
     )
