@@ -53,6 +53,27 @@ TABLES: Mapping[str, Table] = {
             Column("times faster than SAPIEN, all awake", "{times_faster:sig2}"),
         ),
     ),
+    "energy": Table(
+        "energy",
+        "heaps",
+        (
+            Column("1,000 heaps", "{row}"),
+            Column("number", "{heaps}"),
+            Column("gain over 1 %", "{gained}"),
+            Column("worst gain", "{worst_percent:.2f} %"),
+            Column("with wrong edge normals", "{with_wrong_normals}"),
+        ),
+    ),
+    "dropped": Table(
+        "dropped",
+        "heaps",
+        (
+            Column("planks let go", "{row}"),
+            Column("s of one core", "{seconds:sig3}"),
+            Column("steps", "{steps}"),
+            Column("energy gained", "{gain_percent:.2f} %"),
+        ),
+    ),
     "published-falls": Table(
         "published-falls",
         "runs",
