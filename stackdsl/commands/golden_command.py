@@ -1,6 +1,7 @@
 """`stackdsl golden`: what waits for a decision, and the decisions."""
 
 import os
+import shlex
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -52,6 +53,22 @@ def _is_below(folder: str, file: str) -> bool:
     return Path(os.path.normpath(file)).is_relative_to(folder)
 
 
+class OfCases(click.Command):
+    """A command on what waits; a case that is named without an option is answered by the option for it."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Take the options. Raises click.UsageError with `-k` for words that are left over."""
+        ctx.allow_extra_args = True
+        super().parse_args(ctx, args)
+        if ctx.args and not ctx.resilient_parsing:
+            words = " or ".join(Path(word).stem or word for word in ctx.args)
+            message = (
+                f"golden {self.name} takes no word by itself; -k {shlex.quote(words)} chooses cases by their names"
+            )
+            raise click.UsageError(message, ctx)
+        return ctx.args
+
+
 ON_CASES = click.option("-k", "keyword", default="", help="Only cases whose name contains this, as of check.")
 
 
@@ -65,7 +82,7 @@ def golden_command(context: click.Context, golden: Path | None) -> None:
     context.obj = Place(folder, project.scenarios, Waiting(project.state(folder)))
 
 
-@golden_command.command("status")
+@golden_command.command("status", cls=OfCases)
 @ON_CASES
 @click.pass_context
 def status(context: click.Context, keyword: str) -> None:
@@ -93,7 +110,7 @@ def _summary(pending: Pending, place: Place) -> str:
     return ", ".join(told) or "nothing is locked yet"
 
 
-@golden_command.command("review")
+@golden_command.command("review", cls=OfCases)
 @ON_CASES
 @click.pass_context
 def review(context: click.Context, keyword: str) -> None:
@@ -148,7 +165,7 @@ def _decision(pending: Pending) -> str:
             return key
 
 
-@golden_command.command("accept")
+@golden_command.command("accept", cls=OfCases)
 @ON_CASES
 @click.option("--though-it-fails", is_flag=True, help="Also what fails its expectations.")
 @click.pass_context
@@ -177,7 +194,7 @@ def accept(context: click.Context, keyword: str, though_it_fails: bool) -> None:
     context.exit(ExitCode.GOLDEN if refused else ExitCode.OK)
 
 
-@golden_command.command("reject")
+@golden_command.command("reject", cls=OfCases)
 @ON_CASES
 @click.pass_context
 def reject(context: click.Context, keyword: str) -> None:

@@ -48,6 +48,7 @@ LIMITS: Final = (
 
 
 MOST_COMPARED: Final = 20  # unknown keys with one that is missing
+MOST_EXPLAINED: Final = 4  # keys of a mapping that is missing
 _ITEMS: Final = "begin each item with `- `"
 
 
@@ -173,11 +174,20 @@ def _known_key(key: str, path: Path) -> str:
 
 
 def _as_mapping(written: object, path: Path) -> str:
-    """How a mapping is written where there is none; one of its keys alone lacks but its value."""
-    from stackdsl.language.editor_schema import keys_at  # noqa: PLC0415 -- only mistakes need it
+    """How a mapping is written where there is none: what its keys are for, or the one that the value is for."""
+    from stackdsl.language.editor_schema import description_at, keys_at, nodes_at  # noqa: PLC0415 -- only mistakes need it
 
     keys = keys_at(path)
-    return _with_value(str(written), path) if written in keys else f"its keys: {', '.join(keys)}"
+    if written in keys:
+        return _with_value(str(written), path)
+    if isinstance(written, int) and not isinstance(written, bool):
+        counts = [key for key in keys if any(node.get("type") == "integer" for node in nodes_at((*path, key)))]
+        if len(counts) == 1:
+            return f"write {{{counts[0]}: {written}}}: {description_at((*path, counts[0]))}"
+    if len(keys) > MOST_EXPLAINED:
+        return f"its keys: {', '.join(keys)}"
+    meant = {key: description_at((*path, key)).partition(";")[0] for key in keys}
+    return f"its keys: {', '.join(f'{key} ({what})' for key, what in meant.items())}"
 
 
 def _with_value(key: str, path: Path) -> str:

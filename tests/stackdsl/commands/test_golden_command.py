@@ -43,6 +43,12 @@ def test_a_difference_waits_is_accepted_and_then_the_same(stackdsl: Stackdsl, tm
     assert stackdsl("golden", "status").out.strip() == "0 waiting"
 
 
+def test_a_case_that_is_named_without_an_option_is_answered_by_the_option(stackdsl: Stackdsl) -> None:
+    for word, option in [("books", "-k books "), ("scenarios/books.yaml", "-k books "), ("a b", "-k 'a b' ")]:
+        refused = stackdsl("golden", "accept", word)
+        assert (refused.code, option in refused.err) == (4, True)
+
+
 def test_what_agrees_again_no_longer_waits(stackdsl: Stackdsl, tmp_path: Path, locked: Path) -> None:
     stackdsl("check")
     change(tmp_path, MOVED)

@@ -50,6 +50,8 @@ def only(text: str) -> Diagnostic:
         (COLUMN + "expect: stands\n", "expected a list, not 'stands'", "write `- stands: all`: what must"),
         (COLUMN + "expect: [stands]\n", "expected a mapping, not 'stands'", "write `stands: all`"),
         (COLUMN + "expect: [height]\n", "expected a mapping, not 'height'", "write `height: ` and its value"),
+        (COLUMN + "expect: [{falls: all}]\n", "expected a mapping, not 'all'", "count (how many bricks, whichever"),
+        (COLUMN + "expect: [{falls: 6}]\n", "expected a mapping, not 6", "write {count: 6}: how many bricks"),
         (COLUMN.replace("levels", "levls"), "unknown key 'levls'", "did you mean 'levels'?"),
         (COLUMN.replace("scenario", "scenaro"), "unknown key 'scenaro'", "did you mean 'scenario'?"),
         (COLUMN + "let: {stpe: 1 mm}\nfriction: \"${step}\"\n", "unknown variable 'step'", "did you mean 'stpe'?"),

@@ -71,7 +71,7 @@ def told(text: str) -> list[tuple[str, str, str]]:
         (HEAD + "build: [3]", "SD103", "3", "expected a mapping, not 3", "four_stack"),
         (HEAD + "build: [{bricks: [{at: [1 mm, 2 mm]}]}]", "SD103", "[1 mm, 2 mm]", "too few items", "[x, y, z]"),
         (HEAD + BUILD + "expect: [{rests_on: {brick: 3, support: a}}]", "SD103", "3", "the name of a brick", "letter"),
-        (HEAD + BUILD + "expect: [{drift: [1]}]", "SD103", "[1]", "expected a mapping, not a list", "is, bricks"),
+        (HEAD + BUILD + "expect: [{drift: [1]}]", "SD103", "[1]", "expected a mapping, not a list", "is (the shift)"),
         (HEAD + BUILD + "friction: -1", "SD104", "-1", "-1 is less than 0", ""),
         (HEAD + BUILD + "friction: 11", "SD104", "11", "11 is more than 10", ""),
         (HEAD + "build: [{column: {levels: 10001}}]", "SD104", "10001", "10001 is more than 10000", ""),
