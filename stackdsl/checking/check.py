@@ -13,12 +13,13 @@ from stackdsl.checking.one_case import play_case, play_refined, played_or_blocke
 from stackdsl.checking.processes import EnoughSeenError, OnWait, run_supervised
 from stackdsl.checking.results import Goldens, checked, set_aside, skipped
 from stackdsl.checking.survey import Listed
+from stackdsl.checking.unused_goldens import unused_goldens
 from stackdsl.checking.worker import Task, TaskResult, TaskStatus
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.judging.known import known_of
 from stackdsl.outcome import GoldenStatus, Outcome, Report, RunStatus, VariantResult
 from stackdsl.snapshots.file_names import golden_file
-from stackdsl.snapshots.golden import content, obsolete, remove_obsolete, text_digest
+from stackdsl.snapshots.golden import content, remove_obsolete, text_digest
 from stackdsl.snapshots.pending import Waiting
 from stackdsl.systems.known_systems import unplayable
 
@@ -187,14 +188,6 @@ def _remember(case: Listed, result: VariantResult, terms: Terms) -> None:
         terms.memory.remember(_key(case, result.golden.digest, terms), as_record(result))
 
 
-def _unused(found: Found, terms: Terms) -> tuple[str, ...]:
-    """The golden files that belong to no case."""
-    if terms.golden is None:
-        return ()
-    used = [golden_file(terms.golden, case.identity).relative_to(terms.golden).as_posix() for case in found.cases]
-    return obsolete(terms.golden, used, whole_set=True, checked=_files(found, terms))
-
-
 def _files(found: Found, terms: Terms) -> set[str]:
     """The files of YAML that were found."""
     return {*terms.digests, *(case.file for case in found.cases)}
@@ -223,7 +216,7 @@ def check(
     With `whole_set`, golden files that belong to none of all that was found are obsolete.
     """
     started = perf_counter()
-    unused = _unused(found, terms) if whole_set and found.cases and not found.diagnostics else ()
+    unused = unused_goldens(found, terms.golden, terms.digests) if whole_set and terms.golden is not None else ()
     played = _Played(selected, terms, on_result, replace(terms.goldens, unused=unused))
     played.recall()
     try:

@@ -13,6 +13,7 @@ import click
 
 from stackdsl.checking.gathering import gather
 from stackdsl.checking.keywords import KeywordError, expression_of
+from stackdsl.checking.unused_goldens import unused_goldens
 from stackdsl.commands.check_command import project_around
 from stackdsl.commands.options import FilePath
 from stackdsl.commands.still_there import no_longer_cases, why_not
@@ -20,8 +21,7 @@ from stackdsl.commands.terminal import paper, tell, write
 from stackdsl.exits import ExitCode
 from stackdsl.reading.characters import visible
 from stackdsl.report.blocks import blocks_text, line, table
-from stackdsl.snapshots.file_names import golden_file
-from stackdsl.snapshots.golden import GoldenWriteRefusedError, obsolete, refuse_in_ci, remove_obsolete
+from stackdsl.snapshots.golden import GoldenWriteRefusedError, refuse_in_ci, remove_obsolete
 from stackdsl.snapshots.moving import moved_to_new_names
 from stackdsl.snapshots.pending import Pending, StaleError, Waiting
 
@@ -216,9 +216,7 @@ def prune(context: click.Context, dry_run: bool) -> None:
     if gathered.diagnostics or not gathered.cases:
         tell(f"{place.scenarios} has mistakes or no scenario: check it first, for nobody knows what belongs to it")
         context.exit(ExitCode.INVALID)
-    used = [golden_file(place.golden, case.identity).relative_to(place.golden).as_posix() for case in gathered.cases]
-    checked = {case.file for case in gathered.cases}
-    unused = obsolete(place.golden, used, whole_set=True, checked=checked)
+    unused = unused_goldens(gathered, place.golden)
     if not dry_run:
         _refuse_in_ci()
     for file in unused if dry_run else remove_obsolete(unused):

@@ -46,6 +46,7 @@ def pytest_configure(config: pytest.Config) -> None:
     """
     if config.pluginmanager.has_plugin("pytester"):
         import numpy as np  # noqa: F401, PLC0415 -- never used here
+        import pint  # noqa: F401, PLC0415 -- likewise; where dask is installed, it takes the finder of packages apart
         import scipy.optimize  # noqa: F401, PLC0415 -- likewise
         import yaml  # noqa: F401, PLC0415 -- likewise
 

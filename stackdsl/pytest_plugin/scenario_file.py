@@ -12,6 +12,7 @@ import pytest
 from stackdsl.checking.gathering import Case, gather
 from stackdsl.checking.one_case import play_case, played_or_blocked
 from stackdsl.checking.results import Goldens, held_against, held_up, judged, snapshot_of
+from stackdsl.checking.unused_goldens import unused_goldens
 from stackdsl.judging.known import known_of
 from stackdsl.outcome import GoldenStatus, Report, VariantResult
 from stackdsl.playing.clearance import Blocked
@@ -19,6 +20,7 @@ from stackdsl.pytest_plugin.golden_directory import golden_directory, scenario_d
 from stackdsl.pytest_plugin.other_engine import OtherEngineWarning
 from stackdsl.report.diagnostic_text import diagnostic_text
 from stackdsl.report.text import report_text
+from stackdsl.snapshots.file_names import golden_file
 from stackdsl.snapshots.golden import GoldenWriteRefusedError, is_ci
 from stackdsl.systems.known_systems import unplayable
 from stackdsl.systems.systems import SYSTEMS
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
     from _pytest._code.code import ExceptionInfo, TerminalRepr, TracebackStyle
 
 Name = pytest.StashKey[dict[str, Path]]()  # by each scenario's name, the file that has it
+Unused = pytest.StashKey[dict[Path, tuple[str, ...]]]()  # by the directory of golden files, those that are nobody's
 
 
 class MissedError(Exception):
@@ -70,7 +73,8 @@ class ScenarioItem(pytest.Item):
         if result.xfail is not None and not result.passed and not result.golden_failed:
             pytest.xfail(result.xfail)
         if result.unexpected or result.golden_failed:
-            accept = "pytest --snapshot-update (with syrupy), or: stackdsl check --update"
+            renamed = result.golden is not None and result.golden.status is GoldenStatus.RENAMED
+            accept = ("" if renamed else "pytest --snapshot-update (with syrupy), or: ") + "stackdsl check --update"
             to_accept = result.golden_failed and result.may_be_locked
             raise MissedError(report_text(Report((result,), accept=accept if to_accept else "")))
 
@@ -91,13 +95,23 @@ class ScenarioItem(pytest.Item):
         if self.config.getoption("no_golden"):
             return Goldens(None)
         update = bool(self.config.getoption("update_snapshots", default=False))  # an option of syrupy
+        folder, scenarios = golden_directory(self.config, self.path), scenario_directory(self.config, self.path)
+        is_new = not golden_file(folder, self.case.identity).exists()
         return Goldens(
-            golden_directory(self.config, self.path),
+            folder,
             update,
+            unused=self._unused(folder, scenarios) if is_new and not update else (),
             lock_new=not update and not is_ci(os.environ),
             though_it_fails=self.config.getoption("though_it_fails"),
-            scenarios=scenario_directory(self.config, self.path),
+            scenarios=scenarios,
         )
+
+    def _unused(self, folder: Path, scenarios: Path) -> tuple[str, ...]:
+        """The golden files of the project that belong to none of its scenarios: this one may have been renamed."""
+        known = self.config.stash.setdefault(Unused, {})
+        if folder not in known:
+            known[folder] = unused_goldens(gather([scenarios]), folder) if folder.is_dir() else ()
+        return known[folder]
 
     def _sampled(self) -> VariantResult:
         """The result of a case of many samples."""

@@ -94,6 +94,16 @@ def test_golden_files_are_held_against(scenarios: Path, pytester: pytest.Pyteste
     result.stdout.fnmatch_lines(["*L2.1*x*0.00 mm*1.00 mm*"])
 
 
+def test_a_scenario_that_only_has_another_name_is_told_as_renamed(scenarios: Path, pytester: pytest.Pytester) -> None:
+    pytester.runpytest("-k", "other", "scenarios").assert_outcomes(passed=1)
+    (scenarios / "columns.yaml").write_text(COLUMN.replace("scenario: other", "scenario: short"), encoding="utf-8")
+    result = pytester.runpytest("-k", "short", "scenarios")
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["*/golden/short/exact.json: renamed: it was */golden/other/exact.json"])
+    result.stdout.no_fnmatch_line("*snapshot-update*")
+    assert not (pytester.path / "golden" / "short").exists()
+
+
 def test_a_mistake_is_told_with_its_place_and_the_rest_of_the_tests_is_not_run(
     scenarios: Path, pytester: pytest.Pytester
 ) -> None:
