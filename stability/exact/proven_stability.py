@@ -14,7 +14,7 @@ from stability.engines.protocol import Engine, Joining, Pressing
 from stability.exact.awake_bricks import AwakeBricks
 from stability.exact.candidates import clear_of_strangers, fixed_bodies, solids
 from stability.exact.hits.dead_loads import DeadLoads
-from stability.exact.hits.disturbances import Disturbances, Disturbed, Either, in_words, is_level
+from stability.exact.hits.disturbances import Disturbances, Disturbed, Either, hit_by_bricks, is_level
 from stability.exact.hits.region import region
 from stability.exact.hits.rigid_groups import RigidGroups
 from stability.exact.hits.waking import wake
@@ -112,8 +112,7 @@ class ProvenStability:
         """Judge what somebody else has changed, and what has come to rest."""
         lost = self._answer_changes() if self.guard else Update()
         self._notice_new()
-        states = self._awake.follow()
-        lost = lost.then(self._answer_disturbances(states))
+        lost = lost.then(self._answer_disturbances(states := self._awake.follow()))
         coming = self._clear(self._awake.at_rest(states))
         announced = self._awake.no_longer_new()
         if not coming:
@@ -237,7 +236,7 @@ class ProvenStability:
         nothing_still = not self.assembly.bricks and not self._rigid_groups.bricks
         still = () if nothing_still else Either(self.assembly.bricks, self._rigid_groups)
         if hits := self._disturbances.hits(self.assembly, states, still):
-            found = self._wake_struck(Disturbed({hit.brick: hit.normal_W for hit in hits}, in_words(hits)))
+            found = self._wake_struck(hit_by_bricks(hits))
         stepped = self._awake.names - self._awake.announced
         pressing = stepped - self._rigid_groups.bricks
         if pressed := self._disturbances.overloaded(self.assembly, pressing):
@@ -263,7 +262,8 @@ class ProvenStability:
         if woken.forces is not None:
             self._dead_loads.take_over(woken.forces, woken.placed.values(), self.assembly.bricks)
             self._dead_loads.exert()
-        return Update((), tuple(poses), reason=disturbed.reason, riding=tuple(sorted(woken.touched)))
+        touched = tuple(sorted(woken.touched))
+        return Update((), tuple(poses), reason=disturbed.reason, riding=touched, by=disturbed.by)
 
     def _give_back(self, bricks: Mapping[BodyId, Pose]) -> tuple[BodyId, ...]:
         """Wake frozen bricks that are no longer part of the assembly, for they cannot stand."""

@@ -77,7 +77,7 @@ class ShakenStability(HandledStability):
             return found
         woken = tuple(brick for held in shaken for brick in self.wake(held.bricks))
         reasons = dict.fromkeys(filter(None, (found.reason, *map(_in_words, shaken))))
-        return replace(found, woken=(*found.woken, *woken), reason="; ".join(reasons))
+        return replace(found, woken=(*found.woken, *woken), reason="; ".join(reasons), by=())
 
     def _clear(self, resting: Mapping[BodyId, Placed]) -> list[Placed]:
         """All that is awake, once all of it rests: what still moves on a brick shakes it as much as the ground does."""

@@ -19,9 +19,11 @@ class Update:
     reason: str = ""  # why bricks were woken
     proof: str = ""  # the stage that proved that the frozen bricks stand; empty where nothing proves
     riding: tuple[BodyId, ...] = ()  # those of `woken` that move as rigid bodies on others
+    by: tuple[BodyId, ...] = ()  # the moving bricks that hit or press those of `woken`; empty if another cause woke any
 
     def then(self, other: "Update") -> "Update":
         """This update and a later one of the same pass as one; what is frozen, and its proof, are from the later."""
+        told = all(update.by or not update.woken for update in (self, other))
         return Update(
             other.frozen,
             self.woken + tuple(brick for brick in other.woken if brick not in self.woken),
@@ -29,6 +31,7 @@ class Update:
             "; ".join(filter(None, (self.reason, other.reason))),
             other.proof,
             self.riding + other.riding,
+            self.by + other.by if told else (),
         )
 
 

@@ -10,6 +10,7 @@ from stability.model import BodyId, Vec3
 from stability.motion.known_motion import FallingParts
 from stability.statics.facts import Stability, Verdict
 from stability.watching.extension import Extension, FeelsHands, FeelsShaking, JudgesLandings, Update
+from stackdsl.playing.beginnings import begins_to_matter
 from stackdsl.playing.event_log import EventLog
 from stackdsl.playing.measuring import Measures
 from stackdsl.playing.update_clock import UpdateClock
@@ -137,7 +138,7 @@ class Answers:
         self.log.tell_update(self.world.time(), update)
         if update.failed:
             self._let_fall()
-        elif update.woken:
+        elif update.woken and begins_to_matter(self.world, update, self.moving()):
             self.world.ease_in()
         if update.failed and self.gave_way is None:
             self.gave_way = min(update.failed, key=list(self.measures.watch.bricks).index)

@@ -32,6 +32,7 @@ class Disturbed:
 
     struck: Mapping[BodyId, Vec3]
     reason: str
+    by: tuple[BodyId, ...] = ()  # the moving bricks that hit or press them; empty if it is another who does
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +104,11 @@ class Disturbances(BrickObserver):
             return None
         self._looked = self.engine.time()
         found = self._overloads.found(assembly, moving, min(step, 2.0 * period))
-        return Disturbed(dict.fromkeys(found, NO_LINE), f"{', '.join(found)} pressed away") if found else None
+        if not found:
+            return None
+        touched = {body for brick in found for point in self.engine.contacts(brick) for body in (point.a, point.b)}
+        by = tuple(sorted(touched.intersection(moving)))
+        return Disturbed(dict.fromkeys(found, NO_LINE), f"{', '.join(found)} pressed away", by)
 
     def frozen(self, bricks: Collection[BodyId]) -> None:
         """Frozen bricks hit nothing, and there is more to be disturbed."""
@@ -121,6 +126,12 @@ class Disturbances(BrickObserver):
 def is_level(along_W: Vec3) -> bool:
     """Whether a hit is more along the ground than up or down: it is meant to move what it strikes."""
     return hypot(along_W[0], along_W[1]) > abs(along_W[2])
+
+
+def hit_by_bricks(hits: Collection[Hit]) -> Disturbed:
+    """The bricks that are hit, by which, and how fast."""
+    by = tuple(sorted({hit.by for hit in hits}))
+    return Disturbed({hit.brick: hit.normal_W for hit in hits}, in_words(hits), by)
 
 
 def in_words(hits: Iterable[Hit]) -> str:
