@@ -9,7 +9,7 @@ from typing import Protocol
 
 from stability.geometry.rotations import inverse, rotate
 from stability.geometry.vectors import add, add_scaled, cross, subtract
-from stability.mechanics.impulse import pushed
+from stability.mechanics.impulse import FreeBody
 from stability.mechanics.rubbing import Pressed, friction_impulses
 from stability.model import AT_REST, BodyId, BodyState, Brick, Vec3
 
@@ -77,10 +77,11 @@ class Acting:
 
     def pushed(self) -> BodyState:
         """The motion of the brick after all of it."""
-        after = self.state
+        free = FreeBody.of(self.brick, self.state.pose)
+        velocity_W, spin_W = self.state.velocity_W, self.state.angular_velocity_W
         for impulse_W, at_W in self.impulses:
-            after = pushed(after, self.brick, impulse_W, at_W)
-        return after
+            velocity_W, spin_W = free.after(velocity_W, spin_W, impulse_W, at_W)
+        return replace(self.state, velocity_W=velocity_W, angular_velocity_W=spin_W)
 
     def wrench(self, duration: float) -> tuple[Vec3, Vec3]:
         """The mean force over a duration [N], and its torque about the centre of the brick [N m], in W."""

@@ -7,10 +7,10 @@ could, the brick creeps by what it gains in a step. It never pushes a brick that
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from stability.geometry.vectors import add, add_scaled, cross, dot, norm, scale, subtract
-from stability.mechanics.impulse import pushed
+from stability.mechanics.impulse import FreeBody
 from stability.model import AT_REST, BodyState, Brick, Vec3
 
 SWEEPS = 4  # over the points; more change the way of a plank that slides by less than a thousandth
@@ -28,34 +28,33 @@ class Pressed:
 
 def friction_impulses(brick: Brick, state: BodyState, pressed: Sequence[Pressed], duration: float) -> list[Vec3]:
     """The impulse of friction at each point while forces press for a duration [s], in W [N s]."""
-    moving, found = state, [AT_REST] * len(pressed)
+    free, found = FreeBody.of(brick, state.pose), [AT_REST] * len(pressed)
+    velocity_W, spin_W = state.velocity_W, state.angular_velocity_W
     for _ in range(SWEEPS):
         settled = True
         for index, each in enumerate(pressed):
-            wanted = subtract(found[index], _impulse_of_sliding(brick, moving, each))
+            wanted = subtract(found[index], _impulse_of_sliding(free, velocity_W, spin_W, each))
             most, length = each.friction * norm(each.force_W) * duration, norm(wanted)
             allowed = scale(most / length, wanted) if length > most else wanted
             more = subtract(allowed, found[index])
             if norm(more) > SETTLED * most:
-                moving, found[index], settled = pushed(moving, brick, more, each.at_W), allowed, False
+                velocity_W, spin_W = free.after(velocity_W, spin_W, more, each.at_W)
+                found[index], settled = allowed, False
         if settled:
             break
     return found
 
 
-def _impulse_of_sliding(brick: Brick, moving: BodyState, each: Pressed) -> Vec3:
+def _impulse_of_sliding(free: FreeBody, velocity_W: Vec3, spin_W: Vec3, each: Pressed) -> Vec3:
     """The impulse at a point that would give it the sideways velocity that it has [N s]."""
-    velocity = _velocity_at(moving, each.at_W)
+    arm = subtract(each.at_W, free.position_W)
+    velocity = add(velocity_W, cross(spin_W, arm))
     normal_W = scale(1.0 / norm(each.force_W), each.force_W)
     sideways = add_scaled(velocity, -dot(velocity, normal_W), normal_W)
     speed = norm(sideways)
     if speed == 0.0:
         return AT_REST
     along = scale(1.0 / speed, sideways)
-    resting = replace(moving, velocity_W=AT_REST, angular_velocity_W=AT_REST)
-    by_one = dot(_velocity_at(pushed(resting, brick, along, each.at_W), each.at_W), along)  # [m/s] for 1 N s
+    moved, turned = free.after(AT_REST, AT_REST, along, each.at_W)
+    by_one = dot(add(moved, cross(turned, arm)), along)  # [m/s] for 1 N s
     return scale(1.0 / by_one, sideways)
-
-
-def _velocity_at(state: BodyState, point_W: Vec3) -> Vec3:
-    return add(state.velocity_W, cross(state.angular_velocity_W, subtract(point_W, state.pose.position_W)))

@@ -13,6 +13,7 @@ from dataclasses import replace
 from time import perf_counter
 from types import MappingProxyType
 
+from stability.garbage import rarely_collected
 from stability.geometry.plan import Point2
 from stability.geometry.polygons import depth
 from stability.graph import reached
@@ -85,6 +86,7 @@ class Assembly:
         """
         return self._set_down(listed(bricks, "bricks, such as [Placed(brick, pose)]"), names_smallest)
 
+    @rarely_collected()
     def _set_down(self, bricks: Sequence[Placed], names_smallest: bool) -> Verdict:
         started = perf_counter()
         for placed in bricks:
@@ -95,6 +97,7 @@ class Assembly:
         self._prover.put(coming)
         return self._judged(started, [placed.brick.id for placed in coming], names_smallest)
 
+    @rarely_collected()
     def remove(self, bricks: Collection[BodyId], *, names_smallest: bool = True) -> Verdict:
         """Take bricks away. What they carried, or held by their weight, is judged again; see `add_all`."""
         started = perf_counter()

@@ -128,16 +128,18 @@ def least_norm(load: Point2, corners: Sequence[Point2]) -> list[float] | None:
     The minimum has the form f = max(0, u + v x + w y) (its Karush-Kuhn-Tucker conditions); Newton's method on the set
     of corners that press finds it. None if the load lies outside their hull, or if that set is not found.
     """
-    lx, ly = load
-    offsets = [(x - lx, y - ly) for x, y in corners]
-    scale = 0.0
-    for x, y in offsets:
-        scale = max(scale, x, -x, y, -y)
-    if scale == 0.0:
-        return [1.0 / len(corners)] * len(corners) if corners else None
-    points = [(x / scale, y / scale) for x, y in offsets]
-    if not _is_amid(points):
+    if not corners:
         return None
+    lx, ly = load
+    xs, ys = [x - lx for x, _ in corners], [y - ly for _, y in corners]
+    left, right, near, far = min(xs), max(xs), min(ys), max(ys)
+    scale = max(right, -left, far, -near)
+    if scale == 0.0:
+        return [1.0 / len(corners)] * len(corners)
+    reach = ON_THE_BORDER * scale
+    if left > reach or right < -reach or near > reach or far < -reach:
+        return None  # not even within the upright rectangle about the corners
+    points = [(x / scale, y / scale) for x, y in zip(xs, ys, strict=True)]
     pressing, pressed = [True] * len(points), points
     for _ in range(MOST_TURNS):
         pressure = _plane(pressed)
@@ -151,13 +153,6 @@ def least_norm(load: Point2, corners: Sequence[Point2]) -> list[float] | None:
             return forces if _balances(forces, points) else None
         pressing, pressed = now, [point for point, presses in zip(points, now, strict=True) if presses]
     return None
-
-
-def _is_amid(points: Sequence[Point2]) -> bool:
-    """Whether the origin is within the upright rectangle about the points: if not, no forces hold a load there."""
-    low, high = -ON_THE_BORDER, ON_THE_BORDER
-    xs, ys = [x for x, _ in points], [y for _, y in points]
-    return min(xs) <= high and max(xs) >= low and min(ys) <= high and max(ys) >= low
 
 
 def _plane(points: Sequence[Point2]) -> tuple[float, float, float] | None:

@@ -14,6 +14,7 @@ from typing import Final
 
 import click
 
+from stability.garbage import rarely_collected
 from stackdsl.commands.terminal import occupy_standard_streams, show_error, silence, tell
 from stackdsl.exits import INTERRUPTS, ExitCode
 
@@ -97,7 +98,9 @@ def main() -> None:
             signal.signal(number, _interrupt)
     # Whatever plugins of pydantic are installed, a scenario means the same; looking for them takes time, too.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
-    sys.exit(_code_of_run())
+    with rarely_collected():
+        code = _code_of_run()
+    sys.exit(code)
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from stability.engines.protocol import World
 from stability.engines.scene_scale import SAMPLING
+from stability.garbage import rarely_collected
 from stability.geometry.vectors import add
 from stability.model import GROUND, BodyId
 from stability.motion.known_motion import FallingParts
@@ -43,6 +44,7 @@ CLOSE_SAMPLING = 0.002  # [s] between looks while it is asked how something begi
 FORCE_WINDOW = 0.25  # [s] at the end over which a bare engine's contact forces are averaged
 
 
+@rarely_collected()
 def play(
     timeline: Timeline,
     system: System,
