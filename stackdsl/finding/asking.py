@@ -3,14 +3,15 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
+from math import inf
 from typing import Final, TypeAlias
 
 from stability.statics.facts import Stability
 from stackdsl.diagnostics import Diagnostic
-from stackdsl.judging.proofs import Proofs, proofs_of
+from stackdsl.judging.proofs import proofs_of
 from stackdsl.timeline import Timeline
 
-LARGE: Final = 2000  # bricks, of scenarios that have fewer: more are tried only if somebody says how far
+LARGE: Final = 1000  # bricks: more, and more than twice what is built, are tried only if somebody says how far
 
 Compiled: TypeAlias = Callable[[float], tuple[Timeline | None, Sequence[Diagnostic]]]
 
@@ -57,7 +58,7 @@ class Asking:
     """Asks, and keeps what came of it."""
 
     compiled: Compiled
-    is_limited: bool = True  # whether what has very many bricks is left alone
+    largest: float = inf  # bricks: what has more is left alone
     told: Callable[[int], None] = lambda _: None  # of how many were asked, as it goes on
     tried: dict[float, Tried] = field(default_factory=dict)
 
@@ -84,12 +85,12 @@ class Asking:
             why = next((f"{each.code}: {each.message}" for each in mistakes), "")
             return Tried(value, Answer.NO_SCENARIO, why)
         bricks = sum(not each.hits for each in timeline.placements)
-        if self.is_limited and bricks > LARGE:
+        if bricks > self.largest:
             return Tried(value, Answer.TOO_LARGE, f"it has {bricks} bricks")
         proofs = proofs_of(timeline, names_smallest=False)
         verdict = proofs.assembly.verdict()
         judged = sum(len(each.bricks) for each in proofs.judged)
-        when = timeline.actions[max(0, proofs.done - 1)].time
+        when = timeline.as_set_down().actions[max(0, proofs.done - 1)].time
         return Tried(value, ANSWERS[verdict.stability], verdict.reason, timeline, judged, bricks, when)
 
 
@@ -99,7 +100,3 @@ def told_shortly(tried: Tried) -> str:
         return tried.why
     return proofs_of(tried.timeline).assembly.verdict().reason or tried.why
 
-
-def proofs_with(tried: Tried) -> Proofs | None:
-    """The proofs with a number; None if it is no scenario."""
-    return None if tried.timeline is None else proofs_of(tried.timeline, names_smallest=False)

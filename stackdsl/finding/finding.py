@@ -15,7 +15,7 @@ from stability.statics.margins.acceleration import acceleration
 from stability.statics.margins.bearings import along_bearings
 from stability.statics.solvers.fall_words import described
 from stackdsl.checking.gathering import Case
-from stackdsl.finding.asking import Answer, Asking, Tried, told_shortly
+from stackdsl.finding.asking import LARGE, Answer, Asking, Tried, told_shortly
 from stackdsl.finding.search import Found, Range, search
 from stackdsl.finding.sought import Sought, SoughtError, is_shaken, sought_of
 from stackdsl.judging.proofs import proofs_of
@@ -91,7 +91,8 @@ def find_in(case: Case, name: str, wish: Wish, told: Callable[[int], None] = lam
         raise SoughtError("a bearing is asked of the tilt or the acceleration of what is finished")
     sought = sought_of(case, wish.name, wish.want is not Want.LEAST)
     within = _range(sought, wish)
-    asking = Asking(sought.compiled, is_limited=not (wish.high or wish.low), told=told)
+    built = len(case.timeline.placements)
+    asking = Asking(sought.compiled, inf if within.given else max(LARGE, 2 * built), told)
     whole = _is_whole(sought, wish, asking)
     upwards = wish.want is not Want.LEAST
     guess = None if whole else sought.guess()
@@ -213,7 +214,7 @@ def _shaken(case: Case, name: str, wish: Wish) -> Finding:
         why="" if motion is None else described(assembly.problem(), motion),
         by_program=True,
         verdicts=1,
-        is_open=falls < inf and falls - stands > wish.accuracy * falls,
+        is_open=falls < inf and falls - stands > 1.01 * wish.accuracy * falls,  # as programs keep to it, but for rounding
         judged=judged,
         bricks=bricks,
     )

@@ -16,6 +16,7 @@ SHARES: Final = (0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 0.85, 0.95, 1.0, *(2.0**power f
 WHOLE: Final = tuple(2.0**power for power in range(13))  # how far from a whole number others are tried
 EVENLY: Final = 12  # points, where somebody says how far
 BESIDE: Final = (0.25, 0.5, 0.75)  # of the number: where it is asked whether all is alike on one side of the limit
+GUESSED: Final = (0.45, 4.0, 40.0)  # of the accuracy: how far aside of a guess it is asked
 NOTHING: Final = 1e-9  # of the size of the number that is written: a limit that is so close to zero is zero
 
 
@@ -79,14 +80,16 @@ class _Search:
         return Found(found.stands, found.beyond, known is not None, found.is_open, self._contradicting(found))
 
     def _guessed(self, guess: float) -> Found | None:
-        """The limit where it is expected, if it is there."""
-        near = 0.45 * self.accuracy * abs(guess)
-        values = (guess - self.sign * near, guess + self.sign * near)
-        if not near or not all(map(self.range.takes, values)):
-            return None
-        inside, outside = map(self.ask, values)
-        proven = inside.answer is Answer.STANDS and outside.answer is Answer.FALLS
-        return Found(inside, outside) if proven else None
+        """The limit where it is expected, if it is there; so close to it that verdicts are open, from further off."""
+        for share in GUESSED:
+            near = share * self.accuracy * abs(guess)
+            values = (guess - self.sign * near, guess + self.sign * near)
+            if not near or not all(map(self.range.takes, values)):
+                return None
+            inside, outside = map(self.ask, values)
+            if inside.answer is Answer.STANDS and outside.answer is Answer.FALLS:
+                return Found(inside, outside) if share < 1.0 else self._narrowed(inside, outside)
+        return None
 
     def _walked(self) -> Found:
         """The limit, walked to from the number that is written."""

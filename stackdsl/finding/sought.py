@@ -194,7 +194,8 @@ def _friction(timeline: Timeline, wants_more: bool) -> Sought:
     def guess() -> float | None:
         if wants_more:
             return None
-        factor = least_friction(_judged(timeline).problem(), tolerance=1e-9).factor
+        found = least_friction(_judged(timeline).problem(), tolerance=1e-9)
+        factor = 0.5 * (found.factor + found.too_little)
         return factor * number if isfinite(factor) else None
 
     return Sought(
