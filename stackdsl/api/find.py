@@ -1,13 +1,13 @@
 """The largest or the least number with which a case stands, for programs."""
 
 from stackdsl.checking.gathering import Case
-from stackdsl.finding.finding import ACCURACY, FINEST, Finding, Want, Wish, find_in
+from stackdsl.finding.find_limit import ACCURACY, FINEST, FoundLimit, Want, Wish, find_in
 from stackdsl.finding.sought import SoughtError
 
-__all__ = ["Finding", "SoughtError", "find"]
+__all__ = ["FoundLimit", "SoughtError", "find"]
 
 
-def find(  # noqa: PLR0913 -- one parameter an option of `stackdsl find`
+def find(
     case: Case,
     *,
     largest: str | None = None,
@@ -17,7 +17,7 @@ def find(  # noqa: PLR0913 -- one parameter an option of `stackdsl find`
     to: str = "",
     within: float = ACCURACY,
     bearing: float | None = None,
-) -> Finding:
+) -> FoundLimit:
     """What `stackdsl find` finds of one case, which is not played.
 
     One of `largest`, `least` and `most` names the number. `from_` and `to` are values as authors write them, such as

@@ -2,28 +2,23 @@
 
 import json
 from collections.abc import Iterator, Sequence
-from math import radians
 from pathlib import Path
 
 import click
 
 from stackdsl.checking.gathering import Case
 from stackdsl.checking.selection import Selection
-from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath
+from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE
 from stackdsl.commands.selecting import code_without_runs, selected_of
 from stackdsl.commands.terminal import counted, tell, write
 from stackdsl.exits import ExitCode
-from stackdsl.finding.finding import ACCURACY, FINEST, Finding, Want, Wish, find_in
+from stackdsl.finding.find_limit import ACCURACY, FINEST, FoundLimit, Want, Wish, find_in
 from stackdsl.finding.sought import SoughtError
 from stackdsl.language.mistakes import MistakeError
 from stackdsl.language.quantities import ANGLE, parse_quantity
-from stackdsl.report.finding_text import finding_csv, finding_json, finding_lines
+from stackdsl.report.limit_text import limit_csv, limit_json, limit_lines
 
 USUALLY = 40  # numbers that are tried; a bar has to end somewhere
-
-
-def _wanted(name: str, what: str) -> "click.decorators.FC":
-    return click.option(f"--{name}", name, metavar="NAME", multiple=True, help=what)
 
 
 def _bearing(context: click.Context, parameter: click.Parameter, value: str | None) -> float | None:
@@ -35,9 +30,9 @@ def _bearing(context: click.Context, parameter: click.Parameter, value: str | No
 
 @click.command("find")
 @ONE_FILE
-@_wanted("largest", "The largest number with which it stands.")
-@_wanted("least", "The least number with which it stands.")
-@_wanted("most", "The largest whole number with which it stands.")
+@click.option("--largest", metavar="NAME", multiple=True, help="The largest number with which it stands.")
+@click.option("--least", metavar="NAME", multiple=True, help="The least number with which it stands.")
+@click.option("--most", metavar="NAME", multiple=True, help="The largest whole number with which it stands.")
 @click.option("--from", "low", metavar="VALUE", default="", help="Search from here.")
 @click.option("--to", "high", metavar="VALUE", default="", help="Search up to here.")
 @click.option(
@@ -55,7 +50,7 @@ def _bearing(context: click.Context, parameter: click.Parameter, value: str | No
 @click.pass_context
 def find_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     context: click.Context,
-    file: FilePath,
+    file: Path,
     largest: tuple[str, ...],
     least: tuple[str, ...],
     most: tuple[str, ...],
@@ -74,27 +69,27 @@ def find_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
         raise click.UsageError("say what to find, such as --largest step, --least friction or --most levels")
     wishes = [Wish(want, name.strip(), low, high, accuracy, bearing) for want, name in wanted]
     gathered, selected = selected_of(file, Selection(systems, keyword))
-    found: list[Finding] = []
+    found: list[FoundLimit] = []
     try:
         for finding in _found(selected, wishes):
             found.append(finding)
             if form == "text":
-                write("\n".join(finding_lines(finding)) + "\n")
+                write("\n".join(limit_lines(finding)) + "\n")
     finally:  # also of what is interrupted
         if form == "csv":
-            write(finding_csv(found))
+            write(limit_csv(found))
         elif form == "json":
-            write(json.dumps(finding_json(found), indent=2) + "\n")
+            write(json.dumps(limit_json(found), indent=2) + "\n")
     context.exit(code_without_runs(gathered, selected) if found or not selected else ExitCode.USAGE)
 
 
-def _found(selected: Sequence[Case], wishes: Sequence[Wish]) -> Iterator[Finding]:
+def _found(selected: Sequence[Case], wishes: Sequence[Wish]) -> Iterator[FoundLimit]:
     """What is found of each case that can be asked; why others cannot is told."""
     for wish in wishes:
         for name, case in _once(selected, wish.name).items():
             try:
                 with counted(USUALLY, f"{name}: {wish.want} {wish.name}") as tried:
-                    finding = find_in(case, name, wish, lambda done, tried=tried: tried(min(done, USUALLY)))
+                    finding = find_in(case, name, wish, tried)
             except SoughtError as error:
                 tell(f"{name}: {error}")
                 continue

@@ -11,7 +11,7 @@ from stackdsl.diagnostics import Diagnostic
 from stackdsl.judging.proofs import proofs_of
 from stackdsl.timeline import Timeline
 
-LARGE: Final = 1000  # bricks: more, and more than twice what is built, are tried only if somebody says how far
+LARGE: Final = 250  # bricks: more, and more than four times what is built, are tried only if somebody says how far
 
 Compiled: TypeAlias = Callable[[float], tuple[Timeline | None, Sequence[Diagnostic]]]
 
@@ -50,7 +50,7 @@ class Tried:
         """What is built, and on what; numbers with which that is the same have no effect."""
         if self.timeline is None:
             return None
-        return self.timeline.world, [(each.brick, each.pose, each.arrival) for each in self.timeline.placements]
+        return self.timeline.world, [(each.brick, each.pose) for each in self.timeline.placements if not each.hits]
 
 
 @dataclass
@@ -99,4 +99,3 @@ def told_shortly(tried: Tried) -> str:
     if tried.timeline is None or tried.answer is not Answer.FALLS:
         return tried.why
     return proofs_of(tried.timeline).assembly.verdict().reason or tried.why
-

@@ -1,4 +1,4 @@
-"""The largest or the least number with which a scenario stands: walked to from the one that is written, then halved down.
+"""The largest or the least number with which a scenario stands: walked to from the one that is written, then halved.
 
 What is handed out was asked for itself: on one side statics prove that it stands, on the other that it falls. Between
 numbers that were tried it may be otherwise: a few more are asked on both sides, and what contradicts is told.
@@ -10,7 +10,7 @@ from math import inf
 from typing import Final
 
 from stackdsl.finding.asking import Answer, Asking, Tried
-from stackdsl.judging.brackets import narrowed
+from stackdsl.judging.brackets import Closeness, narrowed
 
 SHARES: Final = (0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 0.85, 0.95, 1.0, *(2.0**power for power in range(1, 11)))
 WHOLE: Final = tuple(2.0**power for power in range(13))  # how far from a whole number others are tried
@@ -42,6 +42,24 @@ class Start:
     whole: bool
 
 
+EVERYWHERE: Final = Range()
+
+
+@dataclass(frozen=True, slots=True)
+class Aim:
+    """What is searched for."""
+
+    upwards: bool  # whether it is the largest, rather than the least
+    accuracy: float  # by which share of it both sides may be apart
+    range: Range = EVERYWHERE
+    guess: float | None = None  # where it is expected, if somebody knows
+
+    @property
+    def sign(self) -> float:
+        """The way in which the limit lies from what stands."""
+        return 1.0 if self.upwards else -1.0
+
+
 @dataclass(frozen=True, slots=True)
 class Found:
     """What a search came to."""
@@ -53,26 +71,19 @@ class Found:
     contradicting: Sequence[Tried] = ()  # with which it is other than on the rest of their side
 
 
-def search(
-    asking: Asking, start: Start, upwards: bool, within: Range, accuracy: float, guess: float | None = None
-) -> Found:
-    """The largest number with which it stands, or the least; both sides are an `accuracy` of it apart, or less.
-
-    `guess`: where it is expected, if somebody knows.
-    """
-    return _Search(asking, start, 1.0 if upwards else -1.0, within, accuracy).found(guess)
+def search(asking: Asking, start: Start, aim: Aim) -> Found:
+    """The largest number with which it stands, or the least."""
+    return _Search(asking, start, aim).found()
 
 
 @dataclass(frozen=True, slots=True)
 class _Search:
     ask: Asking
     start: Start
-    sign: float  # the way in which the limit lies from what stands
-    range: Range
-    accuracy: float
+    aim: Aim
 
-    def found(self, guess: float | None) -> Found:
-        known = self._guessed(guess) if guess is not None else None
+    def found(self) -> Found:
+        known = self._guessed(self.aim.guess) if self.aim.guess is not None else None
         found = known or self._walked()
         if found.stands is None or found.beyond is None or found.beyond.answer is Answer.TOO_LARGE:
             return found
@@ -82,9 +93,9 @@ class _Search:
     def _guessed(self, guess: float) -> Found | None:
         """The limit where it is expected, if it is there; so close to it that verdicts are open, from further off."""
         for share in GUESSED:
-            near = share * self.accuracy * abs(guess)
-            values = (guess - self.sign * near, guess + self.sign * near)
-            if not near or not all(map(self.range.takes, values)):
+            near = share * self.aim.accuracy * abs(guess)
+            values = (guess - self.aim.sign * near, guess + self.aim.sign * near)
+            if not near or not all(map(self.aim.range.takes, values)):
                 return None
             inside, outside = map(self.ask, values)
             if inside.answer is Answer.STANDS and outside.answer is Answer.FALLS:
@@ -93,12 +104,12 @@ class _Search:
 
     def _walked(self) -> Found:
         """The limit, walked to from the number that is written."""
-        first = self.ask(min(max(self.start.number, self.range.low), self.range.high))
+        first = self.ask(min(max(self.start.number, self.aim.range.low), self.aim.range.high))
         if first.answer is Answer.STANDS:
             return self._outwards(first)
-        stands, before = self._first_that_stands(first, -self.sign)
+        stands, before = self._first_that_stands(first, -self.aim.sign)
         if stands is None:
-            stands, _ = self._first_that_stands(first, self.sign)
+            stands, _ = self._first_that_stands(first, self.aim.sign)
             return Found(None) if stands is None else self._outwards(stands)
         return self._narrowed(stands, before) if before is not None else self._outwards(stands)
 
@@ -117,7 +128,7 @@ class _Search:
 
     def _outwards(self, stands: Tried) -> Found:
         """The limit on the way on from one that stands."""
-        for value in self._way(stands.value, self.sign):
+        for value in self._way(stands.value, self.aim.sign):
             tried = self.ask(value)
             if tried.answer is Answer.FALLS:
                 return self._narrowed(stands, tried)
@@ -130,43 +141,36 @@ class _Search:
 
     def _to_the_edge(self, stands: Tried, none: Tried) -> Found:
         """The limit before what can be written, or else that."""
-        for value in iter(lambda: self._between(stands.value, none.value), None):
-            tried = self.ask(value)
+        closeness = self._closeness()
+        while not closeness.is_of(stands.value, none.value):
+            tried = self.ask(closeness.middle(stands.value, none.value))
             if tried.answer is Answer.FALLS:
                 return self._narrowed(stands, tried)
             stands, none = (tried, none) if tried.answer is Answer.STANDS else (stands, tried)
         return Found(stands, none)
 
-    def _between(self, one: float, other: float) -> float | None:
-        """The middle; None where they are close enough."""
-        close = 1.0 if self.start.whole else max(self.accuracy * max(abs(one), abs(other)), self._nothing())
-        middle = 0.5 * (one + other)
-        middle = float(int(middle)) if self.start.whole else middle
-        return None if abs(one - other) <= close or middle in (one, other) else middle
-
     def _narrowed(self, stands: Tried, falls: Tried) -> Found:
-        found = narrowed(
-            stands.value, falls.value, self.accuracy, self.start.whole, self.ask.holds, nothing=self._nothing()
-        )
+        found = narrowed(stands.value, falls.value, self._closeness(), self.ask.holds)
         return Found(self.ask(found.holds), self.ask(found.fails), is_open=found.is_open)
 
-    def _nothing(self) -> float:
-        return NOTHING * (abs(self.start.number) or self.start.size)
+    def _closeness(self) -> Closeness:
+        nothing = NOTHING * (abs(self.start.number) or self.start.size)
+        return Closeness(self.aim.accuracy, self.start.whole, nothing)
 
     def _way(self, start: float, sign: float) -> Iterator[float]:
         """The numbers that are tried one after the other, away from the first, to the end of the range."""
         size = abs(self.start.number) or self.start.size
-        end = self.range.high if sign > 0.0 else self.range.low
+        end = self.aim.range.high if sign > 0.0 else self.aim.range.low
         values = {start + sign * (step if self.start.whole else step * size) for step in self._steps()}
         if self.start.whole and start > 1.0 > sign:
             values.add(1.0)
-        if self.range.given and abs(end) < inf:
+        if self.aim.range.given and abs(end) < inf:
             values |= {start + (end - start) * part / EVENLY for part in range(1, EVENLY)}
         if abs(end) < inf:
             values.add(end)
         if self.start.whole:
             values = {float(round(value)) for value in values}
-        yield from sorted((each for each in values - {start} if self.range.takes(each)), key=lambda v: sign * v)
+        yield from sorted((each for each in values - {start} if self.aim.range.takes(each)), key=lambda v: sign * v)
 
     def _steps(self) -> Sequence[float]:
         return WHOLE if self.start.whole else SHARES
@@ -175,18 +179,18 @@ class _Search:
         """Ask a few numbers more on either side of the limit."""
         size = abs(stands) or abs(self.start.number) or self.start.size
         for share in BESIDE:
-            for value in (stands - self.sign * share * size, beyond + self.sign * share * size):
+            for value in (stands - self.aim.sign * share * size, beyond + self.aim.sign * share * size):
                 beside = float(round(value)) if self.start.whole else value
-                if self.range.takes(beside):
+                if self.aim.range.takes(beside):
                     self.ask(beside)
 
     def _contradicting(self, found: Found) -> Sequence[Tried]:
         """What falls before the limit, or stands beyond it."""
         assert found.stands is not None
-        limit = self.sign * found.stands.value
+        limit = self.aim.sign * found.stands.value
         return [
             each
             for value, each in sorted(self.ask.tried.items())
-            if each.answer is (Answer.FALLS if self.sign * value < limit else Answer.STANDS)
+            if each.answer is (Answer.FALLS if self.aim.sign * value < limit else Answer.STANDS)
             and value != found.stands.value
         ]

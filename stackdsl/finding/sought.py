@@ -17,7 +17,7 @@ from stability.statics.margins.friction import least_friction
 from stackdsl.checking.gathering import Case
 from stackdsl.diagnostics import did_you_mean
 from stackdsl.finding.asking import Compiled
-from stackdsl.finding.search import Range, Start
+from stackdsl.finding.search import EVERYWHERE, Range, Start
 from stackdsl.judging.knobs import Knob, Knobs
 from stackdsl.judging.proofs import proofs_of
 from stackdsl.judging.remedies import with_friction, with_mass
@@ -47,7 +47,7 @@ class Sought:
     number: float  # as it is written, in its unit
     unit: str  # empty for a bare number
     compiled: Compiled
-    domain: Range = Range()
+    domain: Range = EVERYWHERE
     is_whole: bool = False  # whether whole numbers are all that it may be, as far as its looks go
     place: str = ""  # where it is written; empty for what is not
     others: str = ""  # what stays as it is, or goes with it

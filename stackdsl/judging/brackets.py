@@ -5,11 +5,12 @@ open, and what comes out is still certain on either side.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import floor
 from typing import Final, TypeAlias
 
 MOST_HALVINGS: Final = 100
+OPEN: Final = 0.25  # of the width: so near to what is open both sides go
 
 Holds: TypeAlias = Callable[[float], bool | None]  # None where that cannot be said
 
@@ -29,47 +30,48 @@ class Bracket:
         return abs(self.holds - self.fails) / size if size else 0.0
 
 
-def narrowed(
-    holds: float, fails: float, within: float, whole: bool, asked: Holds, nothing: float = 0.0
-) -> Bracket:
-    """The bracket halved down until it is `within` a share of the larger of both; of whole numbers, until they meet.
+@dataclass(frozen=True, slots=True)
+class Closeness:
+    """How near to each other both sides of a limit are to be."""
 
-    Where the limit is at zero, no share of it is wide enough: `nothing` is a width that always is.
-    """
-    middle = None
+    within: float  # a share of the larger of both
+    whole: bool = False  # of whole numbers: next to each other
+    nothing: float = 0.0  # a width that always is narrow; where the limit is at zero, no share of it is
+
+    def is_of(self, one: float, other: float) -> bool:
+        """Whether two numbers are as near as that."""
+        close = 1.0 if self.whole else max(self.nothing, self.within * max(abs(one), abs(other)))
+        return abs(one - other) <= close
+
+    def middle(self, one: float, other: float) -> float:
+        """A number between two."""
+        middle = 0.5 * (one + other)
+        return float(floor(middle)) if self.whole else middle
+
+
+def narrowed(holds: float, fails: float, closeness: Closeness, asked: Holds) -> Bracket:
+    """The bracket halved down until both sides are close enough, or close to what is open."""
     for _ in range(MOST_HALVINGS):
-        if _is_narrow(holds, fails, within, whole, nothing):
-            return Bracket(holds, fails)
-        middle = _between(holds, fails, whole)
+        if closeness.is_of(holds, fails):
+            break
+        middle = closeness.middle(holds, fails)
         answer = asked(middle)
         if answer is None:
-            break
+            closer = replace(closeness, within=OPEN * closeness.within)
+            return Bracket(
+                _closed_in(holds, middle, closer, lambda value: asked(value) is True),
+                _closed_in(fails, middle, closer, lambda value: asked(value) is False),
+                is_open=True,
+            )
         holds, fails = (middle, fails) if answer else (holds, middle)
-    if middle is None:
-        return Bracket(holds, fails)
-    return Bracket(
-        _closed_in(holds, middle, within, whole, lambda value: asked(value) is True, nothing),
-        _closed_in(fails, middle, within, whole, lambda value: asked(value) is False, nothing),
-        is_open=True,
-    )
+    return Bracket(holds, fails)
 
 
-def _closed_in(
-    certain: float, unsure: float, within: float, whole: bool, is_so: Callable[[float], bool], nothing: float
-) -> float:
+def _closed_in(certain: float, unsure: float, closeness: Closeness, is_so: Callable[[float], bool]) -> float:
     """The number next to what is open for which it is still certain."""
     for _ in range(MOST_HALVINGS):
-        if _is_narrow(certain, unsure, 0.25 * within, whole, nothing):
+        if closeness.is_of(certain, unsure):
             break
-        middle = _between(certain, unsure, whole)
+        middle = closeness.middle(certain, unsure)
         certain, unsure = (middle, unsure) if is_so(middle) else (certain, middle)
     return certain
-
-
-def _is_narrow(one: float, other: float, within: float, whole: bool, nothing: float) -> bool:
-    return abs(one - other) <= (1.0 if whole else max(nothing, within * max(abs(one), abs(other))))
-
-
-def _between(one: float, other: float, whole: bool) -> float:
-    middle = 0.5 * (one + other)
-    return float(floor(middle)) if whole else middle

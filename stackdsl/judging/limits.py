@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from math import floor, log10
 from typing import Final
 
-from stackdsl.judging.brackets import Holds, narrowed
+from stackdsl.judging.brackets import Closeness, Holds, narrowed
 
 CLOSE: Final = 1e-6  # of the number's size: sides of a limit this near to each other show it
 DIGITS: Final = 4  # of a limit as people are told it, where it holds with so many
@@ -48,7 +48,7 @@ def _on_side(number: float, steps: Sequence[float], whole: bool, holds: Holds) -
 
 def _shown(held: float, fails: float, whole: bool, holds: Holds) -> Limit | None:
     """The limit between a number for which it holds and one for which it does not; None if it cannot be shown."""
-    found = narrowed(held, fails, CLOSE, whole, holds)
+    found = narrowed(held, fails, Closeness(CLOSE, whole), holds)
     if whole:
         return _limit(found.holds, found.fails)
     return _told(found.holds, found.fails, holds) if found.width <= 2.0 * CLOSE else None

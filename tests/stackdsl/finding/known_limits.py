@@ -5,12 +5,12 @@ L length, w width, t thickness of a KAPLA plank; c the cotangent of an angle to 
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import atan, cos, degrees, floor, radians, sin, tan
+from math import atan, degrees, floor, radians, tan
 
 from scipy.optimize import brentq
 
 from stackdsl.checking.gathering import Case, cases_of
-from stackdsl.finding.finding import Want
+from stackdsl.finding.find_limit import Want
 from stackdsl.reading.source import parse
 from tests.stackdsl.language.layouts.thrust_lines import least_thickness
 

@@ -16,7 +16,7 @@ from stability.statics.margins.bearings import along_bearings
 from stability.statics.solvers.fall_words import described
 from stackdsl.checking.gathering import Case
 from stackdsl.finding.asking import LARGE, Answer, Asking, Tried, told_shortly
-from stackdsl.finding.search import Found, Range, search
+from stackdsl.finding.search import Aim, Found, Range, search
 from stackdsl.finding.sought import Sought, SoughtError, is_shaken, sought_of
 from stackdsl.judging.proofs import proofs_of
 
@@ -45,7 +45,7 @@ class End(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class FoundLimit:
     """What was found of one number of one case."""
 
     case: str
@@ -83,7 +83,7 @@ class Wish:
     bearing: float | None = None  # downhill [rad], of a tilt or an acceleration; None: the worst
 
 
-def find_in(case: Case, name: str, wish: Wish, told: Callable[[int], None] = lambda _: None) -> Finding:
+def find_in(case: Case, name: str, wish: Wish, told: Callable[[int], None] = lambda _: None) -> FoundLimit:
     """The limit of one case that is called `name`; `told` hears how many numbers were tried. Raises SoughtError."""
     if wish.want is not Want.MOST and is_shaken(case, wish.name):
         return _shaken(case, name, wish)
@@ -92,11 +92,10 @@ def find_in(case: Case, name: str, wish: Wish, told: Callable[[int], None] = lam
     sought = sought_of(case, wish.name, wish.want is not Want.LEAST)
     within = _range(sought, wish)
     built = len(case.timeline.placements)
-    asking = Asking(sought.compiled, inf if within.given else max(LARGE, 2 * built), told)
+    asking = Asking(sought.compiled, inf if within.given else max(LARGE, 4 * built), told)
     whole = _is_whole(sought, wish, asking)
-    upwards = wish.want is not Want.LEAST
     guess = None if whole else sought.guess()
-    found = search(asking, sought.start(whole), upwards, within, wish.accuracy, guess)
+    found = search(asking, sought.start(whole), Aim(wish.want is not Want.LEAST, wish.accuracy, within, guess))
     return _finding(name, wish, sought, found, asking)
 
 
@@ -121,12 +120,12 @@ def _is_whole(sought: Sought, wish: Wish, asking: Asking) -> bool:
 # --- what came of it --------------------------------------------------------------------------------------------------
 
 
-def _finding(name: str, wish: Wish, sought: Sought, found: Found, asking: Asking) -> Finding:
+def _finding(name: str, wish: Wish, sought: Sought, found: Found, asking: Asking) -> FoundLimit:
     stands, beyond = found.stands, found.beyond
     end = _end(found, asking)
     tried = sorted(value for value, each in asking.tried.items() if each.answer not in _NOT_TRIED)
     shown = stands or next(iter(asking.tried.values()))
-    return Finding(
+    return FoundLimit(
         name,
         wish.want,
         sought.name,
@@ -178,8 +177,8 @@ def _why(end: End, beyond: Tried | None, asking: Asking) -> str:
 # --- what is finished, as a whole -------------------------------------------------------------------------------------
 
 
-def _shaken(case: Case, name: str, wish: Wish) -> Finding:
-    """How far the finished structure may be tilted, or accelerated: forces prove it, and a motion that it is no more."""
+def _shaken(case: Case, name: str, wish: Wish) -> FoundLimit:
+    """How far the finished structure may be tilted, or accelerated: forces prove it, and a motion that no more."""
     if wish.want is Want.LEAST:
         raise SoughtError(f"what is finished stands from no {wish.name} on: ask for the --largest")
     if wish.low or wish.high:
@@ -188,19 +187,27 @@ def _shaken(case: Case, name: str, wish: Wish) -> Finding:
     assembly, unit = proofs.assembly, SHAKEN_UNITS[wish.name]
     bricks = sum(not each.hits for each in case.timeline.placements)
     judged = sum(len(each.bricks) for each in proofs.judged)
-    nothing = Finding(name, wish.want, wish.name, unit, None, End.NOTHING, judged=judged, bricks=bricks)
+    nothing = FoundLimit(name, wish.want, wish.name, unit, None, End.NOTHING, judged=judged, bricks=bricks)
     if not assembly.bricks:
         return nothing
     if assembly.verdict().stability is not Stability.STABLE:
-        return Finding(
-            name, wish.want, wish.name, unit, None, End.NOWHERE, why=assembly.verdict().reason, bricks=bricks, verdicts=1
+        return FoundLimit(
+            name,
+            wish.want,
+            wish.name,
+            unit,
+            None,
+            End.NOWHERE,
+            why=assembly.verdict().reason,
+            bricks=bricks,
+            verdicts=1,
         )
     limit = _limit(assembly.problem(), wish, assembly.gravity)
     if limit is None:
         return nothing
     stands, falls, motion = limit
     turned = (lambda share: degrees(atan(share))) if wish.name == "tilt" else float
-    return Finding(
+    return FoundLimit(
         name,
         wish.want,
         wish.name,
@@ -214,7 +221,8 @@ def _shaken(case: Case, name: str, wish: Wish) -> Finding:
         why="" if motion is None else described(assembly.problem(), motion),
         by_program=True,
         verdicts=1,
-        is_open=falls < inf and falls - stands > 1.01 * wish.accuracy * falls,  # as programs keep to it, but for rounding
+        is_open=falls < inf
+        and falls - stands > 1.01 * wish.accuracy * falls,  # as programs keep to it, but for rounding
         judged=judged,
         bricks=bricks,
     )

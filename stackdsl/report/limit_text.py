@@ -8,10 +8,10 @@ from itertools import groupby
 from math import ceil, inf, log10
 from typing import Any, Final
 
-from stackdsl.finding.finding import End, Finding, Want
+from stackdsl.finding.find_limit import End, FoundLimit, Want
 
 FORMAT = 1  # of the JSON; raised when something in it changes its meaning
-DIGITS: Final = (6, 12)  # of a limit: at least and at most
+DIGITS: Final = (6, 10)  # of a limit: at least and at most
 NUMBERS: Final = ("stands", "beyond", "written", "low", "high")
 COLUMNS: Final = (
     *("case", "want", "name", "end", "stands", "beyond", "unit", "stands_si", "beyond_si", "written", "low", "high"),
@@ -19,7 +19,7 @@ COLUMNS: Final = (
 )
 
 
-def finding_lines(finding: Finding) -> Iterator[str]:
+def limit_lines(finding: FoundLimit) -> Iterator[str]:
     """What was found of one case, and how sure that is."""
     yield finding.case
     yield f"  {_limit(finding)}"
@@ -29,7 +29,7 @@ def finding_lines(finding: Finding) -> Iterator[str]:
     yield from (f"    {line}" for line in _remarks(finding))
 
 
-def _limit(finding: Finding) -> str:
+def _limit(finding: FoundLimit) -> str:
     asked, stands = f"{finding.want} {finding.name}", _text(finding, finding.stands)
     match finding.end:
         case End.LIMIT:
@@ -52,7 +52,7 @@ def _limit(finding: Finding) -> str:
             return f"{asked}: nothing is set down at rest that statics could judge"
 
 
-def _remarks(finding: Finding) -> Iterator[str]:
+def _remarks(finding: FoundLimit) -> Iterator[str]:
     """What the limit is worth."""
     if finding.written is not None:
         where = f" at {finding.place}" if finding.place else ""
@@ -71,21 +71,25 @@ def _remarks(finding: Finding) -> Iterator[str]:
         yield f"of {finding.judged} of {finding.bricks} bricks: from there on an engine has a word, which is not asked"
 
 
-def _contradicting(finding: Finding) -> Iterator[str]:
+def _contradicting(finding: FoundLimit) -> Iterator[str]:
     """What came of numbers that are other than on the rest of their side of the limit."""
     for answer, group in groupby(finding.contradicting, key=lambda each: each[1]):
         values = [_text(finding, value) for value, _ in group]
-        ends = f" with each of {len(values)} numbers from {values[0]} to {values[-1]}" if len(values) > 1 else f" at {values[0]}"
+        ends = (
+            f" with each of {len(values)} numbers from {values[0]} to {values[-1]}"
+            if len(values) > 1
+            else f" at {values[0]}"
+        )
         yield f"it {answer} also{ends}"
 
 
-def _text(finding: Finding, value: float | None) -> str:
+def _text(finding: FoundLimit, value: float | None) -> str:
     if value is None:
         return "none"
     return f"{value:.{_digits(finding)}g} {finding.unit}".rstrip()
 
 
-def _digits(finding: Finding) -> int:
+def _digits(finding: FoundLimit) -> int:
     """As many as tell one side of the limit from the other."""
     least, most = DIGITS
     if finding.stands is None or finding.beyond is None or finding.stands == finding.beyond:
@@ -94,7 +98,7 @@ def _digits(finding: Finding) -> int:
     return min(most, max(least, ceil(log10(size / abs(finding.stands - finding.beyond))) + 2))
 
 
-def finding_csv(findings: Sequence[Finding]) -> str:
+def limit_csv(findings: Sequence[FoundLimit]) -> str:
     """A row a case and number."""
     out = io.StringIO()
     writer = csv.DictWriter(out, COLUMNS, extrasaction="ignore", lineterminator="\n")
@@ -103,18 +107,18 @@ def finding_csv(findings: Sequence[Finding]) -> str:
     return out.getvalue()
 
 
-def finding_json(findings: Sequence[Finding]) -> dict[str, Any]:
+def limit_json(findings: Sequence[FoundLimit]) -> dict[str, Any]:
     """The same as JSON, with what contradicts; `null` where there is no number."""
     return {"format": FORMAT, "found": [*map(_row, findings)]}
 
 
-def _row(finding: Finding) -> dict[str, Any]:
+def _row(finding: FoundLimit) -> dict[str, Any]:
     row = {key: value for key, value in asdict(finding).items() if key not in ("scale", "moment", "others")}
     row["contradicting"] = [{"value": value, "answer": answer} for value, answer in finding.contradicting]
     numbers = {key: _finite(row[key]) for key in NUMBERS}
-    in_si = {f"{key}_si": None if numbers[key] is None else numbers[key] * finding.scale for key in ("stands", "beyond")}
+    in_si = {f"{key}_si": _finite(row[key], finding.scale) for key in ("stands", "beyond")}
     return row | numbers | in_si
 
 
-def _finite(value: float | None) -> float | None:
-    return None if value is None or value == inf else value
+def _finite(value: float | None, scale: float = 1.0) -> float | None:
+    return None if value is None or value == inf else scale * value
