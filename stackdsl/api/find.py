@@ -1,10 +1,11 @@
-"""The largest or the least number with which a case stands, for programs."""
+"""The largest or the least number with which a case stands, and what its margin depends on, for programs."""
 
 from stackdsl.checking.gathering import Case
 from stackdsl.finding.find_limit import ACCURACY, FINEST, FoundLimit, Want, Wish, find_in
+from stackdsl.finding.sensitivities import CHECKED, Of, Sensitivities, sensitivities_of
 from stackdsl.finding.sought import SoughtError
 
-__all__ = ["FoundLimit", "SoughtError", "find"]
+__all__ = ["FoundLimit", "Sensitivities", "SoughtError", "find", "sensitivities"]
 
 
 def find(
@@ -31,3 +32,12 @@ def find(
         raise ValueError(f"within is a share of the limit, from {FINEST:g} to 1, not {within!r}")
     ((want, name),) = given
     return find_in(case, case.name, Wish(want, name, from_, to, within, bearing))
+
+
+def sensitivities(case: Case, of: str = Of.ACCELERATION, check: int = CHECKED) -> Sensitivities:
+    """What `stackdsl sensitivities` tells of one case: on what its margin depends, the most first.
+
+    `of` is "acceleration" or "friction"; `check` says how many are held against differences. Raises SoughtError, a
+    ValueError, for what has no such margin.
+    """
+    return sensitivities_of(case, case.name, Of(of), check)

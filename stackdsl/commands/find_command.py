@@ -9,7 +9,7 @@ import click
 from stackdsl.checking.gathering import Case
 from stackdsl.checking.selection import Selection
 from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE
-from stackdsl.commands.selecting import code_without_runs, selected_of
+from stackdsl.commands.selecting import code_without_runs, selected_of, variants_of
 from stackdsl.commands.terminal import counted, tell, write
 from stackdsl.exits import ExitCode
 from stackdsl.finding.find_limit import ACCURACY, FINEST, FoundLimit, Want, Wish, find_in
@@ -86,7 +86,7 @@ def find_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
 def _found(selected: Sequence[Case], wishes: Sequence[Wish]) -> Iterator[FoundLimit]:
     """What is found of each case that can be asked; why others cannot is told."""
     for wish in wishes:
-        for name, case in _once(selected, wish.name).items():
+        for name, case in variants_of(selected, wish.name).items():
             try:
                 with counted(USUALLY, f"{name}: {wish.want} {wish.name}") as tried:
                     finding = find_in(case, name, wish, tried)
@@ -94,14 +94,3 @@ def _found(selected: Sequence[Case], wishes: Sequence[Wish]) -> Iterator[FoundLi
                 tell(f"{name}: {error}")
                 continue
             yield finding
-
-
-def _once(cases: Sequence[Case], but: str) -> dict[str, Case]:
-    """Each variant once, whatever it is played on, and whatever it has of the number that is asked for."""
-    found: dict[tuple[object, ...], tuple[str, Case]] = {}
-    for case in cases:
-        fixed = tuple((name, str(value)) for name, value in case.variant.choice.items() if name != but)
-        chosen = ",".join(f"{name}={text}" for name, text in case.parameters if name != but)
-        name = f"{case.scenario.scenario}[{chosen}]" if chosen else case.scenario.scenario
-        found.setdefault((case.scenario.scenario, fixed), (name, case))
-    return dict(found.values())

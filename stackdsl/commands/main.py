@@ -34,6 +34,7 @@ COMMANDS: Final[Mapping[str, str]] = {
     "picture": "Play one case of FILE, and draw it: at the end, at a time, as a strip, or moving.",
     "run": "Play FILE, print what happens as it happens, and judge it; golden files are not looked at.",
     "schema": "Print the JSON Schema of scenarios, for editors.",
+    "sensitivities": "Tell on which bricks, joints and numbers of FILE its margin depends most; nothing is played.",
     "survive": "Tell what the finished structure of FILE survives when it is shaken or tilted, and what gives way "
     "first.",
 }
