@@ -28,9 +28,9 @@ def found(known: Known) -> Row:
     return {
         "asked": f"{known.want} {known.name}",
         "closed_form": known.source,
-        "truth": truth,
-        "stands": finding.stands,
-        "beyond": finding.beyond,
+        "truth": f"{truth:.10g}",
+        "stands": f"{finding.stands:.10g}",  # in digits that tell both sides apart
+        "beyond": f"{finding.beyond:.10g}",
         "error": max(abs(side / truth - 1.0) for side in sides),
         "how": "program" if finding.by_program else "halving",
         "verdicts": finding.verdicts,

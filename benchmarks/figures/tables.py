@@ -126,6 +126,22 @@ TABLES: Mapping[str, Table] = {
             Column("the file by `import`", "{own}"),
         ),
     ),
+    "find": Table(
+        "find",
+        "scenes",
+        (
+            Column("scene", "{row}"),
+            Column("asked", "{asked}"),
+            Column("known from", "{closed_form}"),
+            Column("truth", "{truth}"),
+            Column("stands", "{stands}"),
+            Column("falls", "{beyond}"),
+            Column("error", "{error:sig2}"),
+            Column("by", "{how}"),
+            Column("verdicts", "{verdicts}"),
+            Column("ms", "{ms:sig2}"),
+        ),
+    ),
     "live": Table(
         "live",
         "scenes",
