@@ -144,8 +144,6 @@ class _Search:
         closeness = self._closeness()
         while not closeness.is_of(stands.value, none.value):
             tried = self.ask(closeness.middle(stands.value, none.value))
-            if tried.answer is Answer.FALLS:
-                return self._narrowed(stands, tried)
             stands, none = (tried, none) if tried.answer is Answer.STANDS else (stands, tried)
         return Found(stands, none)
 

@@ -7,7 +7,7 @@ then what every scenario has, written or not.
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from math import isfinite
+from math import isfinite, pi
 from typing import Final
 
 from stability.statics.assembly import Assembly
@@ -160,10 +160,16 @@ def _of_knob(knobs: Knobs, knob: Knob) -> Sought:
         knob.number,
         knob.unit,
         lambda value: knobs.compiled(knob if value == int(value) else exact, value),
+        _half_a_turn(knob.unit) if _si_unit(knob.unit) == "rad" else EVERYWHERE,
         is_whole=knob.whole,
         place=str(knob.span),
         others=others,
     )
+
+
+def _half_a_turn(unit: str) -> Range:
+    """To either side: beyond, it is the same again."""
+    return Range(-pi / float(in_si(unit)), pi / float(in_si(unit)))
 
 
 def _cases(knobs: Knobs) -> dict[str, object]:

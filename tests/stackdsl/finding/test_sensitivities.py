@@ -48,7 +48,7 @@ def test_flush_on_what_it_lies_it_survives_less_either_way() -> None:
     #   The contact loses at one end what the block moves, and the block turns about that end: by 1 mm of 30 mm height.
     assert each.less == pytest.approx(1.0 / 30.0, rel=1e-4)
     assert each.more == pytest.approx(-1.0 / 30.0, rel=1e-4)
-    assert each.has_kink
+    assert (each.source, each.has_kink) == (Source.CHECKED, True)
 
 
 def test_what_slides_survives_as_much_as_its_friction() -> None:
