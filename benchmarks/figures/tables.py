@@ -142,6 +142,20 @@ TABLES: Mapping[str, Table] = {
             Column("ms", "{ms:sig2}"),
         ),
     ),
+    "slopes": Table(
+        "slopes",
+        "scenes",
+        (
+            Column("scene, margin", "{row}"),
+            Column("numbers", "{numbers}"),
+            Column("that matter", "{matter}"),
+            Column("slopes from duals that differences confirm", "{agree}"),
+            Column("that they contradict", "{contradicted}"),
+            Column("kinks", "{kinks}"),
+            Column("a slope from duals, ms", "{duals_ms:sig2}"),
+            Column("a slope from differences, ms", "{differences_ms:sig2}"),
+        ),
+    ),
     "live": Table(
         "live",
         "scenes",
