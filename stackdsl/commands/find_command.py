@@ -18,7 +18,7 @@ from stackdsl.language.mistakes import MistakeError
 from stackdsl.language.quantities import ANGLE, parse_quantity
 from stackdsl.report.limit_text import limit_csv, limit_json, limit_lines
 
-USUALLY = 40  # numbers that are tried; a bar has to end somewhere
+USUALLY = 60  # numbers that are tried; a bar has to end somewhere
 
 
 def _bearing(context: click.Context, parameter: click.Parameter, value: str | None) -> float | None:

@@ -39,7 +39,8 @@ class End(StrEnum):
     LIMIT = "limit"  # it stands on one side, and falls on the other
     EDGE = "edge"  # it stands up to the last number with which it is a scenario
     NONE = "no limit"  # it stands with all that were tried on that side
-    NOWHERE = "nowhere"  # it stands with none of those that were tried
+    NOWHERE = "nowhere"  # it falls with all that were tried
+    OPEN = "undecided"  # it is proven to stand with none that was tried, and some are undecided
     NO_EFFECT = "no effect"  # the same is built with every number
     NOTHING = "nothing"  # there is nothing that statics can judge
 
@@ -96,6 +97,11 @@ def find_in(case: Case, name: str, wish: Wish, told: Callable[[int], None] = lam
     whole = _is_whole(sought, wish, asking)
     guess = None if whole else sought.guess()
     found = search(asking, sought.start(whole), Aim(wish.want is not Want.LEAST, wish.accuracy, within, guess))
+    if not asking.verdicts:
+        first = next(iter(asking.tried.values()))
+        raise SoughtError(
+            f"it is no scenario with any number that was tried; with {sought.text(first.value)}, {first.why}"
+        )
     return _finding(name, wish, sought, found, asking)
 
 
@@ -162,15 +168,17 @@ def _end(found: Found, asking: Asking) -> End:
     if len(built) > 1 and all(each.shape == built[0].shape for each in built):
         return End.NO_EFFECT
     if found.stands is None:
-        return End.NOWHERE
+        is_open = any(each.answer is Answer.OPEN for each in built)
+        return End.OPEN if is_open else End.NOWHERE
     return End.EDGE if found.beyond is not None and found.beyond.answer is not Answer.TOO_LARGE else End.NONE
 
 
 def _why(end: End, beyond: Tried | None, asking: Asking) -> str:
     if beyond is not None:
         return told_shortly(beyond) if end is End.LIMIT else beyond.why
-    if end is End.NOWHERE:
-        return next((told_shortly(each) for each in asking.tried.values()), "")
+    if end in (End.NOWHERE, End.OPEN):
+        answer = Answer.OPEN if end is End.OPEN else Answer.FALLS
+        return next((told_shortly(each) for each in asking.tried.values() if each.answer is answer), "")
     return ""
 
 

@@ -26,6 +26,8 @@ def limit_lines(finding: FoundLimit) -> Iterator[str]:
     if finding.end in (End.LIMIT, End.NOWHERE) and finding.why:
         when = "" if not finding.moment else f", when what comes at {finding.moment:g} s is set down"
         yield f"    what falls: {finding.why}{when}"
+    if finding.end is End.OPEN:
+        yield f"    undecided: {finding.why}"
     yield from (f"    {line}" for line in _remarks(finding))
 
 
@@ -43,9 +45,11 @@ def _limit(finding: FoundLimit) -> str:
             why = f"; further, {finding.why}, so say how far: --to" if finding.why else ""
             return f"{asked}: no limit was found: it stands {way} to {stands}{why}"
         case End.NOWHERE if finding.written is None:
-            return f"{asked}: none, as it does not stand by itself"
+            return f"{asked}: none, as it is not proven to stand by itself"
         case End.NOWHERE:
-            return f"{asked}: none was found: it stands with none that was tried"
+            return f"{asked}: none was found: it falls with all that were tried"
+        case End.OPEN:
+            return f"{asked}: none was found: it is proven to stand with none that was tried"
         case End.NO_EFFECT:
             return f"{asked}: has no effect on what is built"
         case _:

@@ -92,6 +92,10 @@ def test_the_search_keeps_to_where_somebody_says() -> None:
         find(case, largest="step", to="5 kg")
     with pytest.raises(SoughtError, match="from 5 mm to 1 mm there is nothing to search"):
         find(case, largest="step", from_="5 mm", to="1 mm")
+    with pytest.raises(
+        SoughtError, match="it is no scenario with any number that was tried; with 200 mm, SD202: nothing"
+    ):
+        find(case, largest="step", from_="200 mm", to="300 mm")
 
 
 @pytest.mark.parametrize(
@@ -143,3 +147,11 @@ def test_no_friction_holds_what_tips() -> None:
 def test_what_falls_survives_no_tilt() -> None:
     found = find(cases(COLUMN)[0], largest="tilt")
     assert (found.end, found.stands) == (End.NOWHERE, None)
+
+
+def test_what_is_wedged_is_undecided_whatever_its_friction() -> None:
+    walls = "walls: [{bearing: 0 deg, distance: 58.8 mm}, {bearing: 180 deg, distance: 58.8 mm}]"
+    plank = "bricks: [{at: [0 mm, 0 mm, 103.9 mm]}]"
+    found = find(cases(f"scenario: wedged\nworld: {{{walls}}}\nbuild:\n  - {plank}\n")[0], least="friction")
+    assert (found.end, found.stands) == (End.OPEN, None)
+    assert found.why.startswith("it can hold only by self-stress")
