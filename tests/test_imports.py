@@ -37,6 +37,7 @@ LAYERS = {
         {"outcome"},
         {"judging", "snapshots"},
         {"checking"},
+        {"finding"},
         {"report"},
         {"api", "bench", "pytest_plugin", "viewing"},
         {"commands"},

@@ -27,6 +27,7 @@ COMMANDS: Final[Mapping[str, str]] = {
     "completion": "Print what a shell needs to complete commands, options, systems and files.",
     "doctor": "Tell what is installed, what is missing and how to get it, and whether this directory is in order.",
     "explain": "Print what FILE was compiled to, and what statics says of it; or what a CODE such as SD104 means.",
+    "find": "Find the largest or the least number with which FILE stands, proven from both sides; nothing is played.",
     "golden": "Say what differs from its golden file, and accept it or not.",
     "import": "Print a scenario with the boxes of FILE, which another program wrote; tell what was moved or is wrong.",
     "init": "Write what a new project in DIRECTORY (default: this one) needs; never over an existing file.",
@@ -34,6 +35,7 @@ COMMANDS: Final[Mapping[str, str]] = {
     "picture": "Play one case of FILE, and draw it: at the end, at a time, as a strip, or moving.",
     "run": "Play FILE, print what happens as it happens, and judge it; golden files are not looked at.",
     "schema": "Print the JSON Schema of scenarios, for editors.",
+    "sensitivities": "Tell on which bricks, joints and numbers of FILE its margin depends most; nothing is played.",
     "survive": "Tell what the finished structure of FILE survives when it is shaken or tilted, and what gives way "
     "first.",
 }

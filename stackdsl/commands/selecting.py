@@ -40,3 +40,14 @@ def code_without_runs(gathered: Found, selected: Sequence[Selectable]) -> ExitCo
     if gathered.diagnostics:
         return ExitCode.INVALID
     return ExitCode.OK if selected else ExitCode.USAGE
+
+
+def variants_of(cases: Sequence[Case], but: str = "") -> dict[str, Case]:
+    """Each variant once by its name, whatever it is played on, and whatever it has of one variable."""
+    found: dict[tuple[object, ...], tuple[str, Case]] = {}
+    for case in cases:
+        fixed = tuple((name, str(value)) for name, value in case.variant.choice.items() if name != but)
+        chosen = ",".join(f"{name}={text}" for name, text in case.parameters if name != but)
+        name = f"{case.scenario.scenario}[{chosen}]" if chosen else case.scenario.scenario
+        found.setdefault((case.scenario.scenario, fixed), (name, case))
+    return dict(found.values())

@@ -1,7 +1,6 @@
 """`stackdsl survive`: what a structure survives when it is shaken or tilted, by bearing, and what gives way first."""
 
 import json
-from collections.abc import Sequence
 from pathlib import Path
 
 import click
@@ -9,7 +8,7 @@ import click
 from stackdsl.checking.gathering import Case
 from stackdsl.checking.selection import Selection
 from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath
-from stackdsl.commands.selecting import code_without_runs, selected_of
+from stackdsl.commands.selecting import code_without_runs, selected_of, variants_of
 from stackdsl.commands.terminal import counted, tell, write
 from stackdsl.judging.proofs import proofs_of
 from stackdsl.judging.survival import Survival, survival_of
@@ -47,7 +46,7 @@ def survive_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     if plot is not None and plot.suffix.lower() not in PLOTS:
         raise click.UsageError(f"{plot}: write to a file that ends in {' or '.join(PLOTS)}")
     gathered, selected = selected_of(file, Selection(systems, keyword))
-    cases = _once(selected)
+    cases = list(variants_of(selected).items())
     if plot is not None and len(cases) > 1:
         raise click.UsageError(f"--plot draws one case, and there are {len(cases)}: choose one with -k")
     found: list[tuple[str, Survival]] = []
@@ -64,15 +63,6 @@ def survive_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     if plot is not None and found:
         _draw(*found[0], plot)
     context.exit(code_without_runs(gathered, selected))
-
-
-def _once(cases: Sequence[Case]) -> list[tuple[str, Case]]:
-    """Each variant once, whatever it is played on: what it survives is a matter of statics."""
-    found: dict[str, Case] = {}
-    for case in cases:
-        chosen = ",".join(f"{name}={text}" for name, text in case.variant.parameters)
-        found.setdefault(f"{case.scenario.scenario}[{chosen}]" if chosen else case.scenario.scenario, case)
-    return list(found.items())
 
 
 def _survival(name: str, case: Case, bearings: int, accuracy: float) -> Survival | None:

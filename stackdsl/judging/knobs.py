@@ -5,7 +5,7 @@ that were placed one by one. Times are left alone: nothing stands because it com
 """
 
 import re
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, replace
 from typing import Final
@@ -15,10 +15,11 @@ from stackdsl.compiling.beside import Surroundings
 from stackdsl.compiling.compiler import compile_timeline
 from stackdsl.compiling.site import planes_of
 from stackdsl.compiling.written_bricks import bricks_of
-from stackdsl.diagnostics import Span
+from stackdsl.diagnostics import Diagnostic, Span
 from stackdsl.language.layouts.registry import LAYOUTS
 from stackdsl.language.quantities import SIGNED, UNIT
 from stackdsl.language.schema import Scenario
+from stackdsl.language.uncertain import distributions, named
 from stackdsl.language.validation import validate
 from stackdsl.language.variants import CHOOSING, Variant, expand
 from stackdsl.reading.source import Path, Plain, Source
@@ -27,6 +28,7 @@ from stackdsl.timeline import Timeline
 SHARES: Final = (0.001, 0.01, 0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 0.85, 1.0, 2.0, 4.0, 9.0)  # of a number, tried either way
 COUNTS: Final = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # the same of a whole number
 REACH: Final = (0.002, 0.01, 0.03, 0.1, 0.25, 0.5, 1.0)  # of the longest side of a brick: how far aside it may lie
+EXPECTED: Final = ("expect", "truth", "xfail")
 TIMES: Final = frozenset({"s", "ms", "min", "Hz"})
 
 _NUMBER = re.compile(rf"\s*(?P<number>{SIGNED})\s*(?P<unit>{UNIT})?\s*")
@@ -50,7 +52,8 @@ class Knob:
 
     def written(self, value: float) -> Plain:
         """The same, as it is read from a file."""
-        return self.text(value) if self.unit else (int(value) if self.whole else value)
+        plain: Plain = self.text(value) if self.unit else (int(value) if self.whole else value)
+        return {"table": [plain]} if self.path[0] == "uncertain" else plain  # the one value that it can have then
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,10 +66,8 @@ class Knobs:
     def found(self, moving: Collection[BodyId]) -> Iterator[Knob]:
         """All of them; of bricks that were placed one by one, those that move."""
         values = self.variant.written.values
-        for name, written in self.variant.choice.items():
-            row: Path = ("matrix", name)
-            place = row if _at(values, row) is not None else ("cases",)
-            yield from self._knob(name, ("let", name), written, place=place)
+        for name in self.variant.choice:
+            yield from self.variable(name)
         for name, written in _members(values.get("let")):
             yield from self._knob(name, ("let", name), written)
         steps = values.get("build")
@@ -79,6 +80,21 @@ class Knobs:
             yield from self._knob("tilt", path, _at(values, path))
         if self.variant.source.values == values:  # or else bricks stand elsewhere than they are written
             yield from self._places(moving)
+
+    def variables(self) -> Mapping[str, Plain]:
+        """All variables, each with its value in this variant: as written, or worked out where it is an expression."""
+        values = self.variant.written.values
+        spread = {} if "uncertain" not in values else dict(named(distributions(values["uncertain"], {}, {})))
+        middles = {name: each.middle for name, each in spread.items()}
+        return {**self.variant.choice, **middles, **dict(_members(self.variant.values.get("let")))}
+
+    def variable(self, name: str) -> Iterator[Knob]:
+        """One of the variables, if it is a number; what is uncertain has the middle of its values."""
+        values = self.variant.written.values
+        places: tuple[Path, ...] = (("matrix", name), ("uncertain", name), ("let", name))
+        place = next((path for path in places if _at(values, path) is not None), ("cases",))
+        path: Path = place if place[0] == "uncertain" else ("let", name)
+        yield from self._knob(name, path, self.variables().get(name), place=place)
 
     def _places(self, moving: Collection[BodyId]) -> Iterator[Knob]:
         for brick in bricks_of(self.scenario, Surroundings(tuple(planes_of(self.scenario)))):
@@ -108,27 +124,33 @@ class Knobs:
 
     def timeline(self, knob: Knob, value: float) -> Timeline | None:
         """The timeline with another number; None if that is no scenario."""
+        return self.compiled(knob, value)[0]
+
+    def compiled(self, knob: Knob, value: float) -> tuple[Timeline | None, Sequence[Diagnostic]]:
+        """The timeline with another number, or what is mistaken with it."""
         source = self._chosen()
         _put(source.values, knob.path, knob.written(value))
         variants, mistakes = expand(source)
         if mistakes or len(variants) != 1:
-            return None
+            return None, mistakes
         (variant,) = variants
         scenario, wrong = validate(variant.source, variant)
-        if scenario is None or wrong:
-            return None
-        # What is expected may contradict another number of levels; only what is built counts here.
-        built = scenario.model_copy(update={"expect": (), "truth": ()})
-        return compile_timeline(built, variant.source)[0]
+        return (None, wrong) if scenario is None or wrong else compile_timeline(scenario, variant.source)
 
     def _chosen(self) -> Source:
-        """The scenario as written, with the variables that vary as fixed ones, which may all go unused."""
+        """The scenario as written, with the variables that vary as fixed ones, which may all go unused.
+
+        What is expected may contradict another number of levels; only what is built counts here.
+        """
         written = self.variant.written
-        values: dict[str, Plain] = deepcopy({key: part for key, part in written.values.items() if key not in CHOOSING})
+        left_out = (*CHOOSING, *EXPECTED)
+        values: dict[str, Plain] = deepcopy({key: part for key, part in written.values.items() if key not in left_out})
         lets = {**self.variant.choice, **dict(_members(values.get("let")))}
         if lets:
             values["let"] = lets
-        unused: frozenset[Path] = frozenset(("let", name) for name in lets)
+        unused: frozenset[Path] = frozenset(
+            [("let", name) for name in lets] + [("uncertain", name) for name, _ in _members(values.get("uncertain"))]
+        )
         return replace(written, values=values, inherited=written.inherited | unused)
 
 

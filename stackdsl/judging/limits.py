@@ -4,16 +4,15 @@ The number is tried further and further away, on either side, until it holds; be
 it did not, the limit is halved down. What is handed out was tried itself: it holds there, and not just before.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import floor, log10
-from typing import Final, TypeAlias
+from typing import Final
 
-MOST_HALVINGS: Final = 40
+from stackdsl.judging.brackets import Closeness, Holds, narrowed
+
 CLOSE: Final = 1e-6  # of the number's size: sides of a limit this near to each other show it
 DIGITS: Final = 4  # of a limit as people are told it, where it holds with so many
-
-Holds: TypeAlias = Callable[[float], bool | None]  # None where that cannot be said
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,33 +40,18 @@ def _on_side(number: float, steps: Sequence[float], whole: bool, holds: Holds) -
         tried = number + step
         held = holds(tried)
         if held:
-            return _halved(tried, fails, whole, holds)
+            return _shown(tried, fails, whole, holds)
         if held is False:
             fails = tried
     return None
 
 
-def _halved(held: float, fails: float, whole: bool, holds: Holds) -> Limit | None:
+def _shown(held: float, fails: float, whole: bool, holds: Holds) -> Limit | None:
     """The limit between a number for which it holds and one for which it does not; None if it cannot be shown."""
-    closest = 1.0 if whole else CLOSE * max(abs(held), abs(fails))
-    for _ in range(MOST_HALVINGS):
-        if abs(held - fails) <= closest:
-            break
-        middle = 0.5 * (held + fails)
-        middle = float(floor(middle)) if whole else middle
-        answer = holds(middle)
-        if answer is None:
-            return _limit(held, fails) if whole else _beside(middle, held, fails, holds)
-        held, fails = (middle, fails) if answer else (held, middle)
-    return _limit(held, fails) if whole else _told(held, fails, holds)
-
-
-def _beside(middle: float, held: float, fails: float, holds: Holds) -> Limit | None:
-    """The limit where a number between cannot be judged, as it is on the limit itself."""
-    near = CLOSE * max(abs(held), abs(fails))
-    sign = 1.0 if held > fails else -1.0
-    inside, outside = middle + sign * near, middle - sign * near
-    return _told(inside, outside, holds) if holds(inside) and holds(outside) is False else None
+    found = narrowed(held, fails, Closeness(CLOSE, whole), holds)
+    if whole:
+        return _limit(found.holds, found.fails)
+    return _told(found.holds, found.fails, holds) if found.width <= 2.0 * CLOSE else None
 
 
 def _told(held: float, fails: float, holds: Holds) -> Limit:

@@ -107,7 +107,7 @@ def _friction(timeline: Timeline, proofs: Proofs) -> MoreFriction | None:
         if margin.factor == inf:
             return MoreFriction(inf, inf, alike) if margin.motion is not None else None
         factor = max(factor, float(rounded_up(margin.factor * factor * written)) / written)
-        rougher = _with_friction(timeline, factor)
+        rougher = with_friction(timeline, factor)
         proofs = proofs_of(rougher, names_smallest=False)
         stability = proofs.assembly.verdict().stability
         if stability is Stability.STABLE:
@@ -117,7 +117,8 @@ def _friction(timeline: Timeline, proofs: Proofs) -> MoreFriction | None:
     return None
 
 
-def _with_friction(timeline: Timeline, factor: float) -> Timeline:
+def with_friction(timeline: Timeline, factor: float) -> Timeline:
+    """A timeline with all coefficients of friction times a factor."""
     world = timeline.world
     planes = tuple(replace(plane, friction=factor * plane.friction) for plane in world.planes)
     return replace(timeline, world=replace(world, friction=factor * world.friction, planes=planes))
@@ -138,17 +139,23 @@ def _counterweight(timeline: Timeline, proofs: Proofs, rising: Sequence[BodyId])
         mass = float(rounded_up(weight.weight / gravity))
         if mass > HEAVIEST * total:
             break
-        heavier = _with_mass(timeline, weight.brick, mass)
+        heavier = with_mass(timeline, weight.brick, _mass_of(timeline, weight.brick) + mass)
         if _stands(replace(heavier, actions=heavier.actions[: proofs.done])):
             stability, moving = _verdict(heavier)
             return HeavierBrick(weight.brick, mass, moving if stability is not Stability.STABLE else ())
     return None
 
 
-def _with_mass(timeline: Timeline, brick: BodyId, more: float) -> Timeline:
-    def heavier(action: Action) -> Action:
+def _mass_of(timeline: Timeline, brick: BodyId) -> float:
+    return next(each.brick.mass for each in timeline.placements if each.brick.id == brick)
+
+
+def with_mass(timeline: Timeline, brick: BodyId, mass: float) -> Timeline:
+    """A timeline with a brick of another mass [kg]."""
+
+    def other(action: Action) -> Action:
         if not isinstance(action, Placement) or action.brick.id != brick:
             return action
-        return replace(action, brick=replace(action.brick, mass=action.brick.mass + more))
+        return replace(action, brick=replace(action.brick, mass=mass))
 
-    return replace(timeline, actions=tuple(map(heavier, timeline.actions)))
+    return replace(timeline, actions=tuple(map(other, timeline.actions)))

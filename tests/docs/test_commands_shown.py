@@ -1,5 +1,6 @@
 """Every command that a page shows is run, in order, on the files that the page says to write."""
 
+import shlex
 from pathlib import Path
 
 import pytest
@@ -24,7 +25,7 @@ def test_a_page_shows_what_its_commands_print(page: Path, stackdsl: Stackdsl, tm
 
 def _hold(block: Block, command: str, stackdsl: Stackdsl) -> None:
     called, _, code = command.partition("; exit ")
-    program, *arguments = called.split()
+    program, *arguments = shlex.split(called)
     assert program == "stackdsl"
     result = stackdsl(*arguments)
     assert result.code == int(code or 0), result.text

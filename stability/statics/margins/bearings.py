@@ -52,7 +52,18 @@ def by_bearing(
     brick weighs what its load pulls down with. Where no motion is proven, `upper` stays further off. `known` is
     told of how many bearings enough is known, as it goes on.
     """
-    bearings = [2.0 * pi * number / count for number in range(count)]
+    return along_bearings(problem, [2.0 * pi * number / count for number in range(count)], tolerance, gravity, known)
+
+
+def along_bearings(
+    problem: Problem,
+    bearings: Sequence[float],
+    tolerance: float = 0.01,
+    gravity: float | None = None,
+    known: Callable[[int], None] = lambda _: None,
+) -> tuple[Survived, ...] | None:
+    """The same of some bearings [rad], each from x towards y."""
+    count = len(bearings)
     weakest = [Survived(bearing, inf, inf, None) for bearing in bearings]
     parts = groups_apart(problem)
     for number, part in enumerate(parts):

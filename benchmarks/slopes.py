@@ -1,0 +1,80 @@
+"""Slopes of margins from duals, held against differences, all of them: how many agree, and what both cost.
+
+Run: python -m benchmarks.slopes [--write]; a minute or two.
+"""
+
+from collections.abc import Callable, Mapping
+from time import process_time
+from typing import Final
+
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+from benchmarks.figures.data import Row
+from benchmarks.figures.recording import parser, record
+from stackdsl.checking.gathering import Case, cases_of
+from stackdsl.finding.sensitivities import Of, Sensitivities, Source, sensitivities_of
+from stackdsl.reading.source import parse
+from tests.stackdsl.finding.known_limits import HOUSE, LEANING, SEESAW, V
+
+ALL: Final = 10**9
+COLUMN: Final = "friction: 3\nlet: {step: 7 mm}\nbuild:\n  - column: {levels: 8, step: '${step}'}\n    every: 1 s\n"
+SCENES: Final[Mapping[str, tuple[str, Of]]] = {
+    "stepped column of 8, acceleration": (COLUMN, Of.ACCELERATION),
+    "four-stack of 5 levels, acceleration": ("friction: 3\nbuild:\n  - four_stack: {levels: 5}\n", Of.ACCELERATION),
+    "beam on a block, acceleration": ("friction: 3" + SEESAW.replace("LOAD", "10"), Of.ACCELERATION),
+    "ladder, friction": (LEANING.replace("WALL", "0.3"), Of.FRICTION),
+    "inverted V, friction": (V, Of.FRICTION),
+    "card house under three planks, friction": (HOUSE, Of.FRICTION),
+}
+
+
+def case_of(text: str) -> Case:
+    """A scene, ready to be asked."""
+    cases, mistakes = cases_of(parse(f"scenario: slopes\n{text}", "slopes.yaml"))
+    assert not mistakes, mistakes
+    return cases[0]
+
+
+def held(text: str, of: Of) -> Row:
+    """What comes of all slopes of one scene."""
+    case = case_of(text)
+    duals, of_duals = _timed(lambda: sensitivities_of(case, "slopes", of, checked=0))
+    checked, of_both = _timed(lambda: sensitivities_of(case, "slopes", of, checked=ALL))
+    known = {each.what for each in duals.effects if each.source is Source.DUALS}
+    found = [each for each in checked.effects if each.what in known]
+    count = len(checked.effects)
+    return {
+        "numbers": count,
+        "matter": sum(each.counts for each in checked.effects),
+        "agree": sum(each.source is Source.CHECKED for each in found),
+        "contradicted": sum(each.source is not Source.CHECKED for each in found),
+        "without_duals": count - len(known),
+        "kinks": sum(each.has_kink for each in checked.effects),
+        "duals_ms": 1000.0 * of_duals / count,
+        "differences_ms": 1000.0 * (of_both - of_duals) / count,
+    }
+
+
+def _timed(asked: Callable[[], Sensitivities]) -> tuple[Sensitivities, float]:
+    began = process_time()
+    found = asked()
+    return found, process_time() - began
+
+
+def main() -> None:
+    """Hold them, print the table, and keep it if asked to."""
+    write = parser(__doc__).parse_args().write
+    console = Console(stderr=True)
+    rows = {name: held(*scene) for name, scene in track(SCENES.items(), "slopes", console=console, transient=True)}
+    table = Table("scene", *next(iter(rows.values())))
+    for name, row in rows.items():
+        table.add_row(name, *(f"{each:.3g}" if isinstance(each, float) else str(each) for each in row.values()))
+    Console(width=160).print(table)
+    if write:
+        record("slopes", "python -m benchmarks.slopes --write", {"scenes": rows})
+
+
+if __name__ == "__main__":
+    main()

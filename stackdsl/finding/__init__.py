@@ -1,0 +1,1 @@
+"""The numbers with which a scenario just stands, and what its margin depends on most."""

@@ -1,0 +1,98 @@
+"""`stackdsl find`: with which number a scenario just stands, told as text, CSV and JSON."""
+
+import csv
+import json
+import re
+from math import atan, degrees
+from pathlib import Path
+
+import pytest
+
+from stackdsl.exits import ExitCode
+from tests.command_line import Stackdsl, stackdsl_in_folder, write
+
+__all__ = ["stackdsl_in_folder"]  # the fixture `stackdsl`
+
+# A column of N planks of 117.6 mm, each shifted by d, stands while N d is at most that.
+COLUMN = """
+scenario: leaning
+matrix: {step: [12 mm, 14 mm], kind: [kapla]}
+let: {count: 12, half: "${step / 2}", wait: 1 s}
+brick: ${kind}
+build:
+  - column: {levels: "${count}", step: "${2 * half}"}
+    every: ${wait}
+expect:
+  - collapses: any
+"""
+# What is thrown is no part of what is asked: the column by itself stands however far it is thrown from.
+THROWN = """
+scenario: thrown-at
+let: {far: 300 mm}
+build:
+  - column: {levels: 2}
+impacts:
+  - throw: {at: L2.1, from: {bearing: 90 deg, distance: "${far}"}, speed: 1 m/s}
+expect:
+  - stands: {levels: 1}
+"""
+
+
+def sides(text: str, pattern: str) -> list[float]:
+    """The numbers of a line."""
+    found = re.search(pattern, text)
+    assert found is not None, text
+    return [float(each) for each in found.groups()]
+
+
+def test_both_sides_of_the_limit_are_told_and_what_is_beyond(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, COLUMN, "leaning.yaml")
+    told = stackdsl("find", "leaning.yaml", "--largest", "step", "--most", "count", "-k", "step=14mm")
+    assert told.code == ExitCode.OK
+    lines = [line.strip() for line in told.out.splitlines()]
+    assert lines[0] == "leaning[kind=kapla]"  # of which the step is no part
+    assert sides(lines[1], "largest step: (.+) mm stands, (.+) mm falls") == pytest.approx([9.8, 9.8], rel=1e-6)
+    assert lines[2].startswith("what falls: L2.1, L3.1")
+    assert "tip over L1.1" in lines[2]
+    assert lines[3] == "in place of 14 mm at leaning.yaml:3:16"
+    assert "most count: 8 stands, 9 falls" in lines  # 117.6 mm / 14 mm
+
+
+def test_a_variable_that_is_worked_out_is_set_apart_from_the_others(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, COLUMN, "leaning.yaml")
+    told = json.loads(stackdsl("find", "leaning.yaml", "--largest", "half", "--format", "json", "-k", "step=12mm").out)
+    (found,) = told["found"]
+    assert found["stands"] == pytest.approx(4.9, rel=1e-6)
+    assert found["stands_si"] == pytest.approx(0.0049, rel=1e-6)
+    assert (found["end"], found["unit"], found["contradicting"]) == ("limit", "mm", [])
+
+
+def test_a_limit_is_a_row_of_a_table(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, COLUMN.replace("step: [12 mm, 14 mm]", "step: [3 mm]"), "leaning.yaml")
+    out = stackdsl("find", "leaning.yaml", "--largest", "step", "--largest", "tilt", "--format", "csv").out
+    step, tilt = csv.DictReader(out.splitlines())
+    assert float(step["stands"]) == pytest.approx(9.8, rel=1e-6)
+    # Twelve planks of 7.8 mm are 93.6 mm high, and tip over their long side, 23.4 mm wide.
+    assert float(tilt["stands"]) == pytest.approx(degrees(atan(23.4 / 93.6)), rel=1e-6)
+    assert float(tilt["stands_si"]) == pytest.approx(atan(0.25), rel=1e-6)
+    assert (step["by_program"], tilt["by_program"]) == ("False", "True")
+
+
+def test_along_a_bearing_it_tips_over_its_other_side(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, COLUMN.replace("step: [12 mm, 14 mm]", "step: [0 mm]"), "leaning.yaml")
+    told = stackdsl("find", "leaning.yaml", "--largest", "acceleration", "--bearing", "180 deg").out
+    assert sides(told, "acceleration: (.+) g stands, (.+) g falls") == pytest.approx([0.5, 0.5])  # it slides before
+
+
+def test_what_no_limit_can_be_asked_of_is_told_with_why(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, COLUMN, "leaning.yaml")
+    refused = stackdsl("find", "leaning.yaml", "--largest", "stepp", "--largest", "kind")
+    assert refused.code == ExitCode.USAGE
+    assert "leaning[step=12 mm,kind=kapla]: nothing is called 'stepp'; did you mean 'step'?" in refused.err
+    assert "'kind' is the word 'kapla', and a limit is asked of a number" in refused.err
+    assert "say what to find, such as --largest step" in stackdsl("find", "leaning.yaml").err
+
+
+def test_nothing_is_asked_of_what_is_thrown(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, THROWN, "thrown.yaml")
+    assert "largest far: has no effect on what is built" in stackdsl("find", "thrown.yaml", "--largest", "far").out

@@ -1,0 +1,1 @@
+"""Tests of the limits that are found, and of what margins depend on."""
