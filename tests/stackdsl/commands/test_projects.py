@@ -1,7 +1,7 @@
 """A project from nothing: what `init`, `new`, `doctor` and `completion` write and tell."""
 
 import json
-from importlib.metadata import PathDistribution
+from importlib.metadata import distribution
 from pathlib import Path
 
 import pytest
@@ -35,7 +35,7 @@ def test_the_workflow_installs_what_is_installed_here(
     assert any(run == f"pip install {requirement()}" for run in runs)
     assert ("note: stackdsl is on no package index" in told.out) == (requirement() == VENDORED)
     origin = {"url": "https://example.org/s.git", "vcs_info": {"vcs": "git", "commit_id": "0a1b"}}
-    monkeypatch.setattr(PathDistribution, "read_text", lambda self, name: json.dumps(origin))
+    monkeypatch.setattr(type(distribution("stackdsl")), "read_text", lambda self, name: json.dumps(origin))
     assert requirement() == "'stackdsl @ git+https://example.org/s.git@0a1b'"
 
 
