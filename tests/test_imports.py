@@ -37,7 +37,7 @@ LAYERS = {
         {"outcome"},
         {"judging", "snapshots"},
         {"checking"},
-        {"finding"},
+        {"finding", "sweeping"},
         {"report"},
         {"api", "bench", "pytest_plugin", "viewing"},
         {"commands"},

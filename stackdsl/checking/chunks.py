@@ -9,7 +9,7 @@ from stability.statics.facts import Placed
 from stackdsl.checking.one_case import play_case
 from stackdsl.language.variants import Variant
 from stackdsl.playing.clearance import BlockedPlacementError
-from stackdsl.sampling.design import design_of
+from stackdsl.sampling.design import Design, design_of
 from stackdsl.sampling.draws import Draws
 from stackdsl.sampling.fates import Fate, fates_of
 from stackdsl.sampling.materials import timelines
@@ -47,17 +47,21 @@ def varied_chunk(variant: Variant, system: str, draws: Draws) -> Chunk:
 def judged_chunk(timeline: Timeline, system: str, draws: Draws) -> Chunk:
     """What a worker does: judge some samples, by statics alone where the system proves."""
     started = process_time()
-    design = design_of(timeline)
+    each = judged_each(design_of(timeline), timeline, system, draws)
+    ways = Counter(way for _, way in each if way)
+    return Chunk(tuple(fate for fate, _ in each), dict(ways), process_time() - started)
+
+
+def judged_each(design: Design, timeline: Timeline, system: str, draws: Draws) -> list[tuple[int, str]]:
+    """The fate of each of some samples, and the way that decided it; no way where there was nothing to judge."""
     if system_named(system).method is Method.PROVEN:
         found = fates_of(design, draws)
-        ways = Counter(str(way) for way in found.ways if way is not None)
-        return Chunk(tuple(found.fates.tolist()), dict(ways), process_time() - started)
+        return [(fate, str(way or "")) for fate, way in zip(found.fates.tolist(), found.ways, strict=True)]
     hands = Hands(design, draws).build()
-    fates = [
-        _played(timeline, hands.placed(sample), system) if hands.fits[sample] else int(Fate.UNFIT)
+    return [
+        (_played(timeline, hands.placed(sample), system), PLAYED) if hands.fits[sample] else (int(Fate.UNFIT), "")
         for sample in range(draws.count)
     ]
-    return Chunk(tuple(fates), {PLAYED: int(hands.fits.sum())}, process_time() - started)
 
 
 def _played(timeline: Timeline, placed: Sequence[Placed], system: str) -> int:

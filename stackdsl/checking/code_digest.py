@@ -7,6 +7,7 @@ import os
 import platform
 import sys
 from collections.abc import Iterator
+from functools import cache
 from hashlib import sha256
 from pathlib import Path
 from typing import Final
@@ -15,6 +16,7 @@ from stackdsl import LOADED
 
 PACKAGES: Final = ("stability", "stackdsl")
 LIBRARIES: Final = ("clarabel", "mujoco", "numpy", "pint", "pybullet", "pydantic", "pyyaml", "sapien", "scipy")
+ARITHMETIC: Final = ("clarabel", "numpy", "scipy")  # those of them that every number goes through
 SUFFIXES: Final = (".py", ".json", ".yaml")  # of what the packages read of themselves
 SETTINGS: Final = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_CORETYPE")
 CLOCK: Final = 0.05  # [s] by which the clock of a disk may be behind
@@ -25,6 +27,20 @@ def program_digest() -> str:
     digest = sha256()
     for part in _parts():
         digest.update(len(part).to_bytes(8, "big") + part)
+    return digest.hexdigest()
+
+
+@cache
+def portable_digest(packages: tuple[str, ...] = ()) -> str:
+    """A digest of what decides the results of a case, wherever it is installed: the code and what it reckons by.
+
+    `packages` are those of engines.
+    """
+    digest = sha256(f"Python {sys.version_info.major}.{sys.version_info.minor}".encode())
+    home = _home()
+    for part in (part for file in _files() for part in (file.relative_to(home).as_posix().encode(), file.read_bytes())):
+        digest.update(len(part).to_bytes(8, "big") + part)
+    digest.update("".join(f"{name} {_version(name)}\n" for name in (*ARITHMETIC, *packages)).encode())
     return digest.hexdigest()
 
 
@@ -43,10 +59,22 @@ def _parts() -> Iterator[bytes]:
     yield from (f"{name}={os.environ.get(name, '')}".encode() for name in SETTINGS)
 
 
+def _home() -> Path:
+    return Path(__file__).parent.parent.parent
+
+
 def _files() -> Iterator[Path]:
-    home = Path(__file__).parent.parent.parent
     for package in PACKAGES:
-        yield from sorted(file for file in (home / package).rglob("*") if file.suffix in SUFFIXES)
+        yield from sorted(file for file in (_home() / package).rglob("*") if file.suffix in SUFFIXES)
+
+
+def _version(name: str) -> str:
+    from importlib.metadata import PackageNotFoundError, version  # noqa: PLC0415 -- `--help` does without
+
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "none"
 
 
 def _metadata(name: str) -> str:

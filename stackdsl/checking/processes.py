@@ -5,10 +5,11 @@ task did it. Here each worker has a pipe of its own and one task at a time.
 """
 
 import pickle
+from collections import deque
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from multiprocessing.connection import wait
+from multiprocessing.connection import Connection, wait
 from time import monotonic
 
 from stackdsl.checking.worker import (
@@ -56,54 +57,86 @@ def run_supervised(
     `on_done` hears of each as it ends, and `on_wait` is called many times a second meanwhile. An interrupt (Ctrl-C)
     ends all workers at once; what was done is returned. So does an EnoughSeenError of `on_done`.
     """
-    pool = _Pool(tasks, on_done, on_wait, start)
+    results: dict[int, TaskResult] = {}
+
+    def done(index: int, result: TaskResult) -> None:
+        results[index] = result
+        on_done(index, result)
+
+    pool, interrupted = Pool(workers, done, start), False
     try:
-        pool.run(workers)
-        return PoolResult(pool.in_order(), interrupted=False)
+        for index, task in enumerate(tasks):
+            pool.add(index, task)
+        pool.fill()
+        while pool.busy:
+            pool.step(on_wait)
     except EnoughSeenError:
-        return PoolResult(pool.in_order(), interrupted=False)
+        pass
     except KeyboardInterrupt:
-        return PoolResult(pool.in_order(), interrupted=True)
+        interrupted = True
     finally:
         pool.kill()
+    not_run = TaskResult(TaskStatus.NOT_RUN)
+    return PoolResult(tuple(results.get(index, not_run) for index in range(len(tasks))), interrupted)
 
 
 @dataclass
-class _Pool:
-    tasks: Sequence[Task]
+class Pool:
+    """Supervised processes, what they do, and what waits for them; whoever calls `step` again and again moves it on."""
+
+    workers: int  # at most, at a time
     on_done: OnDone
-    on_wait: OnWait
-    start: Start
-    waiting: list[int] = field(init=False)  # the next one last
+    start: Start = Start.COPY
+    keeps: bool = False  # a worker that has nothing to do, for what comes later; else it is ended
+    waiting: deque[int] = field(default_factory=deque)
     busy: list[Worker] = field(default_factory=list)
-    results: dict[int, TaskResult] = field(default_factory=dict)
+    idle: list[Worker] = field(default_factory=list)
+    tasks: dict[int, Task] = field(default_factory=dict)  # those that are not done, by number
 
-    def __post_init__(self) -> None:
-        self.waiting = list(reversed(range(len(self.tasks))))
+    def add(self, index: int, task: Task) -> None:
+        """One more task, which `fill` begins with."""
+        self.tasks[index] = task
+        self.waiting.append(index)
 
-    def run(self, workers: int) -> None:
-        for _ in range(min(max(1, workers), len(self.tasks))):
-            self._employ(None)
-        while self.busy:
-            soonest = min(worker.deadline for worker in self.busy)
-            signs = [sign for worker in self.busy for sign in (worker.connection, worker.process.sentinel)]
-            wait(signs, timeout=max(0.0, min(LONGEST_WAIT, soonest - monotonic())))
-            self.on_wait()
-            for worker in tuple(self.busy):
-                self._attend(worker)
+    def fill(self) -> None:
+        """Begin with as many of the tasks that wait as there may be workers."""
+        while self.waiting and len(self.busy) < max(1, self.workers):
+            self._employ(self._idle())
 
-    def in_order(self) -> tuple[TaskResult, ...]:
-        not_run = TaskResult(TaskStatus.NOT_RUN)
-        return tuple(self.results.get(index, not_run) for index in range(len(self.tasks)))
+    def prepare(self) -> None:
+        """Start all workers before there is anything to do."""
+        while len(self.idle) < max(1, self.workers):
+            start = safe(self.start)
+            with interrupts_held_back(start):
+                self.idle.append(Worker.started(start, ()))
+
+    def step(self, on_wait: OnWait = lambda: None, also: Sequence[Connection] = ()) -> None:
+        """Wait a moment for a sign of a worker, or of what else is waited for, and attend to all workers."""
+        soonest = min((worker.deadline for worker in self.busy), default=monotonic() + LONGEST_WAIT)
+        signs = [sign for worker in self.busy for sign in (worker.connection, worker.process.sentinel)]
+        wait([*signs, *also], timeout=max(0.0, min(LONGEST_WAIT, soonest - monotonic())))
+        on_wait()
+        for worker in tuple(self.busy):
+            self._attend(worker)
 
     def kill(self) -> None:
-        for worker in self.busy:
+        """End all workers, whatever they do."""
+        for worker in (*self.busy, *self.idle):
             worker.kill()
 
+    def _idle(self) -> Worker | None:
+        """A worker that waits; one that has died meanwhile is let go, for no task is to be blamed for that."""
+        while self.idle:
+            worker = self.idle.pop()
+            if worker.process.exitcode is None:
+                return worker
+            worker.kill()
+        return None
+
     def _employ(self, worker: Worker | None) -> None:
-        """Hand the next task to a worker, or to a new one; end it if there is none."""
+        """Hand the next task to a worker, or to a new one; let it go if there is none."""
         while self.waiting:
-            index = self.waiting.pop()
+            index = self.waiting.popleft()
             try:
                 order = pickle.dumps((self.tasks[index].function, self.tasks[index].arguments))
             except Exception as error:  # what pickling raises depends on what is pickled
@@ -119,12 +152,16 @@ class _Pool:
             with suppress(OSError):
                 worker.connection.send_bytes(order)
             return
-        if worker is not None:
+        if worker is None:
+            return
+        if self.keeps:
+            self.idle.append(worker)
+        else:
             worker.kill()
 
     def _imported(self) -> Sequence[str]:
         """What processes that are started for one task each share: imports, which take longer than most tasks."""
-        return sorted({task.function.__module__ for task in self.tasks})
+        return sorted({task.function.__module__ for task in self.tasks.values()})
 
     def _attend(self, worker: Worker) -> None:
         """See what became of a worker: it may have begun, ended, died or overrun its time."""
@@ -161,7 +198,7 @@ class _Pool:
         self._employ(None)
 
     def _close(self, index: int, result: TaskResult) -> None:
-        self.results[index] = result
+        del self.tasks[index]
         self.on_done(index, result)
 
 

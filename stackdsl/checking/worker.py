@@ -23,6 +23,7 @@ from stackdsl.checking.memory_limit import limit_memory
 from stackdsl.exits import INTERRUPTS
 
 BEGUN = b"begun"  # a worker's word that it has all it needs and calls the function now
+_STARTING = threading.Lock()
 START_LIMIT = 120.0  # [s] for a worker to start and import what a task needs, before the task's own limit counts
 
 
@@ -78,7 +79,8 @@ class Worker:
         """
         ours, theirs = multiprocessing.Pipe()
         process = _process(start, imported, theirs)
-        process.start()
+        with _may_have_children():
+            process.start()
         # As long as this end is open here, the death of the worker would not end the stream.
         theirs.close()
         return cls(process, ours)
@@ -92,6 +94,24 @@ class Worker:
         self.process.kill()
         self.process.join()
         self.connection.close()
+
+
+@contextmanager
+def _may_have_children() -> Iterator[None]:
+    """Let a process start others though it is a daemon, as workers of Dask are.
+
+    The library forbids that, since nobody would end them; a worker of ours ends by itself once its parent has.
+    """
+    own = multiprocessing.current_process()
+    with _STARTING:  # two threads that put the mark back would each see the other's
+        was = own.daemon
+        try:
+            if was:
+                own.daemon = False
+            yield
+        finally:
+            if was:
+                own.daemon = True
 
 
 def _process(start: Start, imported: Sequence[str], connection: Connection) -> BaseProcess:
@@ -125,15 +145,14 @@ def interrupts_held_back(start: Start) -> Iterator[None]:
     Ctrl-C reaches the whole process group. A process inherits what is blocked, as it would what is ignored, but what is
     ignored would be lost here. Another thread may take what this one blocks, hence the handler.
     """
-    if threading.current_thread() is not threading.main_thread():  # interrupts are not for this one
-        yield
-        return
     if start is not Start.COPY:
         from multiprocessing import resource_tracker  # noqa: PLC0415 -- copies do without
 
         resource_tracker.ensure_running()  # else starting a process would start it, which lets interrupts through again
     pressed: list[int] = []
-    handlers = {number: signal.signal(number, lambda number, _: pressed.append(number)) for number in INTERRUPTS}
+    main = threading.current_thread() is threading.main_thread()  # of another thread interrupts are no affair
+    held = INTERRUPTS if main else ()
+    handlers = {number: signal.signal(number, lambda number, _: pressed.append(number)) for number in held}
     blocked = signal.pthread_sigmask(signal.SIG_BLOCK, INTERRUPTS)
     try:
         yield

@@ -38,6 +38,8 @@ COMMANDS: Final[Mapping[str, str]] = {
     "sensitivities": "Tell on which bricks, joints and numbers of FILE its margin depends most; nothing is played.",
     "survive": "Tell what the finished structure of FILE survives when it is shaken or tilted, and what gives way "
     "first.",
+    "sweep": "Judge every variant and every sample of FILE, and write a row for each; called again, it goes on where "
+    "it was.",
 }
 
 

@@ -10,7 +10,7 @@ def ensemble_lines(ensemble: Ensemble) -> Iterator[str]:
     """What became of them; then how that is known, and what it cost."""
     parts = [f"{ensemble.stood} stand"]
     if ensemble.fell:
-        parts.append(f"{sum(ensemble.fell.values())} fall{_levels(ensemble.fell)}")
+        parts.append(f"{sum(ensemble.fell.values())} fall{levels_told(ensemble.fell)}")
     if ensemble.undecided:
         parts.append(f"{ensemble.undecided} undecided")
     if ensemble.unfit:
@@ -28,7 +28,7 @@ def samples_told(results: Iterable[VariantResult]) -> Iterator[str]:
             yield f"{result.name}: {'; '.join(ensemble_lines(result.ensemble))}"
 
 
-def _levels(fell: Mapping[int, int]) -> str:
+def levels_told(fell: Mapping[int, int]) -> str:
     """At which levels, and half of them by which."""
     low, high = min(fell), max(fell)
     if low == high:

@@ -44,8 +44,8 @@ def attended(pool, busy):
     attend(pool, busy)
 
 ahead, hung = 0.0, Path("hung").absolute()
-attend = processes._Pool._attend
-processes._Pool._attend = attended
+attend = processes.Pool._attend
+processes.Pool._attend = attended
 processes.monotonic = worker.monotonic = lambda: time.monotonic() + ahead
 one_case.play = badly_played
 main()

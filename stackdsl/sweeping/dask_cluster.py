@@ -1,0 +1,43 @@
+"""A Dask cluster that is there, as an Executor."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Final
+
+from stackdsl.sweeping.workers import Workers
+
+HINT: Final = "pip install 'stackdsl[dask]'"
+PATIENCE: Final = 10.0  # [s] for a scheduler to answer
+
+
+class NoClusterError(Exception):
+    """There is no cluster, or nothing that speaks to one."""
+
+
+@contextmanager
+def dask_cluster(scheduler: str = "") -> Iterator[Workers]:
+    """The cluster of the scheduler at an address, such as `tcp://10.0.0.1:8786`, or of that which Dask is set up for.
+
+    Raises NoClusterError.
+    """
+    try:
+        import dask  # noqa: PLC0415 -- an optional extra
+        from distributed import Client  # noqa: PLC0415 -- likewise
+    except ModuleNotFoundError as error:
+        raise NoClusterError(f"Dask needs {error.name}, which is not installed; try: {HINT}") from error
+    address = scheduler or dask.config.get("scheduler-address", None)
+    if not address:
+        how = (
+            "say where its scheduler is: --scheduler tcp://HOST:8786, or DASK_SCHEDULER_ADDRESS, or Dask's own settings"
+        )
+        raise NoClusterError(f"no Dask cluster is named; {how}")
+    try:
+        client = Client(address, timeout=PATIENCE, set_as_default=False)
+    except (OSError, ValueError) as error:  # what it times out with is an OSError
+        told = " ".join(str(error).split()) or type(error).__name__
+        raise NoClusterError(f"the scheduler at {address} does not answer: {told}") from error
+    try:
+        # Each call is one of its own, even if it asks the same: what is done again is done for a reason.
+        yield Workers(client.get_executor(pure=False), lambda: sum(client.nthreads().values()))
+    finally:
+        client.close()

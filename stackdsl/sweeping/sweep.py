@@ -1,0 +1,266 @@
+"""A sweep under way: pieces go to an Executor, as many at a time as keep it busy, and rows to a file, in their order."""
+
+from collections import Counter, deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import CancelledError, Executor, Future
+from dataclasses import dataclass, field
+from queue import Empty, SimpleQueue
+from time import monotonic
+from typing import Final, Protocol
+
+from stackdsl.checking.executors import asked_of
+from stackdsl.checking.worker import Task, TaskResult, TaskStatus
+from stackdsl.sweeping.pieces import FAILED, Judged, Kind, OtherProgram, joined, judged_as, judged_piece
+from stackdsl.sweeping.plan import Entry, Plan
+from stackdsl.sweeping.rows import Counts, RowsError, head_of, number_of, tail_of
+
+FIRST: Final = 100  # samples of the pieces that go out before it is known what one takes
+MOST: Final = 20_000  # samples of a piece: more would be lost by a kill, and take more memory where they are waited for
+WANTED: Final = 2.0  # [s] of a piece: a thousand workers then send 500 messages a second, which a scheduler can do
+FRESH: Final = 0.2  # how much the latest piece counts in what a sample takes
+AHEAD: Final = 4  # times what is under way may be judged, and wait for a row before theirs
+ATTEMPTS: Final = 3  # that an executor has to carry a piece to an end
+ALONE: Final = 2  # that a sample by itself has: what brings it down may be somebody else's doing
+MOST_FAILED: Final = 100  # samples: more are no accident
+LONGEST_WAIT: Final = 0.05  # [s] between two looks at whoever is told that we wait
+LOOK: Final = 5.0  # [s] between two looks at how many workers there are
+
+
+class SweepError(Exception):
+    """A sweep that cannot go on; what is in its file is kept, and is gone on with by calling it again."""
+
+
+class RowsFile(Protocol):
+    """Where rows go."""
+
+    counts: Counts  # of what was there on opening, to which is added what is written
+
+    @property
+    def rows(self) -> int:
+        """How many there are."""
+
+    def write(self, lines: list[bytes]) -> None:
+        """Add some. Raises RowsError."""
+
+
+@dataclass
+class Piece:
+    """Some samples of a case that follow each other, judged at once, or in parts where that fails."""
+
+    first: int
+    count: int
+    parts: dict[int, Judged] = field(default_factory=dict)  # by their first sample
+    missing: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.missing = self.count
+
+
+@dataclass
+class Lane:
+    """The rows of one case."""
+
+    index: int
+    entry: Entry
+    next: int  # the first sample that is in no piece
+    head: bytes = field(init=False)
+    pieces: deque[Piece] = field(default_factory=deque)  # under way, in their order
+    ready: deque[tuple[bytes, Kind]] = field(default_factory=deque)  # of the rows that come next: how each ends
+    cost: float | None = None  # [s] that a sample takes
+
+    def __post_init__(self) -> None:
+        self.head = head_of(self.entry)
+
+    def cut(self) -> Piece:
+        """The next piece: so many samples as take a while, but no longer."""
+        count = FIRST if self.cost is None else int(min(MOST, WANTED / max(self.cost, WANTED / MOST)))
+        piece = Piece(self.next, max(1, min(count, self.entry.count - self.next)))
+        self.next += piece.count
+        self.pieces.append(piece)
+        return piece
+
+    def done(self, piece: Piece, first: int, judged: Judged) -> None:
+        """Keep what became of a part of a piece, and get ready what comes next."""
+        piece.parts[first] = judged
+        piece.missing -= len(judged.which)
+        if judged.cpu_time > 0.0:
+            cost = judged.cpu_time / len(judged.which)
+            self.cost = cost if self.cost is None else (1.0 - FRESH) * self.cost + FRESH * cost
+        while self.pieces and self.pieces[0].missing == 0:
+            parts = self.pieces.popleft().parts
+            whole = joined([parts[first] for first in sorted(parts)]) if len(parts) > 1 else next(iter(parts.values()))
+            ends = [(tail_of(kind), kind) for kind in whole.kinds]
+            self.ready.extend(map(ends.__getitem__, whole.which))
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """What an executor was asked for."""
+
+    lane: Lane
+    piece: Piece
+    first: int
+    count: int
+    attempt: int = 1
+
+
+@dataclass
+class Sweep:
+    """Pieces under way, and rows that wait for those before them; this process holds counts, and no rows else."""
+
+    plan: Plan
+    file: RowsFile
+    executor: Executor
+    capacity: Callable[[], int]  # how many pieces can be judged at a time; may change
+    on_wait: Callable[[int], None] = lambda rows: None  # called many times a second with the number of rows
+    _lanes: list[Lane] = field(init=False)
+    _order: Iterator[tuple[int, int]] = field(init=False)
+    _at: tuple[int, int] | None = field(init=False)  # the sample and the case of the next row
+    _under_way: dict["Future[TaskResult]", Order] = field(default_factory=dict)
+    _ended: "SimpleQueue[Future[TaskResult]]" = field(default_factory=SimpleQueue)
+    _workers: tuple[float, int] = (0.0, 0)  # how many there are, and when that was asked
+
+    def __post_init__(self) -> None:
+        sample, index = self.plan.at(self.file.rows)
+        self._lanes = [
+            Lane(number, entry, min(sample + (number < index), entry.count))
+            for number, entry in enumerate(self.plan.entries)
+        ]
+        self._order = self.plan.order(self.file.rows)
+        self._at = next(self._order, None)
+
+    def run(self) -> None:
+        """Judge all that is not there. Raises SweepError, RowsError, and what interrupts it; rows are kept."""
+        try:
+            self._refuse_more_failures()
+            while self._at is not None:
+                self._hand_out()
+                for future in self._done():
+                    self._hear(self._under_way.pop(future), future)
+                self._write()
+                self.on_wait(self.file.rows)
+        finally:
+            for future in self._under_way:
+                future.cancel()
+
+    # --- what goes out ------------------------------------------------------------------------------------------------
+
+    def _hand_out(self) -> None:
+        """Keep the executor busy, but do not run far ahead of what is written."""
+        most = 2 * self._capacity()
+        while len(self._under_way) < most and sum(len(lane.pieces) for lane in self._lanes) < AHEAD * most:
+            lane = min((each for each in self._lanes if each.next < each.entry.count), key=_turn, default=None)
+            if lane is None:
+                return
+            piece = lane.cut()
+            self._ask(Order(lane, piece, piece.first, piece.count))
+
+    def _ask(self, order: Order) -> None:
+        entry = order.lane.entry
+        arguments = (entry.packed, order.first, order.count, entry.program)
+        try:
+            future = asked_of(self.executor, Task(judged_piece, arguments, self.plan.time_limit))
+        except RuntimeError as error:  # it was shut down, or its processes have died
+            raise SweepError(f"the executor takes no more work: {error}") from error
+        self._under_way[future] = order
+        future.add_done_callback(self._ended.put)
+
+    def _capacity(self) -> int:
+        when, count = self._workers
+        if not count or monotonic() > when + LOOK:
+            count = max(1, self.capacity())
+            self._workers = (monotonic(), count)
+        return count
+
+    # --- what comes back ----------------------------------------------------------------------------------------------
+
+    def _done(self) -> Iterator["Future[TaskResult]"]:
+        """The futures that have ended, at least one if that does not take too long."""
+        try:
+            yield self._ended.get(timeout=LONGEST_WAIT)
+            while True:
+                yield self._ended.get_nowait()
+        except Empty:
+            return
+
+    def _hear(self, order: Order, future: "Future[TaskResult]") -> None:
+        try:
+            result = future.result()
+        except (Exception, CancelledError) as error:  # whatever the executor makes of its own troubles
+            self._lost(order, error)
+            return
+        judged = result.value
+        if isinstance(judged, OtherProgram):
+            told = f"it has the digest {judged.digest[:12]}, and this one {order.lane.entry.program[:12]}"
+            same = "install the same stackdsl, Python, numpy, scipy and engines there as here"
+            raise SweepError(f"the worker on {judged.where} has another program: {told}; {same}")
+        if result.status is TaskStatus.DONE and isinstance(judged, Judged):
+            order.lane.done(order.piece, order.first, judged)
+        elif result.status is TaskStatus.NOT_RUN:
+            self._lost(order, RuntimeError(result.message))
+        else:
+            self._failed(order, result)
+
+    def _lost(self, order: Order, error: BaseException) -> None:
+        """Nothing is known of the samples: whoever was to carry them out has failed."""
+        if order.attempt >= ATTEMPTS:
+            what = f"{type(error).__name__}: {error}".strip().rstrip(":")
+            raise SweepError(f"the executor failed {ATTEMPTS} times with the same samples: {what}") from error
+        self._ask(Order(order.lane, order.piece, order.first, order.count, order.attempt + 1))
+
+    def _failed(self, order: Order, result: TaskResult) -> None:
+        """Some sample brings down what judges it, or takes too long: find out which."""
+        if order.count == 1 and (order.attempt >= ALONE or not order.lane.entry.case.is_sampled):
+            kind = Kind(FAILED, None, result.message or str(result.status))
+            order.lane.done(order.piece, order.first, judged_as([kind], 0.0))
+        elif order.count == 1:
+            self._ask(Order(order.lane, order.piece, order.first, 1, order.attempt + 1))
+        else:
+            half = order.count // 2
+            self._ask(Order(order.lane, order.piece, order.first, half))
+            self._ask(Order(order.lane, order.piece, order.first + half, order.count - half))
+
+    # --- what is written ----------------------------------------------------------------------------------------------
+
+    def _write(self) -> None:
+        """Write all rows whose turn it is."""
+        lines: list[bytes] = []
+        counts = self.file.counts
+        at = self._at
+        while at is not None and (lane := self._lanes[at[1]]).ready:
+            if len(self._lanes) == 1:  # no other case's rows come between
+                ends, sample = [*lane.ready], at[0]
+                lane.ready.clear()
+                lines = [b"%b%d%b" % (lane.head, number, tail) for number, (tail, _) in enumerate(ends, sample)]
+                counts.of.setdefault(0, Counter()).update(kind for _, kind in ends)
+                at = (sample + len(ends), 0) if sample + len(ends) < lane.entry.count else None
+                continue
+            tail, kind = lane.ready.popleft()
+            lines.append(lane.head + number_of(lane.entry, at[0]) + tail)
+            counts.add(lane.index, kind)
+            at = next(self._order, None)
+        self._at = at
+        if lines:
+            self.file.write(lines)
+            self._refuse_more_failures()
+
+    def _refuse_more_failures(self) -> None:
+        failed = [
+            (index, kind, n) for index, of in self.file.counts.of.items() for kind, n in of.items() if _fails(kind)
+        ]
+        count = sum(n for *_, n in failed)
+        if count > MOST_FAILED:
+            index, kind, _ = failed[0]
+            told = f"of {self.plan.entries[index].name}: {kind.how}"
+            raise SweepError(f"{count} samples failed, which is no accident; one {told}; mend that and write anew")
+
+
+def _turn(lane: Lane) -> tuple[int, int]:
+    return (lane.next, lane.index)
+
+
+def _fails(kind: Kind) -> bool:
+    return kind.verdict == FAILED
+
+
+__all__ = ["Counts", "RowsError", "RowsFile", "Sweep", "SweepError"]
