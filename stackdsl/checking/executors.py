@@ -5,10 +5,12 @@ and watch: what crashes, eats up memory or takes too long costs that task, and n
 """
 
 import os
+import pickle
 import threading
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Executor, Future
+from dataclasses import dataclass
 from multiprocessing import Pipe
 from typing import Any, ParamSpec, TypeVar
 
@@ -123,11 +125,25 @@ def _passed_on(done: "Future[TaskResult]", found: "Future[Any]") -> None:
 def asked_of(executor: Executor, task: Task) -> "Future[TaskResult]":
     """The future of a task on any Executor, done in a supervised process wherever that carries it to.
 
-    It raises only what befalls the executor.
+    It raises only what befalls the executor, such as an ImportError where it has no such program.
     """
     if isinstance(executor, SupervisedExecutor):
         return executor.submit_task(task)
-    return executor.submit(supervised, task)
+    return executor.submit(pickle.loads, pickle.dumps(_Carried(task)))
+
+
+@dataclass(frozen=True)
+class _Carried:
+    """A task as bytes that do it where they are read.
+
+    Whoever only passes them on, such as the scheduler of a cluster, needs nothing of ours for that; and where it is
+    missing, this fails as the call does, and brings down nobody who takes arguments apart before.
+    """
+
+    task: Task
+
+    def __reduce__(self) -> tuple[Callable[[Task], TaskResult], tuple[Task]]:
+        return supervised, (self.task,)
 
 
 _OWN = threading.local()  # the process that a thread of some executor has here

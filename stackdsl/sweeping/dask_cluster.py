@@ -23,6 +23,7 @@ def dask_cluster(scheduler: str = "") -> Iterator[Workers]:
     try:
         import dask  # noqa: PLC0415 -- an optional extra
         from distributed import Client  # noqa: PLC0415 -- likewise
+        from distributed.comm import resolve_address  # noqa: PLC0415 -- likewise
     except ModuleNotFoundError as error:
         raise NoClusterError(f"Dask needs {error.name}, which is not installed; try: {HINT}") from error
     address = scheduler or dask.config.get("scheduler-address", None)
@@ -32,7 +33,7 @@ def dask_cluster(scheduler: str = "") -> Iterator[Workers]:
         )
         raise NoClusterError(f"no Dask cluster is named; {how}")
     try:
-        client = Client(address, timeout=PATIENCE, set_as_default=False)
+        client = Client(resolve_address(address), timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError) as error:  # what it times out with is an OSError
         told = " ".join(str(error).split()) or type(error).__name__
         raise NoClusterError(f"the scheduler at {address} does not answer: {told}") from error

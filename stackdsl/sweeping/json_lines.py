@@ -22,6 +22,7 @@ class JsonLines:
     def __init__(self, path: Path, plan: Plan, *, locked: bool = True) -> None:
         """Raises RowsError."""
         self.path, self.plan = path, plan
+        self._due = b""  # the first line, which comes with the first rows: until then the file is of no sweep
         self.counts = Counts()  # of what is there on opening; whoever writes adds to it
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -47,7 +48,8 @@ class JsonLines:
     def write(self, lines: list[bytes]) -> None:
         """Add rows, so that they are there even if this process is killed. Raises RowsError."""
         try:
-            self._stream.write(b"".join(lines))
+            self._stream.write(self._due + b"".join(lines))
+            self._due = b""
             self._stream.flush()
         except OSError as error:
             raise RowsError(f"{self.path} cannot be written on: {error.strerror}; what is there is kept") from error
@@ -73,8 +75,7 @@ class JsonLines:
                     refuse_other(line, self.plan, self.path)
                 self._stream.seek(0)
                 self._stream.truncate()
-                self._stream.write(header_line(self.plan))
-                self._stream.flush()
+                self._due = header_line(self.plan)
                 return 0
             after = refuse_other(line, self.plan, self.path)
             end = self._counted(len(line), after)

@@ -1,7 +1,7 @@
 """Rows in a folder of Parquet files, with a file of JSON lines for those that fill no file yet.
 
 A Parquet file is of no use before its last byte is written, so each is written at once, of as many rows as fill one.
-What comes after stands in `_tail.jsonl`, which readers of such folders pass over, and in a last file once the sweep ends.
+What comes after stands in `_tail.jsonl`, which readers of such folders pass over, and in a last file once a sweep ends.
 Where a kill has left rows in both, the tail has them: it says how many rows come before its own.
 """
 

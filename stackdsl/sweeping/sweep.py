@@ -1,9 +1,10 @@
-"""A sweep under way: pieces go to an Executor, as many at a time as keep it busy, and rows to a file, in their order."""
+"""A sweep under way: pieces go to an Executor, as many at a time as keep it busy, and rows to a file, in order."""
 
 from collections import Counter, deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError, Executor, Future
 from dataclasses import dataclass, field
+from heapq import heapify, heappop, heapreplace
 from queue import Empty, SimpleQueue
 from time import monotonic
 from typing import Final, Protocol
@@ -12,7 +13,7 @@ from stackdsl.checking.executors import asked_of
 from stackdsl.checking.worker import Task, TaskResult, TaskStatus
 from stackdsl.sweeping.pieces import FAILED, Judged, Kind, OtherProgram, joined, judged_as, judged_piece
 from stackdsl.sweeping.plan import Entry, Plan
-from stackdsl.sweeping.rows import Counts, RowsError, head_of, number_of, tail_of
+from stackdsl.sweeping.rows import Counts, head_of, number_of, tail_of
 
 FIRST: Final = 100  # samples of the pieces that go out before it is known what one takes
 MOST: Final = 20_000  # samples of a piece: more would be lost by a kill, and take more memory where they are waited for
@@ -23,6 +24,7 @@ ATTEMPTS: Final = 3  # that an executor has to carry a piece to an end
 ALONE: Final = 2  # that a sample by itself has: what brings it down may be somebody else's doing
 MOST_FAILED: Final = 100  # samples: more are no accident
 LONGEST_WAIT: Final = 0.05  # [s] between two looks at whoever is told that we wait
+SAME: Final = "install the same stackdsl, Python, numpy, scipy, clarabel and engines there as here"
 LOOK: Final = 5.0  # [s] between two looks at how many workers there are
 
 
@@ -79,18 +81,20 @@ class Lane:
         self.pieces.append(piece)
         return piece
 
-    def done(self, piece: Piece, first: int, judged: Judged) -> None:
-        """Keep what became of a part of a piece, and get ready what comes next."""
+    def done(self, piece: Piece, first: int, judged: Judged) -> int:
+        """Keep what became of a part of a piece, and get ready what comes next; how many pieces are done by that."""
         piece.parts[first] = judged
         piece.missing -= len(judged.which)
         if judged.cpu_time > 0.0:
             cost = judged.cpu_time / len(judged.which)
             self.cost = cost if self.cost is None else (1.0 - FRESH) * self.cost + FRESH * cost
+        before = len(self.pieces)
         while self.pieces and self.pieces[0].missing == 0:
             parts = self.pieces.popleft().parts
             whole = joined([parts[first] for first in sorted(parts)]) if len(parts) > 1 else next(iter(parts.values()))
             ends = [(tail_of(kind), kind) for kind in whole.kinds]
             self.ready.extend(map(ends.__getitem__, whole.which))
+        return before - len(self.pieces)
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,6 +122,10 @@ class Sweep:
     _at: tuple[int, int] | None = field(init=False)  # the sample and the case of the next row
     _under_way: dict["Future[TaskResult]", Order] = field(default_factory=dict)
     _ended: "SimpleQueue[Future[TaskResult]]" = field(default_factory=SimpleQueue)
+    _turns: list[tuple[int, int]] = field(
+        init=False
+    )  # a heap: the next sample of each case that has more, and the case
+    _ahead: int = 0  # pieces that are not done, or wait for those before them
     _workers: tuple[float, int] = (0.0, 0)  # how many there are, and when that was asked
 
     def __post_init__(self) -> None:
@@ -126,6 +134,8 @@ class Sweep:
             Lane(number, entry, min(sample + (number < index), entry.count))
             for number, entry in enumerate(self.plan.entries)
         ]
+        self._turns = [(lane.next, lane.index) for lane in self._lanes if lane.next < lane.entry.count]
+        heapify(self._turns)
         self._order = self.plan.order(self.file.rows)
         self._at = next(self._order, None)
 
@@ -148,11 +158,15 @@ class Sweep:
     def _hand_out(self) -> None:
         """Keep the executor busy, but do not run far ahead of what is written."""
         most = 2 * self._capacity()
-        while len(self._under_way) < most and sum(len(lane.pieces) for lane in self._lanes) < AHEAD * most:
-            lane = min((each for each in self._lanes if each.next < each.entry.count), key=_turn, default=None)
-            if lane is None:
-                return
+        while self._turns and len(self._under_way) < most and self._ahead < AHEAD * most:
+            _, index = self._turns[0]
+            lane = self._lanes[index]
             piece = lane.cut()
+            self._ahead += 1
+            if lane.next < lane.entry.count:
+                heapreplace(self._turns, (lane.next, index))
+            else:
+                heappop(self._turns)
             self._ask(Order(lane, piece, piece.first, piece.count))
 
     def _ask(self, order: Order) -> None:
@@ -192,10 +206,9 @@ class Sweep:
         judged = result.value
         if isinstance(judged, OtherProgram):
             told = f"it has the digest {judged.digest[:12]}, and this one {order.lane.entry.program[:12]}"
-            same = "install the same stackdsl, Python, numpy, scipy and engines there as here"
-            raise SweepError(f"the worker on {judged.where} has another program: {told}; {same}")
+            raise SweepError(f"the worker on {judged.where} has another program: {told}; {SAME}")
         if result.status is TaskStatus.DONE and isinstance(judged, Judged):
-            order.lane.done(order.piece, order.first, judged)
+            self._ahead -= order.lane.done(order.piece, order.first, judged)
         elif result.status is TaskStatus.NOT_RUN:
             self._lost(order, RuntimeError(result.message))
         else:
@@ -203,8 +216,10 @@ class Sweep:
 
     def _lost(self, order: Order, error: BaseException) -> None:
         """Nothing is known of the samples: whoever was to carry them out has failed."""
+        if isinstance(error, ImportError | AttributeError):  # so says Python of what is missing in what it is to read
+            raise SweepError(f"a worker has another program: {error}; {SAME}") from error
         if order.attempt >= ATTEMPTS:
-            what = f"{type(error).__name__}: {error}".strip().rstrip(":")
+            what = " ".join(f"{type(error).__name__}: {error}".split()).rstrip(":")
             raise SweepError(f"the executor failed {ATTEMPTS} times with the same samples: {what}") from error
         self._ask(Order(order.lane, order.piece, order.first, order.count, order.attempt + 1))
 
@@ -212,7 +227,7 @@ class Sweep:
         """Some sample brings down what judges it, or takes too long: find out which."""
         if order.count == 1 and (order.attempt >= ALONE or not order.lane.entry.case.is_sampled):
             kind = Kind(FAILED, None, result.message or str(result.status))
-            order.lane.done(order.piece, order.first, judged_as([kind], 0.0))
+            self._ahead -= order.lane.done(order.piece, order.first, judged_as([kind], 0.0))
         elif order.count == 1:
             self._ask(Order(order.lane, order.piece, order.first, 1, order.attempt + 1))
         else:
@@ -255,12 +270,5 @@ class Sweep:
             raise SweepError(f"{count} samples failed, which is no accident; one {told}; mend that and write anew")
 
 
-def _turn(lane: Lane) -> tuple[int, int]:
-    return (lane.next, lane.index)
-
-
 def _fails(kind: Kind) -> bool:
     return kind.verdict == FAILED
-
-
-__all__ = ["Counts", "RowsError", "RowsFile", "Sweep", "SweepError"]

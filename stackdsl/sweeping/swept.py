@@ -16,7 +16,7 @@ from stackdsl.sweeping.rows import Counts, RowsError
 from stackdsl.sweeping.sweep import Sweep
 from stackdsl.sweeping.workers import Workers
 
-FORMS: Final[dict[str, Callable[[Path, Plan], JsonLines | ParquetFolder]]] = {
+FORMS: Final[dict[str, type[JsonLines | ParquetFolder]]] = {
     ".jsonl": JsonLines,
     ".parquet": ParquetFolder,
 }
