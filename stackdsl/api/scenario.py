@@ -1,6 +1,7 @@
 """A scenario written in Python, with the words, the mistakes and the golden files of one in YAML."""
 
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
 from typing import Final
 
 import yaml
@@ -96,18 +97,19 @@ class Scenario:
         """
         return play(self._case(case), on_event)
 
-    def draw(self, case: str = "", workers: int = 1) -> VariantResult:
+    def draw(self, case: str = "", workers: int = 1, executor: Executor | None = None) -> VariantResult:
         """Judge the samples of a case, as many as decide: `ensemble` of the result says what became of them.
 
         Raises as `play` does, and ValueError for a case without samples. With more than one of them, workers are
-        processes, which begin by importing the main module anew where the platform asks for that.
+        processes, which begin by importing the main module anew where the platform asks for that. With an Executor of
+        `concurrent.futures`, or of a cluster that has one, workers are the calls that it does at a time.
         """
         from stackdsl.checking.sampled_results import drawn_result  # noqa: PLC0415 -- it brings scipy
 
         found = self._case(case)
         if not found.is_sampled:
             raise ValueError(f"'{found.name}' has no samples: give the scenario samples=1000, or play it")
-        return drawn_result(found, workers)
+        return drawn_result(found, workers, executor=executor)
 
     def _case(self, name: str) -> Case:
         if not isinstance(name, str):

@@ -5,14 +5,14 @@ a chunk that is remembered from a call that was interrupted need not be drawn ag
 """
 
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from stackdsl.checking.chunks import Chunk, judged_chunk, varied_chunk
 from stackdsl.checking.gathering import Case
 from stackdsl.checking.memory import Memory
-from stackdsl.checking.processes import EnoughSeenError, OnWait, run_supervised
+from stackdsl.checking.processes import EnoughSeenError, OnDone, OnWait, PoolResult, run_supervised
 from stackdsl.checking.worker import Task, TaskResult, TaskStatus
 from stackdsl.ensemble import Ensemble
 from stackdsl.judging.judge import judge_shares
@@ -79,6 +79,7 @@ class Drawing:
 
 
 OnEnded = Callable[[int, Drawing], None]
+Run = Callable[[Sequence[Task], int, OnDone, OnWait], PoolResult]  # as `run_supervised`
 
 
 def draw(  # noqa: PLR0913, PLR0917 -- how a check is carried out
@@ -88,10 +89,11 @@ def draw(  # noqa: PLR0913, PLR0917 -- how a check is carried out
     memory: Memory,
     on_ended: OnEnded,
     on_wait: OnWait = lambda: None,
+    run: Run = run_supervised,
 ) -> bool:
     """Draw all samples that are needed, and tell of each case as it ends; whether it was interrupted.
 
-    `on_ended` may raise EnoughSeenError: then no more is drawn.
+    `on_ended` may raise EnoughSeenError: then no more is drawn. `run` does the tasks, by default processes of ours.
     """
     open_ones = dict(drawings)
     for drawing in open_ones.values():
@@ -104,22 +106,28 @@ def draw(  # noqa: PLR0913, PLR0917 -- how a check is carried out
                 if drawing.failed is not None or not drawing.due():
                     del open_ones[number]
                     on_ended(number, drawing)
-            if _drawn(open_ones, workers, time_limit, memory, on_wait):
+            if _drawn(open_ones, time_limit, memory, lambda tasks, done: run(tasks, workers, done, on_wait)):
                 return True
     except EnoughSeenError:
         pass
     return False
 
 
-def drawn_alone(case: Case, workers: int, time_limit: float) -> Drawing | None:
+def drawn_alone(case: Case, workers: int, time_limit: float, run: Run = run_supervised) -> Drawing | None:
     """The samples of one case, of which nothing is remembered; None if it was interrupted."""
     ended: list[Drawing] = []
     memory = Memory(Path(), used=False)
-    interrupted = draw({0: Drawing(case, "")}, workers, time_limit, memory, lambda _, drawing: ended.append(drawing))
+    one = {0: Drawing(case, "")}
+    interrupted = draw(one, workers, time_limit, memory, lambda _, drawing: ended.append(drawing), run=run)
     return None if interrupted else ended[0]
 
 
-def _drawn(open_ones: Mapping[int, Drawing], workers: int, time_limit: float, memory: Memory, on_wait: OnWait) -> bool:
+def _drawn(
+    open_ones: Mapping[int, Drawing],
+    time_limit: float,
+    memory: Memory,
+    run: Callable[[Sequence[Task], OnDone], PoolResult],
+) -> bool:
     """Draw what the next look of each case needs; whether it was interrupted."""
     parts = [(drawing, *part) for drawing in open_ones.values() for part in drawing.due()]
 
@@ -132,7 +140,7 @@ def _drawn(open_ones: Mapping[int, Drawing], workers: int, time_limit: float, me
             drawing.failed = result
 
     tasks = [Task(*_asked(drawing, first, count), time_limit) for drawing, first, count in parts]
-    return run_supervised(tasks, workers, done, on_wait).interrupted if tasks else False
+    return run(tasks, done).interrupted if tasks else False
 
 
 def _asked(drawing: Drawing, first: int, count: int) -> tuple[Callable[..., Chunk], tuple[object, ...]]:

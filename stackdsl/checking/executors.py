@@ -8,17 +8,18 @@ import os
 import pickle
 import threading
 from collections import deque
-from collections.abc import Callable
-from concurrent.futures import Executor, Future
+from collections.abc import Callable, Sequence
+from concurrent.futures import CancelledError, Executor, Future
+from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing import Pipe
+from queue import Empty, SimpleQueue
 from typing import Any, ParamSpec, TypeVar
 
-from stackdsl.checking.processes import OnDone, Pool
-from stackdsl.checking.worker import Start, Task, TaskResult, TaskStatus
+from stackdsl.checking.processes import LONGEST_WAIT, EnoughSeenError, OnDone, OnWait, Pool, PoolResult
+from stackdsl.checking.worker import Start, Task, TaskResult, TaskStatus, crash
 
 TIME_LIMIT = 600.0  # [s] of wall time a call that says nothing of it
-OnWait = Callable[[], None]
 
 Given = ParamSpec("Given")
 Made = TypeVar("Made")
@@ -144,6 +145,50 @@ class _Carried:
 
     def __reduce__(self) -> tuple[Callable[[Task], TaskResult], tuple[Task]]:
         return supervised, (self.task,)
+
+
+def run_on(
+    executor: Executor,
+    tasks: Sequence[Task],
+    workers: int,
+    on_done: OnDone = lambda index, result: None,
+    on_wait: OnWait = lambda: None,
+) -> PoolResult:
+    """Run all tasks on any Executor, as `run_supervised` does here; so many of them can be done at a time."""
+    waiting, results = deque(enumerate(tasks)), dict[int, TaskResult]()
+    under_way: dict[Future[TaskResult], int] = {}
+    ended = SimpleQueue[Future[TaskResult]]()
+    interrupted = False
+    try:
+        while waiting or under_way:
+            while waiting and len(under_way) < 2 * workers:
+                index, task = waiting.popleft()
+                future = asked_of(executor, task)
+                under_way[future] = index
+                future.add_done_callback(ended.put)
+            on_wait()
+            with suppress(Empty):
+                future = ended.get(timeout=LONGEST_WAIT)
+                index = under_way.pop(future)
+                results[index] = _ended(future)
+                on_done(index, results[index])
+    except EnoughSeenError:
+        pass
+    except KeyboardInterrupt:
+        interrupted = True
+    finally:
+        for future in under_way:
+            future.cancel()
+    not_run = TaskResult(TaskStatus.NOT_RUN)
+    return PoolResult(tuple(results.get(index, not_run) for index in range(len(tasks))), interrupted)
+
+
+def _ended(future: "Future[TaskResult]") -> TaskResult:
+    """What became of a task; what befalls the executor counts as a crash of it."""
+    try:
+        return future.result()
+    except (Exception, CancelledError) as error:
+        return crash(error)
 
 
 _OWN = threading.local()  # the process that a thread of some executor has here

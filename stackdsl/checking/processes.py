@@ -104,11 +104,10 @@ class Pool:
             self._employ(self._idle())
 
     def prepare(self) -> None:
-        """Start all workers before there is anything to do."""
-        while len(self.idle) < max(1, self.workers):
-            start = safe(self.start)
-            with interrupts_held_back(start):
-                self.idle.append(Worker.started(start, ()))
+        """Start all workers before there is anything to do, if they can be copies: of others more is known later."""
+        while len(self.idle) < max(1, self.workers) and self._start() is Start.COPY:
+            with interrupts_held_back(Start.COPY):
+                self.idle.append(Worker.started(Start.COPY, ()))
 
     def step(self, on_wait: OnWait = lambda: None, also: Sequence[Connection] = ()) -> None:
         """Wait a moment for a sign of a worker, or of what else is waited for, and attend to all workers."""
@@ -142,7 +141,7 @@ class Pool:
             except Exception as error:  # what pickling raises depends on what is pickled
                 self._close(index, crash(error))
                 continue
-            start = safe(self.start)
+            start = self._start()
             with interrupts_held_back(start):
                 worker = worker if worker is not None else Worker.started(start, self._imported())
                 worker.index = index
@@ -158,6 +157,11 @@ class Pool:
             self.idle.append(worker)
         else:
             worker.kill()
+
+    def _start(self) -> Start:
+        """How to start a worker. Whoever keeps workers may have to replace many: a process from which to copy pays."""
+        start = safe(self.start)
+        return Start.PREPARED if self.keeps and start is Start.NEW else start
 
     def _imported(self) -> Sequence[str]:
         """What processes that are started for one task each share: imports, which take longer than most tasks."""

@@ -1,9 +1,13 @@
 """What came of a case of many samples: its claims judged, its counts held against its golden file."""
 
+from concurrent.futures import Executor
 from dataclasses import replace
+from functools import partial
 
 from stackdsl.checking.ensembles import drawn_alone
+from stackdsl.checking.executors import run_on
 from stackdsl.checking.gathering import STDIN_SHOWN, Case
+from stackdsl.checking.processes import run_supervised
 from stackdsl.checking.results import Goldens, checked, held_against
 from stackdsl.ensemble import Ensemble
 from stackdsl.judging.judge import judge_shares
@@ -18,9 +22,14 @@ TIME_LIMIT = 600.0  # [s] of wall time a chunk of samples
 NO_GOLDENS = Goldens(None)
 
 
-def drawn_result(case: Case, workers: int, goldens: Goldens = NO_GOLDENS) -> VariantResult:
-    """Draw the samples of a case here, as many as decide. Raises KeyboardInterrupt where somebody interrupts that."""
-    drawing = drawn_alone(case, workers, TIME_LIMIT)
+def drawn_result(
+    case: Case, workers: int, goldens: Goldens = NO_GOLDENS, executor: Executor | None = None
+) -> VariantResult:
+    """Draw the samples of a case, as many as decide: here, or on an executor that does so many calls at a time.
+
+    Raises KeyboardInterrupt where somebody interrupts that.
+    """
+    drawing = drawn_alone(case, workers, TIME_LIMIT, partial(run_on, executor) if executor else run_supervised)
     if drawing is None:
         raise KeyboardInterrupt
     if drawing.failed is not None:

@@ -18,7 +18,7 @@ from stackdsl.report.sweep_text import sweep_csv, sweep_json, sweep_lines
 from stackdsl.sweeping.dask_cluster import NoClusterError, dask_cluster
 from stackdsl.sweeping.plan import NothingToSweepError, Plan, plan_of
 from stackdsl.sweeping.rows import Counts, RowsError
-from stackdsl.sweeping.sweep import SweepError
+from stackdsl.sweeping.sweep_run import SweepError
 from stackdsl.sweeping.swept import SweptCase, sweep, told
 from stackdsl.sweeping.workers import Workers, own_processes
 from stackdsl.systems.known_systems import unplayable

@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
+from stat import S_ISREG
 from types import TracebackType
 from typing import BinaryIO, Final, Self
 
@@ -27,9 +28,13 @@ class JsonLines:
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             # Neither truncated nor made anew: it may be of another sweep, or another may write to it.
-            self._stream: BinaryIO = os.fdopen(os.open(path, os.O_RDWR | os.O_CREAT, 0o666), "r+b")
+            descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
         except OSError as error:
             raise RowsError(f"{path} cannot be written: {error.strerror}") from error
+        if not S_ISREG(os.fstat(descriptor).st_mode):
+            os.close(descriptor)
+            raise RowsError(f"{path} is no regular file, so no sweep could go on with it")
+        self._stream: BinaryIO = os.fdopen(descriptor, "r+b")
         try:
             if locked:
                 lock(self._stream.fileno(), path)

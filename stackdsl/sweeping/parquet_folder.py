@@ -106,9 +106,7 @@ class ParquetFolder:
         if end != after:
             raise RowsError(f"{self.path} lacks the rows from {end} on: write to another folder, or remove this one")
         tail = JsonLines(self.path / TAIL, self.plan, locked=False)
-        for index, counter in tail.counts.of.items():
-            for kind, count in counter.items():
-                self.counts.add(index, kind, count)
+        self.counts.merge(tail.counts)
         return tail
 
     def _after(self) -> int:

@@ -28,6 +28,11 @@ class Counts:
         """So many more of a kind."""
         self.of.setdefault(index, Counter())[kind] += count
 
+    def merge(self, more: "Counts") -> None:
+        """Add all of those."""
+        for index, counter in more.of.items():
+            self.of.setdefault(index, Counter()).update(counter)
+
 
 def head_of(entry: Entry) -> bytes:
     """What a row of a case begins with, up to the number of the sample."""

@@ -13,7 +13,7 @@ from stackdsl.sweeping.parquet_folder import ParquetFolder
 from stackdsl.sweeping.pieces import FAILED, Kind
 from stackdsl.sweeping.plan import Entry, Plan
 from stackdsl.sweeping.rows import Counts, RowsError
-from stackdsl.sweeping.sweep import Sweep
+from stackdsl.sweeping.sweep_run import Sweep
 from stackdsl.sweeping.workers import Workers
 
 FORMS: Final[dict[str, type[JsonLines | ParquetFolder]]] = {

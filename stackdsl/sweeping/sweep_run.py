@@ -240,23 +240,23 @@ class Sweep:
     def _write(self) -> None:
         """Write all rows whose turn it is."""
         lines: list[bytes] = []
-        counts = self.file.counts
-        at = self._at
+        fresh, at = Counts(), self._at
         while at is not None and (lane := self._lanes[at[1]]).ready:
             if len(self._lanes) == 1:  # no other case's rows come between
                 ends, sample = [*lane.ready], at[0]
                 lane.ready.clear()
                 lines = [b"%b%d%b" % (lane.head, number, tail) for number, (tail, _) in enumerate(ends, sample)]
-                counts.of.setdefault(0, Counter()).update(kind for _, kind in ends)
+                fresh.of.setdefault(0, Counter()).update(kind for _, kind in ends)
                 at = (sample + len(ends), 0) if sample + len(ends) < lane.entry.count else None
                 continue
             tail, kind = lane.ready.popleft()
             lines.append(lane.head + number_of(lane.entry, at[0]) + tail)
-            counts.add(lane.index, kind)
+            fresh.add(lane.index, kind)
             at = next(self._order, None)
         self._at = at
         if lines:
             self.file.write(lines)
+            self.file.counts.merge(fresh)
             self._refuse_more_failures()
 
     def _refuse_more_failures(self) -> None:
