@@ -17,7 +17,8 @@ from stackdsl.sweeping.rows import Counts, head_of, number_of, tail_of
 
 FIRST: Final = 100  # samples of the pieces that go out before it is known what one takes
 MOST: Final = 20_000  # samples of a piece: more would be lost by a kill, and take more memory where they are waited for
-WANTED: Final = 2.0  # [s] of a piece: a thousand workers then send 500 messages a second, which a scheduler can do
+WANTED: Final = 2.0  # [s] of a piece, or longer where so many workers would send more messages than these
+MESSAGES: Final = 200  # a second: a scheduler, and this process, can do some times as many
 FRESH: Final = 0.2  # how much the latest piece counts in what a sample takes
 AHEAD: Final = 4  # times what is under way may be judged, and wait for a row before theirs
 ATTEMPTS: Final = 3  # that an executor has to carry a piece to an end
@@ -73,9 +74,9 @@ class Lane:
     def __post_init__(self) -> None:
         self.head = head_of(self.entry)
 
-    def cut(self) -> Piece:
-        """The next piece: so many samples as take a while, but no longer."""
-        count = FIRST if self.cost is None else int(min(MOST, WANTED / max(self.cost, WANTED / MOST)))
+    def cut(self, wanted: float) -> Piece:
+        """The next piece: so many samples as take about so long [s]."""
+        count = FIRST if self.cost is None else int(min(MOST, wanted / max(self.cost, wanted / MOST)))
         piece = Piece(self.next, max(1, min(count, self.entry.count - self.next)))
         self.next += piece.count
         self.pieces.append(piece)
@@ -157,11 +158,12 @@ class Sweep:
 
     def _hand_out(self) -> None:
         """Keep the executor busy, but do not run far ahead of what is written."""
-        most = 2 * self._capacity()
+        workers = self._capacity()
+        most, wanted = 2 * workers, max(WANTED, workers / MESSAGES)
         while self._turns and len(self._under_way) < most and self._ahead < AHEAD * most:
             _, index = self._turns[0]
             lane = self._lanes[index]
-            piece = lane.cut()
+            piece = lane.cut(wanted)
             self._ahead += 1
             if lane.next < lane.entry.count:
                 heapreplace(self._turns, (lane.next, index))

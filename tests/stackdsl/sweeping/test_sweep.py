@@ -6,7 +6,7 @@ import platform
 import signal
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from statistics import NormalDist
 from typing import Any
@@ -301,7 +301,7 @@ build:
 def test_nothing_is_started_where_all_rows_are_there(tmp_path: Path) -> None:
     swept(plan(), tmp_path / "rows.jsonl")
 
-    def nobody() -> Any:
+    def nobody() -> AbstractContextManager[Workers]:
         raise AssertionError("nobody is wanted")
 
     (counted,) = sweep(plan(), tmp_path / "rows.jsonl", nobody)
