@@ -99,11 +99,15 @@ class SupervisedExecutor(Executor):
                 self._pool.fill()
         finally:
             self._pool.kill()
-            for future in list(self._futures.values()):
-                if not future.cancel():  # it had begun
+            with self._lock:  # whoever has it may be about to tell something
+                self._closed = True
+                self._hears.close()
+                self._tells.close()
+            for future in self._futures.values():
+                if future.cancel():
+                    future.set_running_or_notify_cancel()
+                else:  # it had begun
                     future.set_result(TaskResult(TaskStatus.NOT_RUN, message="the executor was shut down"))
-            self._hears.close()
-            self._tells.close()
 
     def _done(self, number: int, result: TaskResult) -> None:
         self._futures.pop(number).set_result(result)
