@@ -34,7 +34,7 @@ from stackdsl.sweeping.dask_cluster import dask_cluster
 from stackdsl.sweeping.json_lines import JsonLines
 from stackdsl.sweeping.parquet_folder import ParquetFolder
 from stackdsl.sweeping.pieces import Judged, judged_piece, packed, program_of
-from stackdsl.sweeping.plan import plan_of
+from stackdsl.sweeping.sweep_plan import plan_of
 from stackdsl.sweeping.sweep_run import Sweep
 
 ON_CLUSTER, CHEAP, ROWS, MESSAGES = 100_000, 1_000_000, 300_000, 2_000

@@ -97,6 +97,30 @@ TABLES: Mapping[str, Table] = {
             Column("it stands from friction", "{card_house_friction:.3f}"),
         ),
     ),
+    "scale-paper": Table(
+        "scale",
+        "paper",
+        (
+            Column("samples of", "{row}"),
+            Column("judging, h", "{judging_h:sig2}"),
+            Column("the scheduler, h", "{scheduler_h:sig2}"),
+            Column("the writer, h", "{writer_h:sig2}"),
+            Column("in all, h", "{whole_h:sig2}"),
+            Column("what it waits for", "{slowest}"),
+            Column("cores that are kept busy", "{cores_that_are_kept_busy:,}"),
+            Column("samples of a piece", "{samples_a_piece:,}"),
+        ),
+    ),
+    "scale-intervals": Table(
+        "scale",
+        "intervals",
+        (
+            Column("samples", "{row}"),
+            Column("width at one look, %", "{percent_once:sig2}"),
+            Column("looks of a check", "{looks}"),
+            Column("width at each of these, %", "{percent_at_all_looks:sig2}"),
+        ),
+    ),
     "pallets": Table(
         "pallets",
         "settled",

@@ -9,7 +9,7 @@ from pathlib import Path
 from stackdsl.checking.executors import TIME_LIMIT
 from stackdsl.checking.gathering import Case
 from stackdsl.sweeping import swept
-from stackdsl.sweeping.plan import plan_of
+from stackdsl.sweeping.sweep_plan import plan_of
 from stackdsl.sweeping.swept import SweptCase
 from stackdsl.sweeping.workers import Workers, own_processes
 

@@ -23,6 +23,8 @@ OPTIONAL: Final = {
     "pytest": "`pytest scenarios`; try: pip install pytest",
     "syrupy": "golden files in tests in Python; try: pip install 'stackdsl[pytest]'",
     "matplotlib": "the plot of `stackdsl bench`; try: pip install 'stackdsl[bench]'",
+    "distributed": "`stackdsl sweep --executor dask`; try: pip install 'stackdsl[dask]'",
+    "pyarrow": "rows of `stackdsl sweep` as Parquet; try: pip install 'stackdsl[parquet]'",
 }  # and what each is for
 
 

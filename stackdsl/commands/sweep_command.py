@@ -16,8 +16,8 @@ from stackdsl.commands.terminal import counted, tell, write
 from stackdsl.exits import ExitCode
 from stackdsl.report.sweep_text import sweep_csv, sweep_json, sweep_lines
 from stackdsl.sweeping.dask_cluster import NoClusterError, dask_cluster
-from stackdsl.sweeping.plan import NothingToSweepError, Plan, plan_of
-from stackdsl.sweeping.rows import Counts, RowsError
+from stackdsl.sweeping.row_text import Counts, RowsError
+from stackdsl.sweeping.sweep_plan import NothingToSweepError, Plan, plan_of
 from stackdsl.sweeping.sweep_run import SweepError
 from stackdsl.sweeping.swept import SweptCase, sweep, told
 from stackdsl.sweeping.workers import Workers, own_processes

@@ -10,8 +10,8 @@ from stat import S_ISREG
 from types import TracebackType
 from typing import BinaryIO, Final, Self
 
-from stackdsl.sweeping.plan import Plan
-from stackdsl.sweeping.rows import Counts, RowsError, head_of, header_line, kind_of, number_of, refuse_other
+from stackdsl.sweeping.row_text import Counts, RowsError, head_of, header_line, kind_of, number_of, refuse_other
+from stackdsl.sweeping.sweep_plan import Plan
 
 LONGEST: Final = 1 << 20  # [bytes] of a line; what has none within so many is no file of ours
 IN_USE: Final = "another sweep writes to it now: wait for that, or write to another file"

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any, Final, Self
 
 from stackdsl.sweeping.json_lines import JsonLines, lock
 from stackdsl.sweeping.pieces import Kind
-from stackdsl.sweeping.plan import Plan
-from stackdsl.sweeping.rows import Counts, RowsError, head_of, header_line, number_of, refuse_other, tail_of
+from stackdsl.sweeping.row_text import Counts, RowsError, head_of, header_line, number_of, refuse_other, tail_of
+from stackdsl.sweeping.sweep_plan import Plan
 
 if TYPE_CHECKING:
     import pyarrow as pa

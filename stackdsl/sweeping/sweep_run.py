@@ -12,8 +12,8 @@ from typing import Final, Protocol
 from stackdsl.checking.executors import asked_of
 from stackdsl.checking.worker import Task, TaskResult, TaskStatus
 from stackdsl.sweeping.pieces import FAILED, Judged, Kind, OtherProgram, joined, judged_as, judged_piece
-from stackdsl.sweeping.plan import Entry, Plan
-from stackdsl.sweeping.rows import Counts, head_of, number_of, tail_of
+from stackdsl.sweeping.row_text import Counts, head_of, number_of, tail_of
+from stackdsl.sweeping.sweep_plan import Entry, Plan
 
 FIRST: Final = 100  # samples of the pieces that go out before it is known what one takes
 MOST: Final = 20_000  # samples of a piece: more would be lost by a kill, and take more memory where they are waited for

@@ -11,8 +11,8 @@ from stackdsl.judging.shares import Interval, interval
 from stackdsl.sweeping.json_lines import JsonLines
 from stackdsl.sweeping.parquet_folder import ParquetFolder
 from stackdsl.sweeping.pieces import FAILED, Kind
-from stackdsl.sweeping.plan import Entry, Plan
-from stackdsl.sweeping.rows import Counts, RowsError
+from stackdsl.sweeping.row_text import Counts, RowsError
+from stackdsl.sweeping.sweep_plan import Entry, Plan
 from stackdsl.sweeping.sweep_run import Sweep
 from stackdsl.sweeping.workers import Workers
 

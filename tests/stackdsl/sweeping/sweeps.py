@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from stackdsl.checking.gathering import Case
-from stackdsl.sweeping.plan import Plan, plan_of
+from stackdsl.sweeping.sweep_plan import Plan, plan_of
 from stackdsl.sweeping.swept import SweptCase, sweep
 from stackdsl.sweeping.workers import Workers
 from tests.scenes import compiled

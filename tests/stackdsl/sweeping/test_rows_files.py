@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from stackdsl.sweeping import rows
+from stackdsl.sweeping import row_text
 from stackdsl.sweeping.json_lines import JsonLines
 from stackdsl.sweeping.parquet_folder import ParquetFolder
-from stackdsl.sweeping.plan import NothingToSweepError, Plan, plan_of
-from stackdsl.sweeping.rows import RowsError
+from stackdsl.sweeping.row_text import RowsError
+from stackdsl.sweeping.sweep_plan import NothingToSweepError, Plan, plan_of
 from tests.stackdsl.sweeping.sweeps import SHAKY, STEPS, cases, plan, swept
 
 pytestmark = pytest.mark.usefixtures("at_once")
@@ -161,7 +161,7 @@ def test_parquet_that_was_killed_between_two_files_has_no_row_twice(tmp_path: Pa
         file.write(lines)
     (last,) = folder.glob("part-000000000040.parquet")
     kept = last.read_bytes()
-    (folder / "_tail.jsonl").write_bytes(rows.header_line(asked, 40) + b"".join(lines[40:45]))
+    (folder / "_tail.jsonl").write_bytes(row_text.header_line(asked, 40) + b"".join(lines[40:45]))
     with ParquetFolder(folder, asked, part=20) as file:
         assert file.rows == 45
         assert file.counts.rows == 45

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from stackdsl.sweeping.pieces import Kind
-from stackdsl.sweeping.plan import Entry, Plan
+from stackdsl.sweeping.sweep_plan import Entry, Plan
 
 
 class RowsError(Exception):
