@@ -21,7 +21,7 @@ __all__ = ["stackdsl_in_folder"]  # the fixture `stackdsl`
 
 COLUMN = """
 scenario: column
-samples: 20000
+samples: 100000
 build:
   - column: {levels: 8, step: 8 mm}
     every: 1 s
@@ -106,9 +106,9 @@ def test_killing_a_worker_and_then_the_sweep_changes_nothing_of_the_rows(tmp_pat
         sweep.kill()
         sweep.communicate()
         there = rows(tmp_path / "rows.jsonl")
-        assert there < 20000
+        assert there < 100000
         again = ended(tmp_path, *call)
     assert again.code == ExitCode.OK
-    assert f"rows.jsonl has {there} of 20000 rows" in again.err
+    assert f"rows.jsonl has {there} of 100000 rows" in again.err
     assert again.out == whole.out
     assert (tmp_path / "rows.jsonl").read_bytes() == (tmp_path / "whole.jsonl").read_bytes()
