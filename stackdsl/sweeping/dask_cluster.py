@@ -1,7 +1,7 @@
 """A Dask cluster that is there, as an Executor."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Final
 
 from stackdsl.sweeping.workers import Workers
@@ -41,4 +41,5 @@ def dask_cluster(scheduler: str = "") -> Iterator[Workers]:
         # Each call is one of its own, even if it asks the same: what is done again is done for a reason.
         yield Workers(client.get_executor(pure=False), lambda: sum(client.nthreads().values()))
     finally:
-        client.close()
+        with suppress(OSError):  # it may have gone meanwhile
+            client.close()

@@ -176,15 +176,18 @@ class Sweep:
         arguments = (entry.packed, order.first, order.count, entry.program)
         try:
             future = asked_of(self.executor, Task(judged_piece, arguments, self.plan.time_limit))
-        except RuntimeError as error:  # it was shut down, or its processes have died
-            raise SweepError(f"the executor takes no more work: {error}") from error
+        except Exception as error:  # it was shut down, its processes have died, or its cluster has gone
+            raise SweepError(f"the executor takes no more work: {_what(error)}") from error
         self._under_way[future] = order
         future.add_done_callback(self._ended.put)
 
     def _capacity(self) -> int:
         when, count = self._workers
         if not count or monotonic() > when + LOOK:
-            count = max(1, self.capacity())
+            try:
+                count = max(1, self.capacity())
+            except Exception as error:  # whatever its cluster makes of its own troubles
+                raise SweepError(f"the executor no longer answers: {_what(error)}") from error
             self._workers = (monotonic(), count)
         return count
 
@@ -221,8 +224,8 @@ class Sweep:
         if isinstance(error, ImportError | AttributeError):  # so says Python of what is missing in what it is to read
             raise SweepError(f"a worker has another program: {error}; {SAME}") from error
         if order.attempt >= ATTEMPTS:
-            what = " ".join(f"{type(error).__name__}: {error}".split()).rstrip(":")
-            raise SweepError(f"the executor failed {ATTEMPTS} times with the same samples: {what}") from error
+            told = f"the executor failed {ATTEMPTS} times with the same samples: {_what(error)}"
+            raise SweepError(told) from error
         self._ask(Order(order.lane, order.piece, order.first, order.count, order.attempt + 1))
 
     def _failed(self, order: Order, result: TaskResult) -> None:
@@ -270,6 +273,10 @@ class Sweep:
             index, kind, _ = failed[0]
             told = f"of {self.plan.entries[index].name}: {kind.how}"
             raise SweepError(f"{count} samples failed, which is no accident; one {told}; mend that and write anew")
+
+
+def _what(error: BaseException) -> str:
+    return " ".join(f"{type(error).__name__}: {error}".split()).rstrip(":")
 
 
 def _fails(kind: Kind) -> bool:
