@@ -139,7 +139,7 @@ def safe(start: Start) -> Start:
 
 
 @contextmanager
-def interrupts_held_back(start: Start) -> Iterator[None]:
+def interrupts_held_back(start: Start = Start.COPY) -> Iterator[None]:
     """Put off INTERRUPTS to the end; a process started meanwhile gets none, from its first instruction on.
 
     Ctrl-C reaches the whole process group. A process inherits what is blocked, as it would what is ignored, but what is

@@ -10,7 +10,7 @@ from time import monotonic
 from typing import Final, Protocol
 
 from stackdsl.checking.executors import asked_of
-from stackdsl.checking.worker import Task, TaskResult, TaskStatus
+from stackdsl.checking.worker import Task, TaskResult, TaskStatus, interrupts_held_back
 from stackdsl.sweeping.pieces import FAILED, Judged, Kind, OtherProgram, joined, judged_as, judged_piece
 from stackdsl.sweeping.row_text import Counts, head_of, number_of, tail_of
 from stackdsl.sweeping.sweep_plan import Entry, Plan
@@ -260,8 +260,9 @@ class Sweep:
             at = next(self._order, None)
         self._at = at
         if lines:
-            self.file.write(lines)
-            self.file.counts.merge(fresh)
+            with interrupts_held_back():  # what is told of rows is to be what is there
+                self.file.write(lines)
+                self.file.counts.merge(fresh)
             self._refuse_more_failures()
 
     def _refuse_more_failures(self) -> None:

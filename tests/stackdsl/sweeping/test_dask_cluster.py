@@ -29,6 +29,7 @@ build:
 """
 
 
+@pytest.mark.slow
 def test_what_no_cluster_can_be_had_for_is_told(stackdsl: Stackdsl, tmp_path: Path) -> None:
     pytest.importorskip("distributed")
     write(tmp_path, COLUMN, "column.yaml")

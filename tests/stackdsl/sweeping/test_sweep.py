@@ -5,7 +5,7 @@ import os
 import platform
 import signal
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from statistics import NormalDist
@@ -272,6 +272,18 @@ def test_what_an_executor_loses_is_asked_again_and_not_for_ever(tmp_path: Path) 
         sweep(plan(), tmp_path / "lost.jsonl", lambda: nullcontext(Workers(Fails(1000), lambda: 1)))
     with pytest.raises(SweepError, match="a worker has another program: No module named 'stackdsl'; install the same"):
         sweep(plan(), tmp_path / "lacks.jsonl", lambda: nullcontext(Workers(Lacks(), lambda: 1)))
+
+
+def test_what_becomes_of_a_cluster_is_told(tmp_path: Path) -> None:
+    def gone() -> int:
+        raise OSError("the scheduler has gone")
+
+    with pytest.raises(SweepError, match="the executor no longer answers: OSError: the scheduler has gone"):
+        sweep(plan(), tmp_path / "rows.jsonl", lambda: nullcontext(Workers(Here(), gone)))
+    broken = ThreadPoolExecutor(1)
+    broken.shutdown()
+    with pytest.raises(SweepError, match="the executor takes no more work: RuntimeError: cannot schedule new futures"):
+        sweep(plan(), tmp_path / "rows.jsonl", lambda: nullcontext(Workers(broken, lambda: 1)))
 
 
 def test_samples_with_values_of_their_own_are_swept_too_and_a_mistaken_one_is_a_row(tmp_path: Path) -> None:
