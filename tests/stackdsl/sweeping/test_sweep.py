@@ -14,11 +14,12 @@ from typing import Any
 import pytest
 
 from stackdsl.checking.executors import SupervisedExecutor
+from stackdsl.judging.shares import interval
 from stackdsl.sampling.design import design_of
 from stackdsl.sampling.draws import Draws
 from stackdsl.sampling.fates import asked_anew
 from stackdsl.sampling.setting_down import Hands
-from stackdsl.sweeping import sweep_run
+from stackdsl.sweeping import pieces, sweep_run
 from stackdsl.sweeping.pieces import Judged, OtherProgram, judged_piece
 from stackdsl.sweeping.sweep_run import SweepError
 from stackdsl.sweeping.swept import sweep
@@ -61,6 +62,7 @@ def test_whatever_does_the_work_in_whatever_pieces_the_file_is_the_same_to_the_b
     for first, most in ((1, 7), (64, 1000)):
         monkeypatch.setattr(sweep_run, "FIRST", first)
         monkeypatch.setattr(sweep_run, "MOST", most)
+        monkeypatch.setattr(pieces, "TOGETHER", 50)
         swept(plan(), tmp_path / f"{most}.jsonl")
     assert len({file.read_bytes() for file in tmp_path.iterdir()}) == 1
     assert len([*tmp_path.iterdir()]) == 4
@@ -85,7 +87,7 @@ def test_cases_with_fewer_samples_drop_out_of_the_rows_and_a_kill_at_any_row_mak
     tmp_path: Path,
 ) -> None:
     """A case that is played once has one row, and another 9: the order is that of samples, then of cases."""
-    text = STEPS + "---\nscenario: once\nbuild: [column: {{levels: 2}}]\n"
+    text = STEPS.replace("5 mm", "9 mm") + "---\nscenario: once\nbuild: [column: {{levels: 2}}]\n"
     asked = plan(text, 9)
     assert [entry.count for entry in asked.entries] == [9, 9, 1]
     swept(asked, tmp_path / "whole.jsonl")
@@ -211,9 +213,8 @@ def test_what_brings_its_process_down_costs_one_sample_and_is_named(
     assert (rows[77]["verdict"], rows[77]["how"]) == ("failed", "the worker was killed by SIGSEGV")
     assert (rows[200]["verdict"], rows[200]["how"]) == ("failed", "MemoryError: of sample 200")
     assert counted.rows == 300
-    assert counted.stands is not None
-    # Neither counts for a side: the interval is that of 300 samples of which 2 may have stood.
-    assert counted.stands.low < counted.verdicts["stands"] / 300 < (counted.verdicts["stands"] + 2) / 300
+    stood = counted.verdicts["stands"]
+    assert counted.stands == interval(stood, stood + 2, 300, 0.05)  # neither counts for a side
 
 
 def always(case: bytes, first: int, count: int, program: str) -> Judged | OtherProgram:
