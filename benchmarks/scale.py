@@ -12,7 +12,7 @@ import signal
 import subprocess
 import sys
 from argparse import Namespace
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor, Future
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -37,7 +37,7 @@ from stackdsl.sweeping.pieces import Judged, judged_piece, packed, program_of
 from stackdsl.sweeping.sweep_plan import plan_of
 from stackdsl.sweeping.sweep_run import Sweep
 
-ON_CLUSTER, CHEAP, ROWS, MESSAGES = 100_000, 1_000_000, 300_000, 2_000
+ON_CLUSTER, CHEAP, ROWS, MESSAGES = 100_000, 1_000_000, 100_000, 2_000
 MANY, CORES = 10**9, 1000
 COLUMN: Final = """
 scenario: column
@@ -182,15 +182,15 @@ def _children(pid: int) -> list[int]:
 
 
 class Ready(Executor):
-    """Gives each piece what has been judged before: what is left is what a sweep does itself."""
+    """Gives piece by piece what has been judged before: what is left is what a sweep does itself."""
 
-    def __init__(self, kept: Judged) -> None:
-        self.kept = kept
+    def __init__(self, kept: Iterable[Judged]) -> None:
+        self.kept = iter(kept)
 
     def submit(self, fn: object, /, *args: object, **kwargs: object) -> "Future[TaskResult]":  # type: ignore[override]
         del fn, args, kwargs
         future: Future[TaskResult] = Future()
-        future.set_result(TaskResult(TaskStatus.DONE, self.kept))
+        future.set_result(TaskResult(TaskStatus.DONE, next(self.kept)))
         return future
 
 
@@ -199,8 +199,8 @@ def costs(folder: Path) -> Row:
     case = case_of("column: {levels: 8, step: 8 mm}", ROWS, "{position: 4 mm, yaw: 1 deg}")
     plan = plan_of([case])
     size = 1000
-    kept = judged_piece(packed(case), 0, size, program_of(("exact",)))
-    assert isinstance(kept, Judged)
+    pieces = [judged_piece(packed(case), at, size, program_of(("exact",))) for at in range(0, ROWS, size)]
+    kept = [piece for piece in pieces if isinstance(piece, Judged)]
     first, most = sweep_run.FIRST, sweep_run.MOST
     sweep_run.FIRST = sweep_run.MOST = size  # type: ignore[misc]
     try:

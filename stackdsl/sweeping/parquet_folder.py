@@ -158,7 +158,15 @@ class ParquetFolder:
             table = json.read_json(pa.BufferReader(rows), parse_options=options)
             fresh = self.path / FRESH
             words = pa.dictionary(pa.int32(), pa.string())
-            parquet.write_table(table.cast(_schema(words)), fresh, compression="zstd")
+            parquet.write_table(
+                table.cast(_schema(words)),
+                fresh,
+                compression="zstd",
+                use_dictionary=["case", "seed", "verdict", "level", "how"],
+                column_encoding={
+                    "sample": "DELTA_BINARY_PACKED"
+                },  # numbers that follow each other take next to nothing
+            )
             fresh.replace(self._file(self._tail.after))
             self._tail.close()
             self._begin(self._tail.rows, [])
