@@ -299,6 +299,7 @@ def _paper(sample: float, cost: Row, message: Rows) -> Row:
         "whole_h": max(judging, sending, writing) / 3600.0,
         "slowest": max((judging, "workers"), (sending, "scheduler"), (writing, "writer"))[1],
         "cores_that_are_kept_busy": int(CORES * judging / max(judging, sending, writing)),
+        "parquet_writer_h": MANY * 1e-6 * _of(cost, "us_a_row_written_as_parquet") / 3600.0,
         "json_lines_gb": 1e-9 * MANY * _of(cost, "bytes_a_row"),
         "parquet_gb": 1e-9 * MANY * _of(cost, "bytes_a_row_of_parquet"),
         "going_on_h": MANY * 1e-6 * _of(cost, "us_a_row_counted") / 3600.0,

@@ -1,7 +1,5 @@
 """Rows in a file of JSON lines, in order, that is gone on with where it ends."""
 
-import errno
-import fcntl
 import os
 from collections.abc import Iterator
 from contextlib import suppress
@@ -10,11 +8,11 @@ from stat import S_ISREG
 from types import TracebackType
 from typing import BinaryIO, Final, Self
 
+from stackdsl.sweeping.file_lock import lock, unlock
 from stackdsl.sweeping.row_text import Counts, RowsError, head_of, header_line, kind_of, number_of, refuse_other
 from stackdsl.sweeping.sweep_plan import Plan
 
 LONGEST: Final = 1 << 20  # [bytes] of a line; what has none within so many is no file of ours
-IN_USE: Final = "another sweep writes to it now: wait for that, or write to another file"
 
 
 class JsonLines:
@@ -37,10 +35,11 @@ class JsonLines:
         self._stream: BinaryIO = os.fdopen(descriptor, "r+b")
         try:
             if locked:
-                lock(self._stream.fileno(), path)
+                lock(descriptor, path)
             self.after = self._read()  # rows that are kept elsewhere, and come before
             self.rows = self.after + self.counts.rows
         except BaseException:
+            unlock(descriptor)
             self._stream.close()
             raise
 
@@ -66,6 +65,7 @@ class JsonLines:
             return
         with suppress(OSError):  # what could not be written was told, and is tried once more by closing
             os.fsync(self._stream.fileno())
+        unlock(self._stream.fileno())
         with suppress(OSError):
             self._stream.close()
 
@@ -126,13 +126,3 @@ class JsonLines:
 
 
 _MORE: Final = "ask for as many samples as it has, or more; or write to another file"
-
-
-def lock(descriptor: int, path: Path) -> None:
-    """Let nobody else write to it as long as it is open. Raises RowsError."""
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError as error:
-        if error.errno not in (errno.EWOULDBLOCK, errno.EACCES):
-            return  # a file system without locks: then it is up to whoever calls
-        raise RowsError(f"{path} is in use: {IN_USE}") from error

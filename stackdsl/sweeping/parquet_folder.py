@@ -13,7 +13,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Final, Self
 
-from stackdsl.sweeping.json_lines import JsonLines, lock
+from stackdsl.sweeping.file_lock import lock, unlock
+from stackdsl.sweeping.json_lines import JsonLines
 from stackdsl.sweeping.pieces import Kind
 from stackdsl.sweeping.row_text import Counts, RowsError, head_of, header_line, number_of, refuse_other, tail_of
 from stackdsl.sweeping.sweep_plan import Plan
@@ -47,6 +48,7 @@ class ParquetFolder:
             lock(self._folder, path)
             self._tail = self._opened()
         except BaseException:
+            unlock(self._folder)
             os.close(self._folder)
             raise
 
@@ -77,6 +79,7 @@ class ParquetFolder:
                 self._seal()
         finally:
             self._tail.close()
+            unlock(self._folder)
             with suppress(OSError):
                 os.close(self._folder)
 

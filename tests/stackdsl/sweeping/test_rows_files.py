@@ -85,6 +85,26 @@ def test_two_sweeps_do_not_write_to_one_file(out: Path) -> None:
         assert file.rows == 20
 
 
+@pytest.mark.filterwarnings("ignore:This process .* is multi-threaded:DeprecationWarning")
+def test_a_worker_that_outlives_a_sweep_that_was_killed_does_not_keep_its_file(out: Path) -> None:
+    """A lock belongs to whoever has the file open, and a worker that is a copy of the sweep has what that has."""
+    ends, tells = os.pipe()
+    with JsonLines(out, plan(samples=30)) as file:
+        worker = os.fork()
+        if worker == 0:
+            os.close(tells)
+            os.read(ends, 1)  # as long as the test is at it
+            os._exit(0)
+        with pytest.raises(RowsError, match="is in use"):
+            JsonLines(out, plan(samples=30))
+        assert file.rows == 20
+    with JsonLines(out, plan(samples=30)) as file:
+        assert file.rows == 20
+    os.close(tells)
+    os.close(ends)
+    assert os.waitpid(worker, 0) == (worker, 0)
+
+
 def test_a_file_that_cannot_be_written_is_told(tmp_path: Path) -> None:
     with pytest.raises(RowsError, match="cannot be written: Is a directory"):
         JsonLines(tmp_path, plan())
