@@ -88,26 +88,34 @@ class SupervisedExecutor(Executor):
         try:
             while not self._cancelled and (not self._closed or self._arriving or self._pool.busy):
                 self._pool.step(also=(self._hears,))
-                while self._hears.poll():
-                    self._hears.recv_bytes()
-                while self._arriving:
-                    number, task = self._arriving.popleft()
-                    if self._futures[number].set_running_or_notify_cancel():
-                        self._pool.add(number, task)
-                    else:
-                        del self._futures[number]
-                self._pool.fill()
+                self._take()
         finally:
             self._pool.kill()
-            with self._lock:  # whoever has it may be about to tell something
-                self._closed = True
-                self._hears.close()
-                self._tells.close()
-            for future in self._futures.values():
-                if future.cancel():
-                    future.set_running_or_notify_cancel()
-                else:  # it had begun
-                    future.set_result(TaskResult(TaskStatus.NOT_RUN, message="the executor was shut down"))
+            self._end()
+
+    def _take(self) -> None:
+        """Begin with what has arrived."""
+        while self._hears.poll():
+            self._hears.recv_bytes()
+        while self._arriving:
+            number, task = self._arriving.popleft()
+            if self._futures[number].set_running_or_notify_cancel():
+                self._pool.add(number, task)
+            else:
+                del self._futures[number]
+        self._pool.fill()
+
+    def _end(self) -> None:
+        """Take no more, and leave nobody waiting."""
+        with self._lock:  # whoever has it may be about to tell something
+            self._closed = True
+            self._hears.close()
+            self._tells.close()
+        for future in self._futures.values():
+            if future.cancel():
+                future.set_running_or_notify_cancel()
+            else:  # it had begun
+                future.set_result(TaskResult(TaskStatus.NOT_RUN, message="the executor was shut down"))
 
     def _done(self, number: int, result: TaskResult) -> None:
         self._futures.pop(number).set_result(result)

@@ -132,12 +132,8 @@ class _UnderWay:
             code = ExitCode.INTERRUPTED
         found = told(self.plan, self.counts)
         self._tell(found)
-        if self.counts.rows < self.plan.total:
-            rows = f"{self.counts.rows} of {self.plan.total} rows are in {self.out}"
-            tell(f"{rows}: the same call goes on with them")
-        elif code is ExitCode.OK and any(each.failed for each in found):
-            return ExitCode.CRASHED
-        return code
+        failed = code is ExitCode.OK and any(each.failed for each in found)
+        return ExitCode.CRASHED if failed else code
 
     def _begins(self, counts: Counts) -> None:
         self.counts = counts
@@ -151,3 +147,6 @@ class _UnderWay:
             write(json.dumps(sweep_json(found), indent=2) + "\n")
         elif self.counts.rows:
             write("".join(f"{line}\n" for line in sweep_lines(found)))
+        if self.counts.rows < self.plan.total:
+            rows = f"{self.counts.rows} of {self.plan.total} rows are in {self.out}"
+            tell(f"{rows}: the same call goes on with them")

@@ -9,6 +9,7 @@ from types import TracebackType
 from typing import BinaryIO, Final, Self
 
 from stackdsl.sweeping.file_lock import lock, unlock
+from stackdsl.sweeping.pieces import Kind
 from stackdsl.sweeping.row_text import Counts, RowsError, head_of, header_line, kind_of, number_of, refuse_other
 from stackdsl.sweeping.sweep_plan import Plan
 
@@ -23,15 +24,7 @@ class JsonLines:
         self.path, self.plan = path, plan
         self._due = b""  # the first line, which comes with the first rows: until then the file is of no sweep
         self.counts = Counts()  # of what is there on opening; whoever writes adds to it
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            # Neither truncated nor made anew: it may be of another sweep, or another may write to it.
-            descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
-        except OSError as error:
-            raise RowsError(f"{path} cannot be written: {error.strerror}") from error
-        if not S_ISREG(os.fstat(descriptor).st_mode):
-            os.close(descriptor)
-            raise RowsError(f"{path} is no regular file, so no sweep could go on with it")
+        descriptor = _opened(path)
         self._stream: BinaryIO = os.fdopen(descriptor, "r+b")
         try:
             if locked:
@@ -75,15 +68,14 @@ class JsonLines:
         """Count the rows, and get ready to write behind them; how many come before this file."""
         try:
             line = self._stream.readline(LONGEST)
-            if not line.endswith(b"\n"):
-                if line and not header_line(self.plan).startswith(line):
-                    refuse_other(line, self.plan, self.path)
-                self._stream.seek(0)
-                self._stream.truncate()
+            after = end = 0
+            if line.endswith(b"\n"):
+                after = refuse_other(line, self.plan, self.path)
+                end = self._counted(len(line), after)
+            else:
                 self._due = header_line(self.plan)
-                return 0
-            after = refuse_other(line, self.plan, self.path)
-            end = self._counted(len(line), after)
+                if not self._due.startswith(line):
+                    refuse_other(line, self.plan, self.path)
             self._stream.seek(end)
             self._stream.truncate()
         except OSError as error:
@@ -93,7 +85,7 @@ class JsonLines:
     def _counted(self, end: int, after: int) -> int:
         """Count the rows behind the first line; where the last one of them ends [bytes]."""
         heads = [head_of(entry) for entry in self.plan.entries]
-        kinds = {}
+        kinds = dict[bytes, Kind | None]()
         order = self.plan.order(after)
         for place, line in enumerate(self._lines(), start=2):
             if not line.endswith(b"\n"):
@@ -104,13 +96,11 @@ class JsonLines:
             start = heads[index] + number_of(self.plan.entries[index], sample)
             tail = line[len(start) :]
             if tail not in kinds:
-                try:
-                    kinds[tail] = kind_of(tail)
-                except ValueError as error:
-                    raise RowsError(self._wrong(place, index, sample)) from error
-            if not line.startswith(start):
+                kinds[tail] = kind_of(tail)
+            kind = kinds[tail]
+            if kind is None or not line.startswith(start):
                 raise RowsError(self._wrong(place, index, sample))
-            self.counts.add(index, kinds[tail])
+            self.counts.add(index, kind)
             end += len(line)
         return end
 
@@ -126,3 +116,16 @@ class JsonLines:
 
 
 _MORE: Final = "ask for as many samples as it has, or more; or write to another file"
+
+
+def _opened(path: Path) -> int:
+    """The descriptor of a file that is left as it is, as it may be of another sweep. Raises RowsError."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+    except OSError as error:
+        raise RowsError(f"{path} cannot be written: {error.strerror}") from error
+    if not S_ISREG(os.fstat(descriptor).st_mode):
+        os.close(descriptor)
+        raise RowsError(f"{path} is no regular file, so no sweep could go on with it")
+    return descriptor
