@@ -2,11 +2,17 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from stackdsl.sweeping.workers import Workers
 
+if TYPE_CHECKING:
+    from distributed import Client
+
 HINT: Final = "pip install 'stackdsl[dask]'"
+NAMED: Final = (
+    "say where its scheduler is: --scheduler tcp://HOST:8786, or DASK_SCHEDULER_ADDRESS, or Dask's own settings"
+)
 PATIENCE: Final = 10.0  # [s] for a scheduler to answer
 
 
@@ -21,25 +27,28 @@ def dask_cluster(scheduler: str = "") -> Iterator[Workers]:
     Raises NoClusterError.
     """
     try:
-        import dask  # noqa: PLC0415 -- an optional extra
-        from distributed import Client  # noqa: PLC0415 -- likewise
-        from distributed.comm import resolve_address  # noqa: PLC0415 -- likewise
+        client = _client(scheduler)
     except ModuleNotFoundError as error:
         raise NoClusterError(f"Dask needs {error.name}, which is not installed; try: {HINT}") from error
-    address = scheduler or dask.config.get("scheduler-address", None)
-    if not address:
-        how = (
-            "say where its scheduler is: --scheduler tcp://HOST:8786, or DASK_SCHEDULER_ADDRESS, or Dask's own settings"
-        )
-        raise NoClusterError(f"no Dask cluster is named; {how}")
-    try:
-        client = Client(resolve_address(address), timeout=PATIENCE, set_as_default=False)
-    except (OSError, ValueError) as error:  # what it times out with is an OSError
-        told = " ".join(str(error).split()) or type(error).__name__
-        raise NoClusterError(f"the scheduler at {address} does not answer: {told}") from error
     try:
         # Each call is one of its own, even if it asks the same: what is done again is done for a reason.
         yield Workers(client.get_executor(pure=False), lambda: sum(client.nthreads().values()))
     finally:
         with suppress(OSError):  # it may have gone meanwhile
             client.close()
+
+
+def _client(scheduler: str) -> "Client":
+    """A connection. Raises NoClusterError, and ModuleNotFoundError without Dask."""
+    import dask  # noqa: PLC0415 -- an optional extra
+    from distributed import Client  # noqa: PLC0415 -- likewise
+    from distributed.comm import resolve_address  # noqa: PLC0415 -- likewise
+
+    address = scheduler or dask.config.get("scheduler-address", None)
+    if not address:
+        raise NoClusterError(f"no Dask cluster is named; {NAMED}")
+    try:
+        return Client(resolve_address(address), timeout=PATIENCE, set_as_default=False)
+    except (OSError, ValueError) as error:  # what it times out with is an OSError
+        told = " ".join(str(error).split()) or type(error).__name__
+        raise NoClusterError(f"the scheduler at {address} does not answer: {told}") from error

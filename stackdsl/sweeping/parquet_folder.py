@@ -25,6 +25,11 @@ if TYPE_CHECKING:
 HINT: Final = "pip install 'stackdsl[parquet]'"
 PART: Final = 100_000  # rows of a file
 TAIL: Final = "_tail.jsonl"
+SMALL: Final[dict[str, Any]] = {
+    "compression": "zstd",
+    "use_dictionary": ["case", "seed", "verdict", "level", "how"],
+    "column_encoding": {"sample": "DELTA_BINARY_PACKED"},  # numbers that follow each other take next to nothing
+}
 FRESH: Final = "_fresh"  # what is being written, until it has its name
 
 
@@ -93,17 +98,7 @@ class ParquetFolder:
             for first in self._parts():
                 if first >= after:
                     self._file(first).unlink()  # the tail has its rows
-            end = 0
-            for first in self._parts():
-                table = self._table(first)
-                if first != end:
-                    break
-                end += len(table)
-                if len(table) < self.part:  # the last one of a sweep that ended, and now goes on
-                    self._begin(first, [*self._lines(table)])
-                    self._file(first).unlink()
-                else:
-                    self._count(table)
+            end = self._taken_over()
         except (OSError, pa.ArrowException) as error:
             raise RowsError(f"{self.path} cannot be read, or written on: {error}") from error
         if end != after:
@@ -111,6 +106,21 @@ class ParquetFolder:
         tail = JsonLines(self.path / TAIL, self.plan, locked=False)
         self.counts.merge(tail.counts)
         return tail
+
+    def _taken_over(self) -> int:
+        """Count the rows of all files, and put those of one that is not full back into the tail; how many there are."""
+        end = 0
+        for first in self._parts():
+            table = self._table(first)
+            if first != end:
+                break
+            end += len(table)
+            if len(table) < self.part:  # the last one of a sweep that ended, and now goes on
+                self._begin(first, [*self._lines(table)])
+                self._file(first).unlink()
+            else:
+                self._count(table)
+        return end
 
     def _after(self) -> int:
         """How many rows the tail says come before its own. Raises RowsError where it is of another sweep."""
@@ -161,15 +171,7 @@ class ParquetFolder:
             table = json.read_json(pa.BufferReader(rows), parse_options=options)
             fresh = self.path / FRESH
             words = pa.dictionary(pa.int32(), pa.string())
-            parquet.write_table(
-                table.cast(_schema(words)),
-                fresh,
-                compression="zstd",
-                use_dictionary=["case", "seed", "verdict", "level", "how"],
-                column_encoding={
-                    "sample": "DELTA_BINARY_PACKED"
-                },  # numbers that follow each other take next to nothing
-            )
+            parquet.write_table(table.cast(_schema(words)), fresh, **SMALL)
             fresh.replace(self._file(self._tail.after))
             self._tail.close()
             self._begin(self._tail.rows, [])

@@ -5,7 +5,7 @@ import platform
 import zlib
 from array import array
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from time import process_time
 from typing import Final, NamedTuple
@@ -80,15 +80,7 @@ def judged_piece(case: bytes, first: int, count: int, program: str) -> Judged | 
     elif design is None:
         kinds = [kind for number in range(first, first + count) for kind in _varied(whole, number)]
     else:
-        parts = (range(at, min(at + TOGETHER, first + count)) for at in range(first, first + count, TOGETHER))
-        draws = Draws(whole.scenario.seed, whole.scenario.scenario, first, count)
-        kinds = [
-            _kind(*each)
-            for part in parts
-            for each in judged_each(
-                design, whole.timeline, whole.system, replace(draws, first=part.start, count=len(part))
-            )
-        ]
+        kinds = [*_built(whole, design, range(first, first + count))]
     return judged_as(kinds, process_time() - started)
 
 
@@ -110,6 +102,13 @@ def _unpacked(case: bytes) -> tuple[Case, Design | None]:
     whole = pickle.loads(zlib.decompress(case))
     assert isinstance(whole, Case)
     return whole, design_of(whole.timeline) if whole.is_sampled and whole.scenario.uncertain is None else None
+
+
+def _built(case: Case, design: Design, samples: range) -> Iterator[Kind]:
+    """Samples of which only the hands err, some judged together."""
+    for at in samples[::TOGETHER]:
+        draws = Draws(case.scenario.seed, case.scenario.scenario, at, min(TOGETHER, samples.stop - at))
+        yield from (_kind(*each) for each in judged_each(design, case.timeline, case.system, draws))
 
 
 def _varied(case: Case, number: int) -> Iterator[Kind]:
