@@ -19,7 +19,7 @@ from tests.paths import ROOT
 LAYERS = {
     "stability": (
         {"model"},
-        {"graph", "geometry", "name_order"},
+        {"garbage", "graph", "geometry", "name_order"},
         {"shapes"},
         {"mechanics"},
         {"statics"},
