@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 
+from stability.engines.friction_told import WrongFriction
 from stability.model import BodyId
 from stackdsl.diagnostics import Diagnostic, Span
 from stackdsl.ensemble import Ensemble
@@ -130,6 +131,7 @@ class VariantResult:
     verdict: str = ""  # `stands`, `collapses`, `numerical-collapse`; empty if it did not run
     numerical: str = ""  # why the collapse is the solver's and none of physics; empty where nothing says so
     wrong_edges: WrongEdges | None = None  # None where no contact was seen to have a wrong normal
+    wrong_friction: WrongFriction | None = None  # the worst that an engine has had
     energy_gained: float = 0.0  # share of energy that the engine added by itself, where that is a fault
     collapse: Collapse | None = None
     ensemble: Ensemble | None = None  # what became of many samples; None of one run

@@ -12,7 +12,8 @@ class Margins:
     acceleration: float | None = None  # the least horizontal acceleration that brings it down, by bearing [g]
     bearing: float | None = None  # of that acceleration, from +x towards +y [rad]
     tilt: float | None = None  # the least tilt of the whole that brings it down [rad]
-    friction: float | None = None  # the least Coulomb coefficient, of every contact, with which it stands
+    friction: float | None = None  # the least Coulomb coefficient of the roughest contact, all in proportion
+    roughest: float | None = None  # what that contact has
     placement: float | None = None  # how far every brick may be placed beside where it is [m]
     joint: tuple[BodyId, BodyId] | None = None  # the contact that limits it, lower body first
     guaranteed: bool | None = None  # whether rest is the only thing that can happen, rather than one that can

@@ -9,6 +9,7 @@ from enum import StrEnum
 from itertools import groupby
 from typing import Literal, TypeAlias
 
+from stability.friction_law import GivenFriction, law_of
 from stability.mechanics.ground_motion import GroundMotion
 from stability.mechanics.hand_course import HandCourse
 from stability.model import AT_REST, BodyId, Brick, Plane, Pose, Vec3
@@ -19,8 +20,18 @@ class World:
     """What does not move."""
 
     gravity: float  # [m/s2], along -z
-    friction: float  # Coulomb coefficient of brick on brick
+    friction: GivenFriction  # of brick on brick: one number, unless some rub otherwise
     planes: tuple[Plane, ...]  # the ground first
+
+    @property
+    def roughest(self) -> float:
+        """The largest coefficient of all that are said."""
+        return max(law_of(self.friction).most, *(plane.friction for plane in self.planes))
+
+    @property
+    def rubs_alike(self) -> bool:
+        """Whether all that touches has the same coefficient."""
+        return all(plane.friction == self.friction for plane in self.planes)
 
 
 class Arrival(StrEnum):

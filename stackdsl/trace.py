@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from math import atan2, hypot, inf
 
+from stability.engines.friction_told import WrongFriction
 from stability.model import BodyId, Brick, Pose
 from stability.statics.facts import Motion
 from stability.statics.facts import Verdict as StaticsVerdict
@@ -245,6 +246,7 @@ class Trace:
     sway: Sway | None = None  # None where nothing sways, or nobody asked
     penetration: Penetration | None = None  # None where nothing was placed, or nobody asked
     wrong_edges: WrongEdges | None = None  # None where no contact was seen to have a wrong normal
+    wrong_friction: WrongFriction | None = None  # the worst that an engine has had; None where it had what was asked
     shift_before: float = 0.0  # largest of any brick when one was last set down before a collapse, or at all [m]
     moving: tuple[BodyId, ...] = ()  # what was not at rest when the run ended, thrown bricks included
     early_end: EarlyEnd | None = None  # None where it went on for as long as it was to

@@ -20,7 +20,7 @@ LAYERS = {
     "stability": (
         {"model"},
         {"garbage", "graph", "geometry", "name_order"},
-        {"shapes"},
+        {"shapes", "friction_law"},
         {"mechanics"},
         {"statics"},
         {"engines"},

@@ -7,6 +7,7 @@ engine's knowledge is asked for: then what moves comes in, and what is near to t
 from collections.abc import Collection, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 
+from stability.engines.friction_told import FrictionRecord
 from stability.engines.near_engine import NearEngine, Opening
 from stability.engines.prescribed import PrescribedMotion
 from stability.engines.put_bodies import PutBodies
@@ -21,12 +22,13 @@ class RestingWorld:
 
     opening: Opening
     prescribed: PrescribedMotion = field(default_factory=PrescribedMotion, init=False)
+    frictions: FrictionRecord = field(default_factory=FrictionRecord, init=False)
     _put: PutBodies = field(init=False)
     _engine: NearEngine = field(init=False)
 
     def __post_init__(self) -> None:
         self._put = PutBodies()
-        self._engine = NearEngine(self._put, self.opening, self.prescribed)
+        self._engine = NearEngine(self._put, self.opening, self.prescribed, self.frictions)
 
     @property
     def settings(self) -> EngineSettings:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 from math import dist, hypot
 
+from stability.engines.friction_told import FrictionRecord, TellsFriction
 from stability.engines.prescribed import PrescribedMotion
 from stability.engines.protocol import World
 from stability.engines.put_bodies import PutBodies
@@ -38,6 +39,7 @@ class NearEngine:
     put: PutBodies
     opening: Opening
     prescribed: PrescribedMotion = field(default_factory=PrescribedMotion)
+    frictions: FrictionRecord = field(default_factory=FrictionRecord)
     clock: float = 0.0  # [s] while there is no engine
     world: World | None = field(default=None, init=False)
     _inside: dict[BodyId, None] = field(default_factory=dict, init=False)
@@ -203,6 +205,8 @@ class NearEngine:
             self._take_back(self.world)
         world, self._heaviest = self.opening.opened(settings, heaviest), heaviest
         world.prescribed = self.prescribed
+        if isinstance(world, TellsFriction):
+            world.frictions = self.frictions
         for plane in self.put.own.planes.values():
             world.add_plane(plane)
         world.skip(self.clock)

@@ -5,6 +5,7 @@ from typing import TypeVar
 
 from stability.engines.protocol import OpensWorlds, World
 from stability.engines.settings import EngineSettings
+from stability.friction_law import GivenFriction
 
 Settings = TypeVar("Settings", bound=EngineSettings)
 
@@ -14,7 +15,7 @@ def load_engine(settings: EngineSettings) -> None:
     _worlds_of(settings)
 
 
-def stepped_world(settings: EngineSettings, gravity: float, friction: float, heaviest: float) -> World:
+def stepped_world(settings: EngineSettings, gravity: float, friction: GivenFriction, heaviest: float) -> World:
     """An empty world of the engine that these are settings of; close it after use.
 
     Gravity [m/s2] is along -z, friction that of brick on brick, `heaviest` the mass of the heaviest brick to come [kg].

@@ -5,6 +5,7 @@ from typing import Protocol, TypeVar, runtime_checkable
 
 from stability.engines.prescribed import PrescribedMotion
 from stability.engines.settings import EngineSettings
+from stability.friction_law import GivenFriction
 from stability.mechanics.rubbing import Pressed
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Shape, Vec3
 
@@ -127,10 +128,10 @@ class OpensWorlds(Protocol[Settings_contra]):
     """The class of an engine's worlds, as settings name it."""
 
     def opened(
-        self, settings: Settings_contra, gravity: float, friction: float, heaviest: float | None = None
+        self, settings: Settings_contra, gravity: float, friction: GivenFriction, heaviest: float | None = None
     ) -> World:
         """A new, empty world, with settings of the engine's own class; close it after use.
 
-        Gravity [m/s2] is along -z, friction that of brick on brick, `heaviest` the mass of the heaviest brick that is
-        to come [kg], if that is known.
+        Gravity [m/s2] is along -z, friction that of brick on brick, one number unless the scene has several, `heaviest`
+        the mass of the heaviest brick that is to come [kg], if that is known.
         """

@@ -7,6 +7,7 @@ factor^3, forces and impulses factor^4 times as large, and gravity is weaker by 
 from collections.abc import Collection, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 
+from stability.engines.friction_told import FrictionRecord, TellsFriction
 from stability.engines.prescribed import PrescribedMotion
 from stability.engines.protocol import World
 from stability.engines.settings import EngineSettings
@@ -23,6 +24,7 @@ class ResizedWorld:
     engine: World
     factor: float  # lengths of the engine in lengths of whoever asks
     prescribed: PrescribedMotion = field(default_factory=PrescribedMotion, init=False)
+    frictions: FrictionRecord = field(default_factory=FrictionRecord, init=False)
     _bricks: dict[BodyId, Brick] = field(default_factory=dict, init=False)
     _masses: Mapping[BodyId, float] = field(default_factory=dict, init=False)
 
@@ -36,6 +38,8 @@ class ResizedWorld:
         return self.engine.time()
 
     def step(self) -> None:
+        if isinstance(self.engine, TellsFriction):
+            self.engine.frictions = self.frictions
         self.engine.prescribed.acceleration_W = scale(self.factor, self.prescribed.acceleration_W)
         self.engine.prescribed.guided = {
             name: replace(each, velocity_W=scale(self.factor, each.velocity_W))

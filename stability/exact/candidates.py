@@ -4,6 +4,7 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 
 from stability.engines.protocol import Engine
+from stability.friction_law import GivenFriction, law_of
 from stability.geometry.separation import in_world
 from stability.geometry.touching import reach_between
 from stability.model import BodyId, BodyState, Brick, HalfSpace, Plane, convex
@@ -53,12 +54,12 @@ def _reach(placed: Placed) -> float:
     return reach_between(placed.brick.shape.least_thickness)
 
 
-def fixed_bodies(engine: Engine, friction: float) -> tuple[tuple[Plane, ...], tuple[Placed, ...]]:
+def fixed_bodies(engine: Engine, friction: GivenFriction) -> tuple[tuple[Plane, ...], tuple[Placed, ...]]:
     """The fixed bodies of an engine, as statics knows them: half-spaces and convex solids."""
     shapes = {body: engine.shape(body) for body in sorted(engine.fixed())}
     poses = {body: state.pose for body, state in engine.states(shapes).items()}
     planes = [
-        replace(in_world(shape, poses[body]), id=body, friction=friction)
+        replace(in_world(shape, poses[body]), id=body, friction=law_of(friction).usual)
         for body, shape in shapes.items()
         if isinstance(shape, HalfSpace)
     ]

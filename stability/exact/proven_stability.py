@@ -20,6 +20,7 @@ from stability.exact.hits.rigid_groups import RigidGroups
 from stability.exact.hits.waking import wake
 from stability.exact.outside_changes import Site, changed
 from stability.exact.release import Judgement, release_until_stable
+from stability.friction_law import GivenFriction
 from stability.geometry.vectors import norm, scale
 from stability.model import BodyId, BodyState, Plane, Pose, Vec3
 from stability.statics.assembly import Assembly
@@ -39,9 +40,8 @@ class ProvenStability:
     engine: Engine
     # The fixed bodies; None to take the half-spaces and boxes that the engine holds fixed.
     planes: Sequence[Plane] | None = None
-    # Coulomb coefficient of brick on brick, and on the engine's half-spaces. If bodies differ, give the least: what
-    # stands with less friction stands with more.
-    friction: float = 0.5
+    # Coulomb coefficient of brick on brick, and on the engine's half-spaces; a `Friction` if bodies differ.
+    friction: GivenFriction = 0.5
     gravity: float | None = None  # along -z [m/s2]; None to take what the engine says, or else that of the Earth
     rest: RestLimits = field(default_factory=RestLimits)  # for planks of 8 mm; other bricks have their own, by size
     # Whether every update also looks for frozen bricks that somebody else has moved, and judges them again. It is dear.

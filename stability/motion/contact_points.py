@@ -6,6 +6,7 @@ from math import inf
 
 import numpy as np
 
+from stability.friction_law import Friction
 from stability.geometry.rows import cross_rows
 from stability.geometry.touching import reach_between
 from stability.geometry.vectors import dot, scale, subtract, unit
@@ -27,7 +28,7 @@ class Place:
     bricks: Mapping[BodyId, Placed]  # free to move, by name
     fixed: Mapping[BodyId, Placed]
     planes: Mapping[BodyId, Plane]
-    friction: float  # Coulomb coefficient of brick on brick
+    friction: Friction
     solids: Mapping[BodyId, Solid]  # all of them
 
     def with_moved(self, moved: Mapping[BodyId, Placed]) -> "Place":
@@ -112,11 +113,11 @@ def _contacts_of(falling: Collection[BodyId], place: Place) -> list[Contact] | N
 
 
 def _between(one: BodyId, other: BodyId, place: Place) -> Contact | None:
-    return contact_between(place.solids[one], place.solids[other], place.friction, Tolerances())
+    return contact_between(place.solids[one], place.solids[other], place.friction.of(one, other), Tolerances())
 
 
 def _with_plane(name: BodyId, plane: Plane, place: Place) -> Contact | None:
-    return contact_with_plane(place.solids[name], plane, Tolerances())
+    return contact_with_plane(place.solids[name], plane, Tolerances(), place.friction.on(name, plane))
 
 
 def _is_inside(one: Solid, other: Solid, place: Place) -> bool:

@@ -11,6 +11,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import hypot, inf, sqrt
 
+from stability.friction_law import GivenFriction
 from stability.graph import components
 from stability.model import AT_REST, BodyId, BodyState, Brick, Plane, Pose
 from stability.motion.crowd import DOWN, LEVEL, Crowd
@@ -68,7 +69,7 @@ class Dropping:
     part_of: Mapping[BodyId, Part]
     standing: Crowd  # what stands, and what has landed
     planes: Sequence[Plane]
-    friction: float  # Coulomb coefficient of brick on brick
+    friction: GivenFriction  # of brick on brick
     gravity: float  # [m/s2]
     clear: float = inf  # until then no part catches up with another one [s]
     time: float = 0.0  # [s]
@@ -138,7 +139,7 @@ def dropping_of(
     moving: Mapping[BodyId, tuple[Placed, BodyState]],
     others: Sequence[Placed],
     planes: Sequence[Plane],
-    friction: float,
+    friction: GivenFriction,
     gravity: float,
 ) -> Dropping | None:
     """How all that moves drops; None if not all of it does, straight down and without a turn."""

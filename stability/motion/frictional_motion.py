@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from stability.friction_law import GivenFriction, law_of
 from stability.geometry.rotations import about, multiply
 from stability.geometry.vectors import add_scaled, norm, scale
 from stability.model import BodyId, BodyState, Plane, Pose
@@ -194,8 +195,13 @@ class FrictionalMotion:
         return kinetic(bricks, velocities) > (1.0 + GAINED) * lost + ROUNDING * abs(self._energy)
 
 
-def frictional_motion_of(
-    problem: Problem, falling: Set[BodyId], gravity: float, others: Collection[Placed], planes: Collection[Plane]
+def frictional_motion_of(  # noqa: PLR0913, PLR0917 -- a problem, and what its bricks may come to touch
+    problem: Problem,
+    falling: Set[BodyId],
+    gravity: float,
+    others: Collection[Placed],
+    planes: Collection[Plane],
+    friction: GivenFriction,
 ) -> FrictionalMotion | None:
     """How bricks of a problem go on that cannot stand, if its other ones do; None if that is not known.
 
@@ -206,8 +212,7 @@ def frictional_motion_of(
         return None
     fixed = {placed.brick.id: placed for placed in others if placed.brick.id not in bricks}
     solids = {name: solid(placed) for name, placed in (*bricks.items(), *fixed.items())}
-    friction = {contact.friction for contact in problem.contacts if contact.lower not in {p.id for p in planes}}
-    place = Place(bricks, fixed, {plane.id: plane for plane in planes}, max(friction, default=0.0), solids)
+    place = Place(bricks, fixed, {plane.id: plane for plane in planes}, law_of(friction), solids)
     touches = touching(place, falling)
     return FrictionalMotion(place, touches, falling, gravity) if touches is not None else None
 

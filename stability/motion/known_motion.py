@@ -14,6 +14,7 @@ from math import dist, hypot, inf
 from typing import Protocol
 
 from stability.engines.protocol import World
+from stability.friction_law import GivenFriction
 from stability.model import BodyId, BodyState, Brick, Plane, Vec3, convex
 from stability.statics.facts import Motion, Placed, Problem, Tolerances
 from stability.statics.structure import Structure
@@ -43,7 +44,7 @@ class FallingParts:
 
     world: World
     planes: Sequence[Plane]
-    friction: float  # Coulomb coefficient of brick on brick
+    friction: GivenFriction  # of brick on brick
     gravity: float  # [m/s2]
     landed: Sequence[BodyId] = field(default=(), init=False)  # in the last steps: they are to be judged as set down
     _awake: Collection[BodyId] = field(default=(), init=False)  # what moves from now on, if that may be known
@@ -168,7 +169,7 @@ class FallingParts:
     def _in_parts(self, problem: Problem, falling: Set[BodyId], others: Sequence[Placed]) -> KnownMotion | None:
         from stability.motion.frictional_motion import frictional_motion_of  # noqa: PLC0415 -- most that is built stands
 
-        return frictional_motion_of(problem, falling, self.gravity, others, self.planes)
+        return frictional_motion_of(problem, falling, self.gravity, others, self.planes, self.friction)
 
     def _placed(self, bricks: Collection[BodyId]) -> Iterator[Placed]:
         masses, states = self.world.masses(), self.world.states(bricks)

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from stability.engines.protocol import Engine
+from stability.friction_law import Friction
 from stability.geometry.separation import in_world
 from stability.geometry.vectors import scale, unit
 from stability.model import BodyId, Brick, ConvexShape, HalfSpace, Plane, Pose, Shape, convex
@@ -23,15 +24,16 @@ ON_TOP = -0.5
 
 
 @dataclass(frozen=True, slots=True)
-class Friction:
-    """Coulomb coefficients of a brick on other bodies."""
+class Surfaces:
+    """How bricks rub on each other, and on what never moves."""
 
-    of_bricks: float  # and of all that has none of its own
-    of_bodies: Mapping[BodyId, float] = field(default_factory=dict)
+    friction: Friction
+    planes: Mapping[BodyId, Plane] = field(default_factory=dict)
 
-    def on(self, body: BodyId) -> float:
-        """The coefficient of a brick on this body."""
-        return self.of_bodies.get(body, self.of_bricks)
+    def between(self, brick: BodyId, body: BodyId) -> float:
+        """The Coulomb coefficient of a brick on this body; that of a brick where nothing is known of the body."""
+        plane = self.planes.get(body)
+        return self.friction.of(brick, body) if plane is None else self.friction.on(brick, plane)
 
 
 def smallest_side(engine: Engine, brick: BodyId) -> float | None:
@@ -40,7 +42,7 @@ def smallest_side(engine: Engine, brick: BodyId) -> float | None:
     return None if shape is None else shape.least_thickness
 
 
-def touching_areas(engine: Engine, brick: BodyId, friction: Friction) -> Sequence[LeaningArea]:
+def touching_areas(engine: Engine, brick: BodyId, surfaces: Surfaces) -> Sequence[LeaningArea]:
     """Where a brick touches what does not lie on it, bricks and fixed bodies; none if some shape near is not known."""
     known = engine.masses().keys() | engine.fixed()
     shape = engine.shape(brick)
@@ -54,7 +56,7 @@ def touching_areas(engine: Engine, brick: BodyId, friction: Friction) -> Sequenc
         other, pose = engine.shape(body), states[body].pose
         if own is None or other is None:
             return ()
-        contact = _contact(own, body, other, pose, friction.on(body))
+        contact = _contact(own, body, other, pose, surfaces.between(brick, body))
         if contact:
             found.append(_area(contact, brick))
     return [area for area in found if area.normal_W[2] > ON_TOP]

@@ -9,13 +9,14 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from stability.engines.protocol import Engine
+from stability.friction_law import GivenFriction, law_of
 from stability.graph import with_all_above
 from stability.model import BodyId, BodyState, Plane, Vec3
 from stability.published.contact_areas import ContactArea, contact_area, main_contact
 from stability.published.direct_hits import DirectHits
 from stability.published.impacts import Impact, energy_of_flight, energy_of_load, energy_of_push
 from stability.published.leaning import LeaningBrick, differ_in_height, failing_leaning, holds, leaning_brick
-from stability.published.leaning_contacts import Friction, smallest_side, touching_areas
+from stability.published.leaning_contacts import Surfaces, smallest_side, touching_areas
 from stability.published.readings import AS_READ, Readings
 from stability.published.resting import ContactLimits, resting_points
 from stability.published.support import Load, StackedBrick, failing, lies_above, loads_above, shares, tipping_margin
@@ -41,7 +42,7 @@ class StackStability:
     # carry. It costs time.
     guard: bool = True
     # Coulomb coefficient of brick on brick, and on fixed bodies that are not among the planes; for leaning bricks only.
-    friction: float = 0.5
+    friction: GivenFriction = 0.5
     planes: Sequence[Plane] = ()
     gravity: float | None = None  # as of ProvenStability [m/s2]; for impacts only
     readings: Readings = AS_READ  # of what the published text leaves open
@@ -52,14 +53,14 @@ class StackStability:
     _gravity: float = field(init=False)
     _stillness: Stillness = field(init=False)
     _held: HeldBodies = field(init=False)
-    _friction: Friction = field(init=False)
+    _surfaces: Surfaces = field(init=False)
     _hits: DirectHits = field(init=False)
     _refusals: Refusals = field(init=False)  # of the leaning test, which costs too much to be done at every step
     _observers: Observers = field(init=False)  # all of these: who hears what becomes of bricks, in this order
 
     def __post_init__(self) -> None:
         self._gravity = gravity_of(self.engine, self.gravity)
-        self._friction = Friction(self.friction, {plane.id: plane.friction for plane in self.planes})
+        self._surfaces = Surfaces(law_of(self.friction), {plane.id: plane for plane in self.planes})
         self._stillness = Stillness(lambda _: self.rest)
         self._held = HeldBodies(self.engine, self._held_by)
         self._hits = DirectHits(self.engine, self.rest)
@@ -225,7 +226,7 @@ class StackStability:
 
     def _leaning(self, tested: StackedBrick, side: float, states: Mapping[BodyId, BodyState]) -> LeaningBrick | None:
         """What a brick leans on, if that holds it, neither body moves, and one of the two is no awake brick."""
-        areas = touching_areas(self.engine, tested.id, self._friction)
+        areas = touching_areas(self.engine, tested.id, self._surfaces)
         slow = [area for area in areas if area.on not in states or self.rest.slow(states[area.on])]
         if all(area.on in states for area in slow):
             return None

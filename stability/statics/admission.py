@@ -3,6 +3,7 @@
 from collections.abc import Collection, Iterable, Sequence
 from typing import TypeVar
 
+from stability.friction_law import GivenFriction, admit_friction
 from stability.geometry.given_numbers import admit_number, admit_numbers
 from stability.model import BodyId, Brick, ConvexShape, Plane, Pose
 from stability.shapes.box import Box
@@ -78,12 +79,10 @@ def admit_place(placed: Placed) -> None:
         raise ValueError(f"brick '{name}' has the orientation {pose.orientation}; divide it by its length")
 
 
-def admit_site(planes: Sequence[Plane], tables: Sequence[Placed], friction: float, gravity: float) -> None:
+def admit_site(planes: Sequence[Plane], tables: Sequence[Placed], friction: GivenFriction, gravity: float) -> None:
     """Raise ValueError for fixed bodies, a friction or a gravity that mean nothing, TypeError for what is none."""
-    admit_number("the friction is", friction, "write a coefficient of 0 or more")
+    admit_friction(friction)
     admit_number("the gravity is", gravity, "write m/s2, as a number that is more than 0")
-    if not 0.0 <= friction < float("inf"):
-        raise ValueError(f"the friction is {friction}; it is 0 or more")
     if not 0.0 < gravity < float("inf"):
         raise ValueError(f"the gravity is {gravity} m/s2; it is more than 0, and points down")
     for plane in planes:

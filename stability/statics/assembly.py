@@ -14,6 +14,7 @@ from time import perf_counter
 from types import MappingProxyType
 
 from stability.garbage import rarely_collected
+from stability.friction_law import GivenFriction
 from stability.geometry.plan import Point2
 from stability.geometry.polygons import depth
 from stability.graph import reached
@@ -35,14 +36,15 @@ class Assembly:
     def __init__(
         self,
         planes: Iterable[Plane] = (LEVEL_GROUND,),
-        friction: float = 0.5,
+        friction: GivenFriction = 0.5,
         gravity: float = EARTH,
         tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
         tables: Iterable[Placed] = (),
     ) -> None:
         """Begin with the fixed bodies alone: planes, and `tables`, which are boxes that never move.
 
-        `friction` is the Coulomb coefficient of brick on brick and on tables; `gravity` is along -z [m/s2].
+        `friction` is the Coulomb coefficient of brick on brick and on tables, or a `Friction` where it differs by brick
+        or by pair; `gravity` is along -z [m/s2].
         """
         planes, tables = listed(planes, "planes, such as [Plane(...)]"), listed(tables, "tables, such as [Placed(...)]")
         admit_site(planes, tables, friction, gravity)
@@ -63,8 +65,8 @@ class Assembly:
         return self._structure.tables
 
     @property
-    def friction(self) -> float:
-        """Coulomb coefficient of brick on brick."""
+    def friction(self) -> GivenFriction:
+        """Coulomb coefficient of brick on brick, as it was given."""
         return self._structure.friction
 
     @property

@@ -4,6 +4,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import count
 
+from stability.friction_law import Friction, GivenFriction, law_of
 from stability.geometry.neighbours import Neighbours
 from stability.geometry.touching import reach_between
 from stability.graph import reached
@@ -20,7 +21,7 @@ class Structure:
 
     planes: tuple[Plane, ...]
     tables: tuple[Placed, ...]  # boxes that never move
-    friction: float  # Coulomb coefficient of brick on brick
+    friction: GivenFriction  # one Coulomb coefficient of brick on brick, or who rubs how on whom
     gravity: float  # [m/s2]
     tolerances: Tolerances
     bricks: dict[BodyId, Placed] = field(default_factory=dict)
@@ -30,12 +31,14 @@ class Structure:
     cores: dict[BodyId, LoadCore] = field(default_factory=dict)
     weights: dict[BodyId, VerticalLoad] = field(default_factory=dict)  # the weight of each brick
     _turn: dict[BodyId, int] = field(default_factory=dict)  # in which order their cores were found
+    _law: Friction = field(init=False)
     _solids: dict[BodyId, Solid] = field(default_factory=dict)
     _neighbours: Neighbours[BodyId] = field(default_factory=Neighbours)
     _turns: Iterator[int] = field(default_factory=count)
 
     def __post_init__(self) -> None:
         """Boxes that never move are neighbours like bricks."""
+        self._law = law_of(self.friction)
         for placed in self.tables:
             self._show(solid(placed))
 
@@ -47,9 +50,10 @@ class Structure:
         """Set a brick in its place, with its contacts and its core."""
         name, (x, y, _) = placed.brick.id, placed.pose.position_W
         own = solid(placed)
-        found = [contact_with_plane(own, plane, self.tolerances) for plane in self.planes]
+        law, near = self._law, self.tolerances
+        found = [contact_with_plane(own, plane, near, law.on(name, plane)) for plane in self.planes]
         for other in self._neighbours.around(own.low_W, own.high_W, self._reach(own)):
-            found.append(contact_between(own, self._solids[other], self.friction, self.tolerances))
+            found.append(contact_between(own, self._solids[other], law.of(name, other), near))
         self.bricks[name] = placed
         self.weights[name] = VerticalLoad(placed.brick.mass * self.gravity, (x, y))
         self.touching[name], self.supports[name], self.carried[name] = {}, [], []

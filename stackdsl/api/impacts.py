@@ -40,6 +40,7 @@ def insert(
     rotate: Sequence[int | str] | None = None,
     brick: str | object | None = None,
     level: int | None = None,
+    friction: float | None = None,
     when: int | str | None = None,
     after: str | None = None,
     every: str | None = None,
@@ -55,6 +56,7 @@ def insert(
     rotate: turn about x, then y, then z, the axes of the scene
     brick: default: the brick of the step, or else of the scenario
     level: its level; default: judged by its height
+    friction: Coulomb coefficient of its own; default: of what it is
     when: when the step begins; default: after the previous step
     after: the event that the step begins after
     every: from one repetition to the next; default: all at one time
@@ -69,6 +71,7 @@ def insert(
         "rotate": rotate,
         "brick": brick,
         "level": level,
+        "friction": friction,
     }
     return written({"insert": what_is_written, "at": when, "after": after, "every": every})
 

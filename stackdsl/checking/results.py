@@ -150,6 +150,7 @@ def judged(case: Case, trace: Trace) -> VariantResult:
         verdict=trace.reported_verdict,
         numerical=trace.numerical,
         wrong_edges=trace.wrong_edges,
+        wrong_friction=trace.wrong_friction,
         energy_gained=trace.energy_gained,
         collapse=trace.collapse,
         moving=trace.moving,

@@ -14,6 +14,7 @@ from stackdsl.compiling.built import Built, built_of, missiles_of
 from stackdsl.compiling.built_bricks import BuiltBrick, built_bricks
 from stackdsl.compiling.by_hand import bringing, brought, hands_that_bring, placed_by_hand
 from stackdsl.compiling.contradictions import beyond_what_is_built, contradictions
+from stackdsl.compiling.frictions import friction_of, mispaired
 from stackdsl.compiling.hands_apart import hands_apart, ways_through_planes
 from stackdsl.compiling.impacts.doing import Done, done
 from stackdsl.compiling.impacts.removals import missing_bricks
@@ -53,6 +54,7 @@ CHECKS: Final[Sequence[Check]] = (
     bricks_that_hit,
     beyond_what_is_built,
     contradictions,
+    mispaired,
 )
 CHECKS_IN_TIME: Final[Sequence[Check]] = (
     missing_bricks,
@@ -124,7 +126,7 @@ def _timeline(built: Built, impacts: Iterable[tuple[Moment, Action]], scenario: 
     alone = placed.keys() - {one.brick.name for one in in_hands}
     placements = [(brick.placed, placed[brick.name]) for brick in built.in_order if brick.name in alone]
     return Timeline(
-        World(scenario.world.gravity, scenario.friction, planes),
+        World(scenario.world.gravity, friction_of(built, scenario), planes),
         tuple(
             action
             for _, action in sorted(

@@ -45,8 +45,10 @@ class WrittenBrick:
     shape: ConvexShape
     mass: float
     pose: Pose
+    kind: BrickKind
     level: int | None  # None if it is to be judged by what it stands on
     name: str | None
+    friction: float | None = None  # of its own, if its author wrote one for it rather than for its kind
     drop: bool = False
     together: bool = False  # whether it is set down at one moment with the brick before it
     within: str | None = None  # the name of its step
@@ -90,7 +92,7 @@ def _bricks_of_layout(number: int, step: BuildStep, scenario: Scenario) -> Itera
             path: Path = ("build", number, name)
             point = form.middle if spec.outline is None else form.origin
             mass, pose = kind.mass_of(form), _set_back(pose_of(spec), point)
-            made = WrittenBrick(path, number, form.shape, mass, pose, spec.level, own, together=spec.together)
+            made = WrittenBrick(path, number, form.shape, mass, pose, kind, spec.level, own, together=spec.together)
             yield replace(made, within=step.name, passed=spec.passed)
 
 
@@ -121,7 +123,10 @@ def _set_brick(  # noqa: PLR0913, PLR0917 -- a brick, and all that it may depend
         except NowhereError as error:
             lost = error
     mass = made_of.mass_of(form)
-    return WrittenBrick(path, step, form.shape, mass, pose, brick.level, brick.name, placed_by=placed_by, lost=lost)
+    own = brick.friction
+    return WrittenBrick(
+        path, step, form.shape, mass, pose, made_of, brick.level, brick.name, own, placed_by=placed_by, lost=lost
+    )
 
 
 def _set_back(pose: Pose, point: Vec3) -> Pose:

@@ -78,6 +78,7 @@ class Knobs:
                         yield from self._knob(key, ("build", number, layout, key), written)
         for path in (("world", "tilt"), ("world", "tilt", "angle")):
             yield from self._knob("tilt", path, _at(values, path))
+        yield from self._frictions(values)
         if self.variant.source.values == values:  # or else bricks stand elsewhere than they are written
             yield from self._places(moving)
 
@@ -95,6 +96,16 @@ class Knobs:
         place = next((path for path in places if _at(values, path) is not None), ("cases",))
         path: Path = place if place[0] == "uncertain" else ("let", name)
         yield from self._knob(name, path, self.variables().get(name), place=place)
+
+    def _frictions(self, values: Plain) -> Iterator[Knob]:
+        for kind, keys in _members(_at(values, ("brick_types",))):
+            yield from self._knob(f"friction of {kind}", ("brick_types", kind, "friction"), _at(keys, ("friction",)))
+        pairs: Path = ("world", "friction", "between")
+        between = _at(values, pairs)
+        for number, each in enumerate(between if isinstance(between, list) else ()):
+            pair, path = _at(each, ("pair",)), (*pairs, number, "friction")
+            named = " and ".join(map(str, pair)) if isinstance(pair, list) else ""
+            yield from self._knob(f"friction of {named}", path, _at(each, ("friction",)))
 
     def _places(self, moving: Collection[BodyId]) -> Iterator[Knob]:
         for brick in bricks_of(self.scenario, Surroundings(tuple(planes_of(self.scenario)))):

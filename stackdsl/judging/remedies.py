@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from math import inf
 from typing import Final
 
+from stability.friction_law import Friction, law_of
 from stability.model import BodyId
 from stability.statics.facts import Stability, Verdict
 from stability.statics.margins.counterweight import counterweight
@@ -100,8 +101,7 @@ def _friction(timeline: Timeline, proofs: Proofs) -> MoreFriction | None:
     """As much as the worst moment asks for: the next to fall is asked until nothing does."""
     factor = 1.0
     world = timeline.world
-    written = max([world.friction, *(plane.friction for plane in world.planes)])
-    alike = all(plane.friction == world.friction for plane in world.planes)
+    written, usual, alike = world.roughest, law_of(world.friction).usual, world.rubs_alike
     for _ in range(MOST_FRICTIONS):
         margin = least_friction(proofs.assembly.problem())
         if margin.factor == inf:
@@ -111,7 +111,7 @@ def _friction(timeline: Timeline, proofs: Proofs) -> MoreFriction | None:
         proofs = proofs_of(rougher, names_smallest=False)
         stability = proofs.assembly.verdict().stability
         if stability is Stability.STABLE:
-            return MoreFriction(factor, factor * world.friction, alike)
+            return MoreFriction(factor, factor * usual, alike)
         if stability is Stability.UNDECIDED:
             return None
     return None
@@ -121,7 +121,9 @@ def with_friction(timeline: Timeline, factor: float) -> Timeline:
     """A timeline with all coefficients of friction times a factor."""
     world = timeline.world
     planes = tuple(replace(plane, friction=factor * plane.friction) for plane in world.planes)
-    return replace(timeline, world=replace(world, friction=factor * world.friction, planes=planes))
+    friction = world.friction
+    rougher = friction.times(factor) if isinstance(friction, Friction) else factor * friction
+    return replace(timeline, world=replace(world, friction=rougher, planes=planes))
 
 
 def _rising(verdict: Verdict) -> Sequence[BodyId]:

@@ -77,7 +77,9 @@ class BrickKind(Shorthand, Choice):
     )
     density: t.Density | None = Field(None, description="density; or else give the mass")
     mass: t.Mass | None = Field(None, description="mass of a whole brick; or else give the density")
+    friction: t.Friction | None = Field(None, description="Coulomb coefficient of its own; default: the scenario's")
     _form: Form = PrivateAttr()
+    _called: str = PrivateAttr("")
 
     one_of: ClassVar[tuple[str, ...]] = ("density", "mass")
     also_one_of: ClassVar[tuple[str, ...]] = ("size", "prism", "points", "file")
@@ -86,6 +88,11 @@ class BrickKind(Shorthand, Choice):
     def form(self) -> Form:
         """What a whole brick is made to."""
         return self._form
+
+    @property
+    def called(self) -> str:
+        """The name of this kind of brick; empty if it has none."""
+        return self._called
 
     @classmethod
     def spelt_out(cls, scalar: object, known: Mapping[str, object]) -> object:
@@ -96,7 +103,7 @@ class BrickKind(Shorthand, Choice):
             return known[name]
         if name in CATALOGUE:
             made = cls.model_construct(size=CATALOGUE[name].size, density=CATALOGUE[name].density)
-            made._form = box_form(CATALOGUE[name].size)
+            made._form, made._called = box_form(CATALOGUE[name].size), name
             return made
         message = f"there is no brick {shown(scalar)} in the catalogue, nor under `brick_types`"
         raise MistakeError("SD104", message, did_you_mean(str(scalar), (*known, *CATALOGUE)))
@@ -202,14 +209,16 @@ BrickTypes = Annotated[
 def known_bricks(written: object, files: Mapping[str, str]) -> Known:
     """The bricks that a scenario names, made of these files; None where its own lines are mistaken."""
     given = written if isinstance(written, dict) else {}
-    return Known({name: _kind(kind, files) for name, kind in given.items()}, files)
+    return Known({name: _kind(name, kind, files) for name, kind in given.items()}, files)
 
 
-def _kind(written: object, files: Mapping[str, str]) -> BrickKind | None:
+def _kind(name: str, written: object, files: Mapping[str, str]) -> BrickKind | None:
     try:
-        return BrickKind.model_validate(written, context=Known({}, files))
+        made = BrickKind.model_validate(written, context=Known({}, files))
     except ValidationError:
         return None
+    made._called = name  # also where it is but another name for a brick of the catalogue
+    return made
 
 
 class SetBrick(Choice):
@@ -232,6 +241,7 @@ class SetBrick(Choice):
     )
     brick: BrickKind | None = Field(None, description="default: the brick of the step, or else of the scenario")
     level: Levels | None = Field(None, description="its level; default: judged by its height")
+    friction: t.Friction | None = Field(None, description="Coulomb coefficient of its own; default: of what it is")
 
     one_of: ClassVar[tuple[str, ...]] = ("at", "on", "beside")
 

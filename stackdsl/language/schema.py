@@ -27,6 +27,7 @@ from stackdsl.language.kinds import with_kinds
 from stackdsl.language.layouts.registry import LAYOUTS, Layout, LayoutParams
 from stackdsl.language.marks import Skip, Xfail
 from stackdsl.language.mistakes import MistakeError
+from stackdsl.language.pair_frictions import Frictions
 from stackdsl.language.shaking import Shake
 
 # --- given: the world -------------------------------------------------------------------------------------------------
@@ -63,6 +64,7 @@ class World(AuthorModel):
     walls: Annotated[tuple[Wall, ...], Field(max_length=16)] = Field((), description="vertical walls")
     tilt: Tilt = default("0 deg", "how far the whole scene is tilted")
     shake: Shake | None = Field(None, description="how the ground moves to and fro")
+    friction: Frictions = Field(default_factory=Frictions, description="where some bodies rub otherwise than most")
 
 
 # --- when: the steps of building --------------------------------------------------------------------------------------

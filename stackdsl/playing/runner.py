@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from time import perf_counter
 from typing import TYPE_CHECKING
 
+from stability.engines.friction_told import wrong_friction_of
 from stability.engines.protocol import World
 from stability.engines.scene_scale import SAMPLING
 from stability.garbage import rarely_collected
@@ -288,6 +289,7 @@ class _Run:
             energy=self.measures.energy.energy(),
             onset=self.measures.onset.onset,
             wrong_edges=self.edges.wrong(),
+            wrong_friction=wrong_friction_of(self.world),
             shift_before=self.shift_before,
             sway=self.measures.swayed,
             penetration=self.measures.overlapped,

@@ -6,6 +6,7 @@ Where `exact` is one of them: which stage proved each placement, what that would
 from collections.abc import Iterator, Mapping, Sequence
 from math import hypot, inf
 
+from stability.friction_law import law_of
 from stability.geometry.rotations import body_axes
 from stability.geometry.touching import TOUCHING, reach_between
 from stability.geometry.vectors import scale
@@ -16,6 +17,7 @@ from stackdsl.judging.knobs import Knobs
 from stackdsl.judging.proofs import proofs_of
 from stackdsl.report.modified_text import modified_text
 from stackdsl.report.proof_text import Extent, proven_lines, stages_told
+from stackdsl.report.rubbing_text import rubbing_lines
 from stackdsl.systems.known_systems import system_named
 from stackdsl.systems.modification import as_played
 from stackdsl.systems.systems import Method
@@ -55,7 +57,8 @@ def _lines(cases: Sequence[Case], extent: Extent) -> Iterator[str]:
 
 def _world(timeline: Timeline) -> Iterator[str]:
     world = timeline.world
-    yield f"  gravity {world.gravity:g} m/s2, brick on brick friction {world.friction:g}"
+    yield f"  gravity {world.gravity:g} m/s2, brick on brick friction {law_of(world.friction).usual:g}"
+    yield from rubbing_lines(timeline)
     for plane in world.planes:
         normal = " ".join(f"{round(component, 4) + 0.0:g}" for component in plane.normal_W)
         yield f"  {plane.id}: normal ({normal}), friction {plane.friction:g}"

@@ -7,6 +7,7 @@ Keys are sorted and end in their unit, all SI. A number that is not finite is nu
 import json
 from math import isfinite
 
+from stability.engines.friction_told import WrongFriction
 from stackdsl.diagnostics import Diagnostic, Span
 from stackdsl.ensemble import Ensemble
 from stackdsl.observations import Change, Seen
@@ -71,6 +72,7 @@ def _result(report: Report, result: VariantResult) -> dict[str, object]:
         "verdict": result.verdict or None,
         "numerical": result.numerical or None,
         "wrong_edges": _wrong_edges(result.wrong_edges) if result.wrong_edges else None,
+        "wrong_friction": _wrong_friction(result.wrong_friction) if result.wrong_friction else None,
         "energy_gained": _number(result.energy_gained) or None,
         "collapse": _collapse(result.collapse) if result.collapse else None,
         "samples": _samples(result.ensemble) if result.ensemble else None,
@@ -112,6 +114,15 @@ def _wrong_edges(wrong: WrongEdges) -> dict[str, object]:
         "angle_rad": _number(wrong.angle),
         "time_s": _number(wrong.time),
         "first_s": _number(wrong.first),
+    }
+
+
+def _wrong_friction(wrong: WrongFriction) -> dict[str, object]:
+    return {
+        "between": [wrong.one, wrong.other],
+        "asked": _number(wrong.asked),
+        "had": _number(wrong.had),
+        "time_s": _number(wrong.time),
     }
 
 

@@ -7,6 +7,7 @@ from stackdsl.outcome import VariantResult
 from stackdsl.report.edge_text import wrong_edges_text
 from stackdsl.report.ending_text import ending_text
 from stackdsl.report.energy_text import energy_text
+from stackdsl.report.friction_text import wrong_friction_text
 from stackdsl.report.modified_text import modified_text
 from stackdsl.report.outcome_text import outcome_text
 from stackdsl.report.why_text import why_lines
@@ -37,6 +38,8 @@ def _lines(trace: Trace, result: VariantResult, all_names: bool) -> Iterator[str
         yield energy_text(trace.energy_gained)
     if trace.wrong_edges is not None:
         yield wrong_edges_text(trace.wrong_edges, trace.collapse)
+    if trace.wrong_friction is not None:
+        yield wrong_friction_text(trace.wrong_friction)
     yield from claim_lines(result)
 
 

@@ -1,17 +1,18 @@
 """The report as text: mistakes first, then one row a variant, then failures one by one, then one line of sums."""
 
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 from stackdsl.outcome import GOLDEN_FAILURES, REFERENCE_SYSTEM, GoldenStatus, Outcome, Report, RunStatus, VariantResult
 from stackdsl.report.blocks import Block, Row, Table, blocks_text, line, table, titled
 from stackdsl.report.change_text import change_text
 from stackdsl.report.diagnostic_text import GUTTER, diagnostic_text
-from stackdsl.report.edge_text import wrong_edges_text
+from stackdsl.report.edge_text import wrong_edges
 from stackdsl.report.ending_text import ending_text
 from stackdsl.report.energy_text import energy_text
 from stackdsl.report.ensemble_text import samples_told
+from stackdsl.report.friction_text import wrong_frictions
 from stackdsl.report.modified_text import modified_text
 from stackdsl.report.outcome_text import outcome_text, significant
 from stackdsl.report.why_text import why_lines
@@ -94,7 +95,8 @@ def _notes(report: Report, verbosity: int) -> Iterator[Block]:
     yield titled("Ended early", [f"{name}: {ending_text(end)}" for name, end in early if name in shown])
     yield titled("Numerical collapses", [f"{r.name}: {r.numerical}" for r in report.results if r.numerical])
     yield titled("Energy from nowhere", [f"{result.name}: {energy_text(result.energy_gained)}" for result in gained])
-    yield titled("Wrong edge normals", list(_wrong_edges(noted)))
+    yield titled("Wrong edge normals", list(wrong_edges(noted)))
+    yield titled("Frictions that an engine could not have", list(wrong_frictions(noted)))
     yield titled("Other than known from outside", list(_missed(report, lambda result: result.truths)))
     yield titled(
         "Golden files of another engine, compared in what no engine decides",
@@ -172,12 +174,6 @@ def _modified(report: Report) -> Iterator[str]:
         if result.modified:
             names[result.modified].append(result.name)
     yield from (f"{modified_text(modified)}: {', '.join(played)}" for modified, played in names.items())
-
-
-def _wrong_edges(results: Iterable[VariantResult]) -> Iterator[str]:
-    for result in results:
-        if result.wrong_edges is not None:
-            yield f"{result.name}: {wrong_edges_text(result.wrong_edges, result.collapse)}"
 
 
 def _moved(report: Report) -> Iterator[str]:

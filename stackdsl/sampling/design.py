@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import acos, hypot
 
+from stability.friction_law import GivenFriction
 from stability.geometry.rotations import about, inverse, multiply, rotate
 from stability.geometry.touching import reach_between
 from stability.model import GROUND, IDENTITY, BodyId, Plane, Pose, Quaternion
@@ -73,7 +74,7 @@ class Design:
     planes: tuple[Plane, ...]  # in the frame of the scene
     planes_W: tuple[Plane, ...]
     tilt: Quaternion  # from the frame of the scene to W
-    friction: float
+    friction: GivenFriction
     gravity: float
 
     @cached_property

@@ -96,6 +96,9 @@ def _moved(expected: Object, got: Object) -> Differences:
 def _world(expected: Object, got: Object) -> Differences:
     yield from _value("world", "gravity", expected.get("gravity"), got.get("gravity"), GRAVITY)
     yield from _value("world", "friction", expected.get("friction"), got.get("friction"), FRICTION)
+    was, now = _object(expected, "rubbing"), _object(got, "rubbing")
+    for key in sorted({*was, *now}):
+        yield from _value("world", f"friction, {key}", was.get(key), now.get(key), FRICTION)
     was, now = _object(expected, "planes"), _object(got, "planes")
     for plane in sorted({*was, *now}):
         if plane in was and plane in now:
@@ -257,11 +260,9 @@ def _same(expected: object, got: object, quantity: Quantity | None) -> bool:
 
 
 def _shown(value: object, quantity: Quantity | None) -> str:
-    if value is None:
-        return ABSENT
     if quantity is not None and is_number(value):
         return f"{value:.{quantity.digits}f} {quantity.unit}".rstrip()
-    return str(value)
+    return ABSENT if value is None else str(value)
 
 
 def _vector(  # noqa: PLR0913, PLR0917 -- as `_value`

@@ -130,6 +130,7 @@ class Scene:
     gravity: Number  # [m/s2]
     friction: Number
     planes: Mapping[BodyId, FixedPlane]
+    rubbing: Mapping[str, Number | str] | None = None  # what rubs otherwise; None where one coefficient is all
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import takewhile
 from math import atan2, degrees, hypot, inf, isfinite, isnan
 
+from stability.friction_law import law_of
 from stability.model import BodyId, ConvexShape, Pose, Vec3
 from stability.shapes.box import Box
 from stability.shapes.in_pose import top_W
@@ -37,6 +38,7 @@ from stackdsl.snapshots.record import (
     Scene,
     Snapshot,
 )
+from stackdsl.snapshots.rubbing import rubbing_of
 from stackdsl.timeline import World
 from stackdsl.trace import (
     ACTIONS,
@@ -97,7 +99,8 @@ def scene_of(world: World) -> Scene:
     """What does not move."""
     return Scene(
         gravity=_rounded(world.gravity, GRAVITY),
-        friction=_rounded(world.friction, FRICTION),
+        friction=_rounded(law_of(world.friction).usual, FRICTION),
+        rubbing=rubbing_of(world.friction),
         planes={
             plane.id: FixedPlane(
                 at_mm=_in_mm(plane.point_W, POSITION),

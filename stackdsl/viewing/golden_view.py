@@ -22,6 +22,7 @@ from stackdsl.diagnostics import Span
 from stackdsl.outcome import GoldenDifference, GoldenResult
 from stackdsl.recording.recorder import Recorder
 from stackdsl.recording.recording import Recording
+from stackdsl.snapshots.rubbing import friction_told
 from stackdsl.timeline import Placement, Timeline, World
 from stackdsl.trace import BrickState, BrickTrack, Event, EventKind, Trace
 from stackdsl.viewing.run_view import RunView
@@ -146,7 +147,7 @@ def _world(told: Told) -> World:
         Plane(name, _metres(plane["at_mm"]), _vector(plane["normal"]), _finite(plane["friction"]))
         for name, plane in told["planes"].items()
     )
-    return World(_finite(told["gravity"]), _finite(told["friction"]), planes)
+    return World(_finite(told["gravity"]), friction_told(_finite(told["friction"]), told.get("rubbing")), planes)
 
 
 def _place(file: str, text: str, name: BodyId) -> Span:

@@ -2,8 +2,6 @@
 
 A brick that is held is part of the ground as far as MuJoCo knows: it has no joint, so nothing moves it. A model cannot
 be changed, so one is made whenever a body comes, goes, is held or let go.
-
-Friction of a pair is the larger coefficient of both, but for what has priority, whose own it is: planes have.
 """
 
 from collections import defaultdict
@@ -15,9 +13,11 @@ import numpy as np
 from stability.engines.mujoco.mujoco_binding import mujoco
 from stability.engines.mujoco.mujoco_settings import MuJoCoSettings
 from stability.engines.mujoco.mujoco_shapes import add_hulls, as_wxyz, geometry, weigh
+from stability.engines.mujoco.pair_frictions import Rubbing, pair_frictions
 from stability.engines.prescribed import FIRM, Guided
 from stability.engines.pressing import Presses
 from stability.engines.shortest_turn import shortest_turn
+from stability.friction_law import GivenFriction, law_of
 from stability.geometry.bounding_boxes import BoundingBoxes
 from stability.geometry.rotations import inverse, rotate
 from stability.geometry.vectors import add, add_scaled, scale, subtract
@@ -47,8 +47,8 @@ class Scene:
 
     settings: MuJoCoSettings
     gravity: float  # [m/s2], along -z
-    friction: float  # of brick on brick
-    planes: Iterable[Plane]
+    friction: GivenFriction  # of brick on brick
+    planes: Collection[Plane]
     bodies: Mapping[BodyId, Body]
 
 
@@ -142,11 +142,16 @@ def made(scene: Scene) -> Model:
     """The model of a scene, with every body where it is, and as fast as it is."""
     spec = mujoco.MjSpec()
     _set_options(spec, scene)
+    held = {brick.id: body.held for body in scene.bodies.values() for brick, _ in body.bricks}
+    frictions = pair_frictions(law_of(scene.friction), scene.planes, list(held))
     for plane in scene.planes:
-        _add_plane(spec.worldbody, plane, scene.settings)
+        _add_plane(spec.worldbody, plane, scene.settings, frictions.shapes[plane.id])
     hulls = add_hulls(spec, (brick.shape for body in scene.bodies.values() for brick, _ in body.bricks))
     for body in scene.bodies.values():
-        _add_body(spec.worldbody, body, scene, hulls)
+        _add_body(spec.worldbody, body, scene, hulls, frictions.shapes)
+    for one, other, friction in frictions.pairs:
+        if not (held.get(one, True) and held.get(other, True)):  # what neither can move never meets
+            _add_pair(spec, one, other, scene.settings, friction)
     model = spec.compile()
     data = mujoco.MjData(model)
     free = {name: turn for turn, name in enumerate(n for n, body in scene.bodies.items() if not body.held)}
@@ -170,18 +175,25 @@ def _set_options(spec: mujoco.MjSpec, scene: Scene) -> None:
     spec.memory = ROOM * (LEAST_ROOM + sum(len(body.bricks) for body in scene.bodies.values()))
 
 
-def _add_plane(world: mujoco.MjsBody, plane: Plane, settings: MuJoCoSettings) -> None:
+def _add_plane(world: mujoco.MjsBody, plane: Plane, settings: MuJoCoSettings, rubbing: Rubbing) -> None:
     world.add_geom(
         type=mujoco.mjtGeom.mjGEOM_PLANE,
         size=(0.0, 0.0, 1.0),  # without end
         pos=plane.point_W,
         quat=as_wxyz(shortest_turn(UP, plane.normal_W)),
-        priority=1,
-        **_contact(settings, plane.friction),
+        name=plane.id,
+        priority=rubbing.priority,
+        **_contact(settings, rubbing.friction),
     )
 
 
-def _add_body(world: mujoco.MjsBody, body: Body, scene: Scene, hulls: Mapping[ConvexShape, str]) -> None:
+def _add_body(
+    world: mujoco.MjsBody,
+    body: Body,
+    scene: Scene,
+    hulls: Mapping[ConvexShape, str],
+    rubbing: Mapping[BodyId, Rubbing],
+) -> None:
     added = world.add_body(pos=body.state.pose.position_W, quat=as_wxyz(body.state.pose.orientation))
     if not body.held:
         added.add_freejoint()
@@ -194,8 +206,16 @@ def _add_body(world: mujoco.MjsBody, body: Body, scene: Scene, hulls: Mapping[Co
         added.add_geom(
             **geometry(brick.shape, place, hulls),
             mass=firm * brick.mass,
-            **_contact(scene.settings, scene.friction),
+            name=brick.id,
+            priority=rubbing[brick.id].priority,
+            **_contact(scene.settings, rubbing[brick.id].friction),
         )
+
+
+def _add_pair(spec: mujoco.MjSpec, one: BodyId, other: BodyId, settings: MuJoCoSettings, friction: float) -> None:
+    """Say what friction two shapes have on each other, whatever each has by itself."""
+    alike = {**_contact(settings, friction), "friction": (friction, friction, 0.0, 0.0, 0.0)}
+    spec.add_pair(geomname1=one, geomname2=other, **alike)
 
 
 def _contact(settings: MuJoCoSettings, friction: float) -> Mapping[str, object]:

@@ -11,6 +11,7 @@ from stability.engines.own_bodies import OwnBodies
 from stability.engines.prescribed import PrescribedMotion
 from stability.engines.pressing import Presses
 from stability.engines.step_clock import StepClock
+from stability.friction_law import GivenFriction
 from stability.mechanics.impulse import pushed
 from stability.mechanics.rubbing import Pressed
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Shape, Vec3
@@ -29,7 +30,9 @@ class MuJoCoWorld:
     _stepped: Model | None = field(default=None, init=False)  # the one that took the last step
 
     @classmethod
-    def opened(cls, settings: MuJoCoSettings, gravity: float, friction: float, heaviest: float | None = None) -> Self:
+    def opened(
+        cls, settings: MuJoCoSettings, gravity: float, friction: GivenFriction, heaviest: float | None = None
+    ) -> Self:
         """A new, empty world with gravity [m/s2] along -z; whatever the masses, they are in kilograms."""
         own = OwnBodies()
         return cls(settings, own, RemadeBodies(settings, gravity, friction, own), StepClock(settings))

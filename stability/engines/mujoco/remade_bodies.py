@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from stability.engines.mujoco.mujoco_model import Body, Model, Scene, made
 from stability.engines.mujoco.mujoco_settings import MuJoCoSettings
 from stability.engines.own_bodies import OwnBodies
+from stability.friction_law import GivenFriction
 from stability.mechanics.rigid_group import RigidGroup, grouped, member_state
 from stability.model import BodyId, BodyState, Brick, Pose
 
@@ -22,7 +23,7 @@ class RemadeBodies:
 
     settings: MuJoCoSettings
     gravity: float  # [m/s2], along -z
-    friction: float  # Coulomb coefficient of brick on brick
+    friction: GivenFriction  # of brick on brick
     own: OwnBodies
     _bodies: dict[BodyId, Body] = field(default_factory=dict, init=False)  # as they were when the model was made
     _groups: dict[BodyId, tuple[BodyId, RigidGroup]] = field(default_factory=dict, init=False)  # by joined brick

@@ -9,6 +9,7 @@ from stability.engines.pybullet.parameters import body_parameters
 from stability.engines.pybullet.pybullet_binding import pybullet
 from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stability.engines.pybullet.shapes import Solids
+from stability.friction_law import Friction, GivenFriction, law_of
 from stability.geometry.vectors import scale
 from stability.mechanics.rigid_group import RigidGroup
 from stability.model import IDENTITY, BodyId, Brick, ConvexShape, Quaternion, Vec3
@@ -33,23 +34,25 @@ class BodyMaker:
     bodies: ClientBodies
     settings: PyBulletSettings
     gravity: float  # [m/s2]
-    friction: float  # Coulomb coefficient of brick on brick
+    friction: GivenFriction  # of brick on brick
+    law: Friction = field(init=False)
     solids: Solids = field(init=False)
 
     def __post_init__(self) -> None:
+        self.law = law_of(self.friction)
         self.solids = Solids(self.bodies.client)
 
     def plane(self, name: BodyId, shape: int, friction: float, position: Vec3, orientation: Quaternion) -> int:
         """The number of a new body that never moves, with a Coulomb coefficient for all bricks."""
         body = self._body(0.0, shape, position, orientation)
-        self._enter(body, name, friction / self._own_friction())
+        self._enter(body, name, friction / self.own_friction())
         return body
 
     def brick(self, brick: Brick, position: Vec3, orientation: Quaternion, rounded: bool) -> None:
         """A new body of a brick, with sharp or rounded edges."""
         radius = self.bodies.scale * self.edge_radius(brick)
         body = self._body(brick.mass, self._shape(brick.shape, radius, rounded), position, orientation)
-        self._enter(body, brick.id, self._own_friction())
+        self._enter(body, brick.id, self.own_friction())
         if brick.shape.principal_axes != IDENTITY:
             self.bodies.inertia_turns[brick.id] = brick.shape.principal_axes
         if radius:
@@ -72,7 +75,7 @@ class BodyMaker:
         solids = ((group.bricks[brick].shape, place) for brick, place in group.places_G.items())
         shape = self.solids.rounded_solids(solids, times)
         body = self._body(group.mass, shape, scale(times, group.pose.position_W), group.pose.orientation)
-        self._enter(body, name, self._own_friction())
+        self._enter(body, name, self.own_friction())
         self._weigh(body, group.mass, group.moments)
 
     def edge_radius(self, brick: Brick) -> float:
@@ -102,8 +105,9 @@ class BodyMaker:
             )
         )
 
-    def _own_friction(self) -> float:
-        return max(sqrt(self.friction), FRICTIONLESS)
+    def own_friction(self) -> float:
+        """The factor of a brick as it is made: two of them give the usual coefficient."""
+        return max(sqrt(self.law.usual), FRICTIONLESS)
 
     def _enter(self, body: int, name: BodyId, own_friction: float) -> None:
         parameters = body_parameters(self.settings, own_friction)

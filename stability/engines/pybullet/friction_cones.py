@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from math import hypot
 
 from stability.engines.pybullet.brick_bodies import BrickBodies
+from stability.engines.pybullet.pair_friction import PairFriction
 from stability.geometry.vectors import add_scaled, norm, scale, subtract
 from stability.model import BodyId, Vec3
 
@@ -24,6 +25,7 @@ class FrictionCones:
     """Lets bricks with rounded edges slip as soon as Coulomb does, if the settings say so."""
 
     bricks: BrickBodies
+    pairs: PairFriction
     _steps_to_look: int = field(default=EVERY, init=False)
 
     def look(self) -> None:
@@ -50,13 +52,8 @@ class FrictionCones:
         total_W = NOTHING
         for point in self.bricks.bodies.raw_contacts(name):
             normal_force, along, way, across, other_way = point[9:14]
-            friction = self._friction_with(self.bricks.bodies.names[point[2]])
+            friction = self.pairs.asked(name, self.bricks.bodies.names[point[2]])
             if hypot(along, across) > BEYOND * friction * normal_force:
                 # PyBullet's friction acts on the other body.
                 total_W = subtract(total_W, add_scaled(scale(along, way), across, other_way))
         return total_W
-
-    def _friction_with(self, other: BodyId) -> float:
-        """The Coulomb coefficient of a brick on something else."""
-        planes = self.bricks.own.planes
-        return planes[other].friction if other in planes else self.bricks.maker.friction

@@ -151,6 +151,10 @@ class JoinedGroups:
             return body
         return self._by_name[body].surfaces.brick_at(seen_from(poses[body], Pose(point_W)).position_W)
 
+    def bricks_in(self, body: BodyId) -> Collection[BodyId]:
+        """The bricks of a body of the engine: those of a group, or the one that it is."""
+        return self._by_name[body].group.bricks if body in self._by_name else (body,)
+
     def near(self, brick: BodyId, within: float) -> Sequence[BodyId]:
         """The bodies that may be as close to a brick as this [m]; not those that it is joined to."""
         bodies = self.single.bodies

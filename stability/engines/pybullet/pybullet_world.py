@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from math import log10
 from typing import Self, TypeAlias
 
+from stability.engines.friction_told import FrictionRecord
 from stability.engines.own_bodies import OwnBodies
 from stability.engines.prescribed import PrescribedMotion
 from stability.engines.pybullet.body_making import BodyMaker
@@ -18,12 +19,14 @@ from stability.engines.pybullet.fresh_contacts import FreshContacts
 from stability.engines.pybullet.friction_cones import FrictionCones
 from stability.engines.pybullet.guided_bricks import GuidedBricks
 from stability.engines.pybullet.joined_groups import JoinedGroups
+from stability.engines.pybullet.pair_friction import PairFriction
 from stability.engines.pybullet.parameters import engine_parameters
 from stability.engines.pybullet.planes import Planes
 from stability.engines.pybullet.pybullet_binding import pybullet
 from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stability.engines.pybullet.reshaping import EdgeReshaper, EdgeWatch, Reshaper
 from stability.engines.pybullet.stepper import Stepper
+from stability.friction_law import GivenFriction
 from stability.mechanics.impulse import pushed
 from stability.mechanics.rubbing import Pressed
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Shape, Vec3
@@ -44,6 +47,7 @@ class PyBulletWorld:
     edges: EdgeWatch
     cones: FrictionCones
     prescribed: PrescribedMotion = field(default_factory=PrescribedMotion, init=False)
+    frictions: FrictionRecord = field(default_factory=FrictionRecord, init=False)
     guided: GuidedBricks = field(init=False)
     own: OwnBodies = field(init=False)
     bodies: ClientBodies = field(init=False)
@@ -61,7 +65,7 @@ class PyBulletWorld:
         cls,
         settings: PyBulletSettings,
         gravity: float,
-        friction: float,
+        friction: GivenFriction,
         heaviest: float | None = None,
         reshaper: MakesReshaper = EdgeReshaper,
     ) -> Self:
@@ -76,7 +80,7 @@ class PyBulletWorld:
         bricks = BrickBodies(own, bodies, maker, Planes(maker, own.planes), stepper)
         groups = JoinedGroups(bricks)
         edges = EdgeWatch(bricks, reshaper(bricks, groups), FreshContacts(bricks, groups))
-        return cls(settings, bricks, groups, edges, FrictionCones(bricks))
+        return cls(settings, bricks, groups, edges, FrictionCones(bricks, PairFriction(bricks, groups)))
 
     def close(self) -> None:
         pybullet.disconnect(self.bodies.client)
@@ -93,6 +97,7 @@ class PyBulletWorld:
         if self.stepper.suit(self.groups.mass_ratio):
             self.bricks.anchors.choose(self.stepper.lively)
             self.planes.choose(self.stepper.lively)
+        self.cones.pairs.suit(self.frictions)
         self.stepper.step()
         self.cones.look()
 

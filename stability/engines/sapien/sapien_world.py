@@ -9,6 +9,7 @@ from stability.engines.prescribed import PrescribedMotion
 from stability.engines.sapien.sapien_settings import SapienSettings
 from stability.engines.sapien.scene_bodies import SceneBodies
 from stability.engines.step_clock import StepClock
+from stability.friction_law import GivenFriction
 from stability.mechanics.impulse import pushed
 from stability.mechanics.rubbing import Pressed
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Shape, Vec3
@@ -25,7 +26,9 @@ class SapienWorld:
     prescribed: PrescribedMotion = field(default_factory=PrescribedMotion, init=False)
 
     @classmethod
-    def opened(cls, settings: SapienSettings, gravity: float, friction: float, heaviest: float | None = None) -> Self:
+    def opened(
+        cls, settings: SapienSettings, gravity: float, friction: GivenFriction, heaviest: float | None = None
+    ) -> Self:
         """A new, empty world with gravity [m/s2] along -z; whatever the masses, they are in kilograms."""
         return cls(settings, OwnBodies(), SceneBodies.opened(settings, gravity, friction), StepClock(settings))
 

@@ -2,7 +2,7 @@
 
 Friction of a pair is the mean of both coefficients, and SAPIEN cannot ask for another rule. So that a brick may have
 its own on bricks and none of its own on planes, it has two shapes: one meets bricks alone, the other, without friction,
-planes alone, which have twice the friction that is asked of them.
+planes alone, which have twice the friction that is asked of them. Where more is asked, `pair_shapes` says which shapes.
 
 SAPIEN tells the normal forces of contacts, not those of friction.
 """
@@ -14,9 +14,11 @@ from typing import Any, Self, TypeAlias
 import numpy as np
 
 from stability.engines.prescribed import Guided, PrescribedMotion
+from stability.engines.sapien.pair_shapes import PairShapes
 from stability.engines.sapien.sapien_binding import sapien
 from stability.engines.sapien.sapien_settings import SapienSettings
 from stability.engines.shortest_turn import shortest_turn
+from stability.friction_law import GivenFriction, law_of
 from stability.geometry.bounding_boxes import BoundingBoxes
 from stability.geometry.rotations import body_axes
 from stability.geometry.vectors import add_scaled, dot, scale
@@ -36,15 +38,20 @@ class SceneBodies:
     """Bricks and planes in a scene of their own."""
 
     settings: SapienSettings
-    friction: float  # Coulomb coefficient of brick on brick
+    friction: GivenFriction  # of brick on brick
     system: Any
     scene: Any
     _bodies: dict[BodyId, Any] = field(default_factory=dict, init=False)
     _names: dict[Any, BodyId] = field(default_factory=dict, init=False)  # by entity
     _guided: dict[BodyId, Guided] = field(default_factory=dict, init=False)
+    _pairs: PairShapes = field(init=False)
+    _shapes: dict[BodyId, ConvexShape] = field(default_factory=dict, init=False)  # of bricks
+
+    def __post_init__(self) -> None:
+        self._pairs = PairShapes(law_of(self.friction))
 
     @classmethod
-    def opened(cls, settings: SapienSettings, gravity: float, friction: float) -> Self:
+    def opened(cls, settings: SapienSettings, gravity: float, friction: GivenFriction) -> Self:
         """Those of a new, empty scene with gravity [m/s2] along -z."""
         # The configuration belongs to the process, and is taken over by the systems that are made after it.
         sapien.physx.set_scene_config(
@@ -108,8 +115,9 @@ class SceneBodies:
     def add_plane(self, plane: Plane) -> None:
         """Put up a plane."""
         body = sapien.physx.PhysxRigidStaticComponent()
-        shape = sapien.physx.PhysxCollisionShapePlane(_material(2.0 * plane.friction))
-        self._attach(body, shape, PLANES)
+        usual = [(2.0 * plane.friction, PLANES)]
+        for friction, meets in self._pairs.of_plane(plane) if self._pairs.law.differs else usual:
+            self._attach(body, sapien.physx.PhysxCollisionShapePlane(_material(friction)), meets)
         self._enter(plane.id, body, Pose(plane.point_W, shortest_turn(ACROSS, plane.normal_W)))
 
     def add_brick(self, brick: Brick, pose: Pose, velocity_W: Vec3) -> None:
@@ -120,7 +128,7 @@ class SceneBodies:
 
     def _brick_body(self, brick: Brick) -> Rigid:
         body = sapien.physx.PhysxRigidDynamicComponent()
-        for friction, meets in ((self.friction, WITH_BRICKS), (0.0, WITH_PLANES)):
+        for friction, meets in self._shapes_of(brick):
             self._attach(body, _collision_shape(brick.shape, _material(friction)), meets)
         body.mass = brick.mass
         body.inertia = np.array(brick.shape.moments(brick.mass))
@@ -131,6 +139,19 @@ class SceneBodies:
         body.solver_velocity_iterations = self.settings.velocity_iterations
         body.sleep_threshold = 0.0
         return body
+
+    def _shapes_of(self, brick: Brick) -> Sequence[tuple[float, list[int]]]:
+        """The friction of each shape of a brick that comes, and what it meets."""
+        if not self._pairs.law.differs:
+            return ((self._pairs.law.usual, WITH_BRICKS), (0.0, WITH_PLANES))
+        if not self._pairs.is_known(brick.id):
+            for other, friction, meets in self._pairs.for_new(brick.id, iter(self._shapes)):
+                material = _material(friction)
+                known = self._shapes.get(other)
+                shape = _collision_shape(known, material) if known else sapien.physx.PhysxCollisionShapePlane(material)
+                self._attach(self._bodies[other], shape, meets)
+        self._shapes[brick.id] = brick.shape
+        return self._pairs.of_brick(brick.id)
 
     def _attach(self, body: Rigid, shape: sapien.physx.PhysxCollisionShape, meets: Sequence[int]) -> None:
         shape.rest_offset = 0.0
@@ -149,6 +170,7 @@ class SceneBodies:
     def remove(self, brick: BodyId) -> None:
         """Take a brick out."""
         self._guided.pop(brick, None)
+        self._shapes.pop(brick, None)
         entity = self._bodies.pop(brick).entity
         del self._names[entity]
         self.scene.remove_entity(entity)

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from math import hypot
 
 from stability.engines.protocol import Engine
+from stability.friction_law import law_of
 from stability.geometry.plan import Point2
 from stability.geometry.vectors import add, add_scaled, cross, scale, subtract
 from stability.model import BodyId, ContactPoint, Vec3
@@ -128,11 +129,12 @@ class Overloads(BrickObserver):
         for _, force in forces:
             x, y, z = add((x, y, z), force)
         sideways, before, pressed = hypot(x, y), sums.excess, max(0.0, -z)
-        if before == 0.0 and sideways <= assembly.friction * (placed.mass * assembly.gravity + pressed):
+        least, _ = _frictions(assembly, brick)
+        if before == 0.0 and sideways <= least * (placed.mass * assembly.gravity + pressed):
             return False  # its own weight holds it, whatever else does
         if brick not in self._holding:
             self._holding[brick] = _held_by(assembly, brick)
-        friction = assembly.friction * (self._holding[brick] + pressed)
+        friction = least * (self._holding[brick] + pressed)
         sums.excess = excess = max(0.0, before + (sideways - friction) * step)
         return excess * excess > 2.0 * placed.mass * friction * MOVED * placed.shape.least_thickness
 
@@ -219,11 +221,18 @@ def _tipping(assembly: Assembly, placed: Placed, forces: Collection[tuple[Contac
 
     Nothing where it is so low that it slides before it tips, as a plank does that lies flat.
     """
-    if slides_before_it_tips(placed, assembly.friction):
+    if slides_before_it_tips(placed, _frictions(assembly, placed.brick.id)[1]):
         return (0.0, 0.0)
     foot = bounds_W(placed.brick.shape, placed.pose)[0][2]
     heights = [(force, point.position_W[2] - foot) for point, force in forces]
     return (sum(force[0] * height for force, height in heights), sum(force[1] * height for force, height in heights))
+
+
+def _frictions(assembly: Assembly, brick: BodyId) -> tuple[float, float]:
+    """The least and the greatest coefficient of a brick on what it touches; the usual ones where all are alike."""
+    law = law_of(assembly.friction)
+    found = [contact.friction for contact in assembly.contacts(brick)] if law.differs else []
+    return min(found, default=law.usual), max(found, default=law.usual)
 
 
 def slides_before_it_tips(placed: Placed, friction: float) -> bool:

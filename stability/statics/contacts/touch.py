@@ -48,11 +48,16 @@ def contact_between(a: Solid, b: Solid, friction: float, tolerances: Tolerances)
     return Contact(a.id, b.id, side[0], (side[1],), friction) if side else _general_contact(a, b, friction, reach)
 
 
-def contact_with_plane(a: Solid, plane: Plane, tolerances: Tolerances) -> Contact | None:
-    """The contact of a body with a fixed half-space, which counts as the lower body whichever way it faces."""
+def contact_with_plane(a: Solid, plane: Plane, tolerances: Tolerances, friction: float | None = None) -> Contact | None:
+    """The contact of a body with a fixed half-space, which counts as the lower body whichever way it faces.
+
+    `friction` is that of this body on it, where it is another than the plane's own.
+    """
     reach = reach_between(a.shortest, share=tolerances.gap)
     points = points_on_plane(a, plane, reach) if isinstance(a, BoxSolid) else _hull_on_plane(a, plane, reach)
-    return Contact(plane.id, a.id, points, (plane.normal_W,), plane.friction) if points else None
+    if not points:
+        return None
+    return Contact(plane.id, a.id, points, (plane.normal_W,), plane.friction if friction is None else friction)
 
 
 def _hull_on_plane(body: HullSolid, plane: Plane, reach: float) -> tuple[Vec3, ...]:

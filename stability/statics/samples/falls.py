@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stability.friction_law import GivenFriction, law_of
 from stability.geometry.touching import reach_between
 from stability.model import BodyId, Plane
 from stability.statics.contacts.touch import contact_between, contact_with_plane, solid
@@ -18,7 +19,7 @@ class Site:
     """What bricks are built on and of, and what pulls at them."""
 
     planes: Sequence[Plane]
-    friction: float  # of brick on brick
+    friction: GivenFriction  # of brick on brick
     gravity: float  # [m/s2]
     tolerances: Tolerances = Tolerances()  # noqa: RUF009 -- frozen
 
@@ -28,7 +29,8 @@ def falls_as_one(moving: Sequence[Placed], rest: Sequence[Placed], site: Site) -
     bricks: Mapping[BodyId, Placed] = {placed.brick.id: placed for placed in moving}
     border = _between(moving, rest, site)
     for placed in moving:
-        found = [contact_with_plane(solid(placed), plane, site.tolerances) for plane in site.planes]
+        own, name = solid(placed), placed.brick.id
+        found = [contact_with_plane(own, p, site.tolerances, law_of(site.friction).on(name, p)) for p in site.planes]
         border += [contact for contact in found if contact is not None]
     fall = tipping(bricks, border)
     if fall is None:
@@ -48,7 +50,8 @@ def _between(moving: Sequence[Placed], rest: Sequence[Placed], site: Site) -> li
     limit = places[0][:, None, 3] + places[1][None, :, 3] + reach
     found = []
     for one, other in zip(*np.nonzero((away**2).sum(axis=2) <= limit**2), strict=True):
-        contact = contact_between(solid(moving[one]), solid(rest[other]), site.friction, site.tolerances)
+        friction = law_of(site.friction).of(moving[one].brick.id, rest[other].brick.id)
+        contact = contact_between(solid(moving[one]), solid(rest[other]), friction, site.tolerances)
         if contact is not None:
             found.append(contact)
     return found

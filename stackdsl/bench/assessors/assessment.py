@@ -10,6 +10,7 @@ from time import perf_counter
 from typing import Protocol
 
 from stability.engines.settings import Package
+from stability.friction_law import law_of
 from stability.model import BodyId, Plane
 from stability.statics.facts import Contact, Placed, Tolerances
 from stability.statics.structure import Structure
@@ -92,7 +93,8 @@ def contacts_in(timeline: Timeline) -> list[Contact]:
 
 def assessed(timeline: Timeline, assessor: Assessor) -> Assessment:
     """Ask after every placement and removal until the answer is that what is there falls."""
-    friction = next((contact.friction for contact in contacts_in(timeline)), timeline.world.friction)
+    usual = law_of(timeline.world.friction).usual
+    friction = next((contact.friction for contact in contacts_in(timeline)), usual)
     started, asked, level = perf_counter(), 0, 0
     there: dict[BodyId, Placed] = {}
     for moment in timeline.as_set_down().moments():

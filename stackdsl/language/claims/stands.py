@@ -125,12 +125,11 @@ def _stand(meant: Sequence[BrickTrack]) -> Finding:
 
 def _with_margin_of_proof(found: Finding, trace: Trace) -> Finding:
     """The same with what the proof survives, in place of how far bricks may shift before that counts as fallen."""
-    margins, world = trace.margins, trace.world
+    margins = trace.margins
     if margins.placement is not None and 0.0 < margins.placement < inf:
         measured = f"{found.measured}, and would with every brick {mm(margins.placement)} beside its place"
         return replace(found, measured=measured, margin=MILLIMETRES * margins.placement, unit="mm")
-    if margins.friction is not None and world is not None:
-        written = max([world.friction, *(plane.friction for plane in world.planes)])
+    if margins.friction is not None and margins.roughest is not None:
         measured = f"{found.measured}, and would with friction down to {margins.friction:.4g}"
-        return replace(found, measured=measured, margin=written - margins.friction, unit="of friction")
+        return replace(found, measured=measured, margin=margins.roughest - margins.friction, unit="of friction")
     return found

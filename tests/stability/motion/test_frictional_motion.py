@@ -64,7 +64,7 @@ def begun(
     falling = release_until_stable(assembly, assembly.add_all(bricks)).released.keys()
     whole = Assembly(tuple(planes), friction, GRAVITY)
     whole.add_all(bricks)
-    return frictional_motion_of(whole.problem(), falling, GRAVITY, others, planes)
+    return frictional_motion_of(whole.problem(), falling, GRAVITY, others, planes, whole.friction)
 
 
 def leaning(
@@ -266,7 +266,7 @@ def test_it_is_not_known_how_a_brick_begins_that_would_take_along_one_that_is_to
     assert verdict.motion is not None
     assert set(verdict.motion.velocity) == {"0 high", "rider"}
     for falling, known in (({"0 high", "rider"}, True), ({"0 high"}, False)):
-        found = frictional_motion_of(assembly.problem(), falling, GRAVITY, (), (floor,))
+        found = frictional_motion_of(assembly.problem(), falling, GRAVITY, (), (floor,), assembly.friction)
         assert found is not None
         assert found.goes_on(STEP) is known
 

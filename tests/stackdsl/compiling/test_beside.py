@@ -11,6 +11,7 @@ from stability.shapes.box import Box
 from stackdsl.compiling.naming import footings_of, levels_of, names_of
 from stackdsl.compiling.standing import Standing
 from stackdsl.compiling.written_bricks import WrittenBrick
+from stackdsl.language.bricks import BrickKind
 from tests.scenes import mistakes_of, timeline_of
 
 BASE = "- bricks:\n    - {name: beam, on: ground, offset: [1 m, 0, 0]}\n"
@@ -136,10 +137,11 @@ def test_a_brick_has_one_place(brick: str, code: str) -> None:
 def test_names_by_place_are_those_of_all_bricks_at_once(heap: list[tuple[int, int, bool]]) -> None:
     planes = [Plane("ground", (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5)]
     written, step, one_by_one = list[WrittenBrick](), 0, Standing(planes)
+    kapla = BrickKind.model_validate("kapla")
     for x, z, begins_a_step in heap:
         step += begins_a_step
         path, pose = ("build", step, "bricks", 0), Pose((0.05 * x, 0.0, 0.0039 + 0.0078 * z), (0.0, 0.0, 0.0, 1.0))
-        written.append(WrittenBrick(path, step, Box((0.1176, 0.0234, 0.0078)), 0.012, pose, None, None))
+        written.append(WrittenBrick(path, step, Box((0.1176, 0.0234, 0.0078)), 0.012, pose, kapla, None, None))
         one_by_one.take_in(written, "L1.1")
         levels = levels_of(written, footings_of(written, planes))
         named = {name: number for number, name in enumerate(names_of(written, levels))}
