@@ -7,6 +7,7 @@
 | `mass` | its mass |
 | `x`, `y`, `z` | its place: of the lower corner or of the centre, as `point` says |
 | `yaw` | its turn about the vertical, from x towards y; may be missing |
+| `friction` | its own Coulomb coefficient, without a unit; may be missing, or empty where it has none of its own |
 
 Headers are such as `length [mm]`, `length (mm)`, `length/mm` or `length_mm`.
 """
@@ -22,15 +23,17 @@ from stackdsl.diagnostics import Span
 from stackdsl.importing.json_text import Node, Numeral, json_text
 from stackdsl.importing.likely_columns import likely_column
 from stackdsl.importing.load import ImportedBox, ImportedLoad, LoadReading
-from stackdsl.importing.measures import Measures
-from stackdsl.importing.numbers import IN_KILOGRAMS, IN_METRES
+from stackdsl.importing.measures import LONGEST_TOLD, Measures
+from stackdsl.importing.numbers import IN_KILOGRAMS, IN_METRES, number_of
 from stackdsl.language.author_types import NAME
 from stackdsl.language.imports import Import
 
 SIDES: Final = ("length", "width", "height")
 PLACE: Final = ("x", "y", "z")
 NEEDED: Final = (*SIDES, "mass", *PLACE)
-COLUMNS: Final = ("name", *NEEDED, "yaw")
+COLUMNS: Final = ("name", *NEEDED, "yaw", "friction")
+BARE: Final = ("name", "friction")  # columns without a unit
+ROUGHEST: Final = 10  # the friction that a brick may have
 DEGREES: Final = {"deg": Fraction(1)}
 DELIMITERS: Final = ",;\t"
 _HEADER: Final = re.compile(r"\s*(?P<name>[A-Za-z]+)\s*(?:\[(?P<a>.*)\]|\((?P<b>.*)\)|[/_](?P<c>.*))?\s*")
@@ -171,7 +174,7 @@ def _meant(header: str, match: re.Match[str] | None) -> str:
     if not (name := likely_column(header)):
         return ""
     unit = "" if match is None else (match["a"] or match["b"] or "").strip()
-    called = name if name == "name" else f"{name} [{unit}]" if unit else f"{name} [its unit]"
+    called = name if name in BARE else f"{name} [{unit}]" if unit else f"{name} [its unit]"
     return f"if it is the {name}, call it '{called}'"
 
 
@@ -186,7 +189,10 @@ def _header_span(reading: LoadReading, header: str, span: Span) -> Span:
 
 def _unit(reading: LoadReading, name: str, written: str, asked: Import, span: Span) -> Fraction | None:
     """One of the unit of a column; told and None if that is not known."""
-    if name == "name":
+    if name == "friction" and written:
+        reading.open(span, f"a friction has no unit, such as '{written}'", "call it 'friction', of numbers such as 0.4")
+        return None
+    if name in BARE:
         return Fraction(1)
     known = IN_KILOGRAMS if name == "mass" else DEGREES if name == "yaw" else IN_METRES
     said = asked.units and (asked.units.mass if name == "mass" else None if name == "yaw" else asked.units.length)
@@ -226,7 +232,7 @@ def _box(reading: LoadReading, row: _Row, columns: Mapping[str, _Column], of_cor
     place = [measures.place(cells[n].text, cells[n].span, f"`{n}`", unit(n)) for n in PLACE]
     mass = measures.mass(cells["mass"].text, cells["mass"].span, "`mass`", unit("mass"))
     yaw = measures.number(cells["yaw"].text, cells["yaw"].span, "`yaw`") if "yaw" in cells else (Fraction(0),)
-    if None in size or None in place or mass is None or yaw is None:
+    if None in size or None in place or mass is None or yaw is None or not _is_friction(reading, cells):
         return None
     length, width, height = (side for side in size if side is not None)
     x, y, z = (part for part in place if part is not None)
@@ -244,7 +250,22 @@ def _box(reading: LoadReading, row: _Row, columns: Mapping[str, _Column], of_cor
         reading.wrong(cells["name"].span, f"'{name}' is no name", "begin with a letter, then letters, digits, _ . or -")
         return None
     turn = (Fraction(0), Fraction(0), yaw[0])
-    return ImportedBox(name or None, (length, width, height), (x, y, z), mass, row.span, turn)
+    rubs = number_of(cells["friction"].text.strip()) if "friction" in cells else None
+    own = rubs[0] if rubs is not None else None
+    return ImportedBox(name or None, (length, width, height), (x, y, z), mass, row.span, turn, friction=own)
+
+
+def _is_friction(reading: LoadReading, cells: Mapping[str, _Cell]) -> bool:
+    """Whether a row says a friction that a box may have, or none."""
+    cell = cells.get("friction")
+    if cell is None or not cell.text.strip():
+        return True
+    found = number_of(cell.text.strip())
+    if found is None or not 0 <= found[0] <= ROUGHEST:
+        message = f"`friction`: '{cell.text.strip()[:LONGEST_TOLD]}' is no coefficient"
+        reading.wrong(cell.span, message, f"write a number from 0 to {ROUGHEST}, without a unit, or nothing")
+        return False
+    return True
 
 
 def _names_apart(reading: LoadReading, rows: Sequence[_Row], columns: Mapping[str, _Column]) -> None:

@@ -14,6 +14,7 @@ LIKE: Final[Mapping[str, Sequence[str]]] = {
     "x": ("posx", "px", "cx", "xpos", "left"),
     "y": ("posy", "py", "cy", "ypos", "front"),
     "z": ("posz", "pz", "cz", "zpos", "bottom", "level"),
+    "friction": ("mu", "cof"),
     "yaw": ("rotation", "rot", "angle", "orientation", "theta", "turn"),
 }
 UNIT: Final = re.compile(r"[\[(/].*|_(?:mm|cm|m|in|g|kg|t|lb|deg)$", re.IGNORECASE)

@@ -23,6 +23,7 @@ class ImportedBox:
     turn: Exact3 = LEVEL  # about x, then y, then z, fixed axes [deg]
     corners: tuple[Exact3, ...] | None = None  # of a solid, along its own axes, from `centre`; None for a box [m]
     heavy_at: Exact3 | None = None  # the centre of mass, likewise; None for that of an even filling
+    friction: Fraction | None = None  # Coulomb coefficient of its own
 
     @property
     def is_upright(self) -> bool:

@@ -13,7 +13,8 @@ def written_box(box: ImportedBox) -> dict[str, Plain]:
     brick: dict[str, Plain] = _form(box) | {"mass": f"{digits(box.mass)} kg"}
     if box.heavy_at is not None:
         brick["centre_of_mass"] = _lengths(box.heavy_at)
-    return {**named, "at": _lengths(box.centre), **turn, "brick": brick}
+    rubs: dict[str, Plain] = {} if box.friction is None else {"friction": float(box.friction)}
+    return {**named, "at": _lengths(box.centre), **turn, "brick": brick, **rubs}
 
 
 def _form(box: ImportedBox) -> dict[str, Plain]:
