@@ -9,7 +9,7 @@ Factors are chosen anew whenever others touch, right before the step in which th
 
 import itertools
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from math import exp
 from typing import TypeAlias
@@ -71,7 +71,14 @@ class PairFriction:
                 found[min(a, b), max(a, b)] += point[9]
             if found is before:
                 pybullet.performCollisionDetection(client)
-        return {pair: max(pressing[pair], before[pair]) for pair in sorted(pressing)}
+        still = self._held(pressing)
+        return {pair: max(pressing[pair], before[pair]) for pair in sorted(pressing) if not still.issuperset(pair)}
+
+    def _held(self, pairs: Iterable[Pair]) -> set[BodyId]:
+        """What never moves, or does not just now, of these: two such need no friction."""
+        names = {name for pair in pairs for name in pair}
+        planes = self.bricks.own.planes.keys()
+        return {name for name in names if name in planes or self.bricks.bodies.mass(name) == 0.0}
 
     def _of(self, name: BodyId) -> list[int]:
         """The bodies that stand for one: a plane may be two."""
