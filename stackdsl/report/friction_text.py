@@ -9,7 +9,8 @@ from stackdsl.outcome import VariantResult
 def wrong_friction_text(wrong: WrongFriction) -> str:
     """Between whom, how far off, when, and what that leaves in doubt."""
     pair = f"{wrong.one} and {wrong.other} had {wrong.had:.3g} in place of {wrong.asked:.3g} at {wrong.time:.1f} s"
-    return f"the engine has one factor a body, and none that does for all that touched: {pair}; what is proven stays so"
+    reason = "an engine with one factor a body has none that does for all that touched"
+    return f"{reason}: {pair}; what is proven stays so"
 
 
 def wrong_frictions(results: Iterable[VariantResult]) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""Slip sheets in engines: whatever two bodies are said to have on each other, an engine plays it, or says what it has."""
+"""Slip sheets in engines: whatever friction two bodies are said to have, an engine plays, or tells what it had."""
 
 from collections.abc import Mapping
 from math import atan, cos, radians, sin

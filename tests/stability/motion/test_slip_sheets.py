@@ -36,9 +36,7 @@ def ways(friction: GivenFriction) -> dict[str, float]:
     motion = begun(friction)
     assert all(motion.goes_on(STEP) for _ in range(STEPS))
     started = {placed.brick.id: placed.pose.position_W for placed in (SHEET, BLOCK)}
-    return {
-        name: (state.pose.position_W[0] - started[name][0]) / cos(SLOPE) for name, state in motion.states().items()
-    }
+    return {name: (state.pose.position_W[0] - started[name][0]) / cos(SLOPE) for name, state in motion.states().items()}
 
 
 def way(acceleration: float) -> float:

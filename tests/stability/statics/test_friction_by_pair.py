@@ -1,7 +1,7 @@
 """Assemblies whose contacts differ in friction: limits in closed form, and a linear programme that shares nothing."""
 
-from collections.abc import Iterable
-from dataclasses import replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 from math import atan, cos, pi, sin
 
 import numpy as np
@@ -115,8 +115,8 @@ def test_other_names_and_another_order_change_nothing() -> None:
         renamed = [replace(each, brick=replace(each.brick, id=names[each.brick.id])) for each in bricks]
         again = Friction(
             USUAL,
-            own={names[name]: own for name, own in reversed(law.own.items())},
-            between={(names[b], names[a]): each for (a, b), each in reversed(law.between.items())},
+            own={names[name]: own for name, own in list(law.own.items())[::-1]},
+            between={(names[b], names[a]): each for (a, b), each in list(law.between.items())[::-1]},
         )
         found = on_a_slope(renamed[::-1], again, tangent).verdict()
         assert found.stability is expected.stability
@@ -135,6 +135,21 @@ def test_where_all_is_said_to_be_alike_the_verdict_is_that_of_one_coefficient_to
     assert other.verdict() == one.verdict()
 
 
+@dataclass(frozen=True, slots=True)
+class Plainly:
+    """Who has which friction on whom, said once more in another way."""
+
+    usual: float
+    ground: float
+    own: Mapping[BodyId, float]
+    between: Mapping[tuple[BodyId, BodyId], float]
+
+    def asked(self, lower: BodyId, upper: BodyId) -> float:
+        pair = (min(lower, upper), max(lower, upper))
+        other = self.ground if lower == GROUND else self.usual
+        return self.between.get(pair, min(self.own.get(name, other) for name in pair))
+
+
 def piles_on_slopes(count: int) -> Iterable[tuple[Verdict, str | None]]:
     """What is said of random piles with frictions by brick and by pair, and what is certain of them."""
     for number in range(count):
@@ -144,18 +159,10 @@ def piles_on_slopes(count: int) -> Iterable[tuple[Verdict, str | None]]:
         own = {name: float(generator.uniform(0.1, 1.0)) for name in names if generator.random() < 0.4}
         pairs = [generator.choice(names, 2, replace=False).tolist() for _ in names] if len(names) > 1 else []
         between = {(min(pair), max(pair)): float(generator.uniform(0.1, 1.0)) for pair in pairs}
-        usual, rough, angle, bearing = (float(generator.uniform(0.15 * most, most)) for most in (1.0, 1.0, 0.3, 2.0 * pi))
+        most = (1.0, 1.0, 0.3, 2.0 * pi)
+        usual, rough, angle, bearing = (float(generator.uniform(0.15 * each, each)) for each in most)
+        surfaces = Plainly(usual, rough, own, between)
         turn = (-sin(bearing) * sin(0.5 * angle), cos(bearing) * sin(0.5 * angle), 0.0, cos(0.5 * angle))
-
-        def asked(
-            lower: BodyId, upper: BodyId, usual: float = usual, rough: float = rough, own=own, between=between
-        ) -> float:
-            if (min(lower, upper), max(lower, upper)) in between:
-                return between[min(lower, upper), max(lower, upper)]
-            if lower == GROUND:
-                return min(rough, own.get(upper, rough))
-            alike = lower not in own and upper not in own
-            return usual if alike else min(own.get(lower, usual), own.get(upper, usual))
 
         touches = [
             replace(
@@ -163,7 +170,7 @@ def piles_on_slopes(count: int) -> Iterable[tuple[Verdict, str | None]]:
                 points=tuple(rotate(turn, point) for point in touch.points),
                 normal=rotate(turn, touch.normal),
                 along=rotate(turn, touch.along),
-                friction=asked(touch.lower, touch.upper),
+                friction=surfaces.asked(touch.lower, touch.upper),
             )
             for touch in flat_touches(pile, usual)
         ]

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from stability.friction_law import law_of
 from stackdsl.checking.gathering import Case, gather
 from stackdsl.diagnostics import Diagnostic
 from tests.stackdsl.importing.loads import PALLET, PLAN, TABLE
@@ -194,3 +195,31 @@ def test_what_was_checked_is_checked_again_once_the_file_changes(monkeypatch: py
     assert survey([Path("a.yaml")], memory).digests == first
     write("load.csv", TABLE.replace("5200", "5300"))
     assert survey([Path("a.yaml")], memory).digests != first
+
+
+RUBBING = "name,length [mm],width [mm],height [mm],mass [kg],x [mm],y [mm],z [mm],friction\n"
+
+
+def test_a_box_of_a_table_may_have_a_friction_of_its_own_and_a_cell_may_be_empty() -> None:
+    write("load.csv", RUBBING + "low,300,200,100,5,0,0,0,\nfoil,300,200,2,0.1,0,0,100,0.15\nmat,9,9,9,1,9,9,102,0.7\n")
+    law = law_of(case().timeline.world.friction)
+    assert [law.of("low", "foil"), law.of("foil", "mat"), law.of("low", "mat")] == [0.15, 0.15, 0.5]
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "message"),
+    [
+        (RUBBING + "low,300,200,100,5,0,0,0,-0.1\n", "SD114", "`friction`: '-0.1' is no coefficient"),
+        (RUBBING + "low,300,200,100,5,0,0,0,rough\n", "SD114", "`friction`: 'rough' is no coefficient"),
+        (
+            RUBBING.replace("friction", "friction [%]") + "low,300,200,100,5,0,0,0,5\n",
+            "SD115",
+            "a friction has no unit, such as '%'",
+        ),
+        (RUBBING.replace("friction", "mu") + "low,300,200,100,5,0,0,0,0.5\n", "SD115", "'mu' is nothing that is taken"),
+    ],
+)
+def test_a_friction_that_means_nothing_is_told_in_the_table(text: str, code: str, message: str) -> None:
+    write("load.csv", text)
+    found = mistake()
+    assert (found.code, found.message) == (code, message)

@@ -50,3 +50,11 @@ def test_a_system_without_proofs_tells_how_far_they_may_shift() -> None:
     outcome = stands("- column: {levels: 2}", "systems: [thesis]")
     assert outcome.measured == "2 bricks stand"
     assert outcome.margin == pytest.approx(3.9, abs=0.1)
+
+
+def test_of_several_frictions_it_tells_the_roughest_and_all_lose_in_proportion() -> None:
+    #   Its friction on the slope is 0.3 of their own; the wall is rougher, and touches nothing.
+    world = "{tilt: 10 deg, ground: {friction: 0.9}, walls: [{bearing: 0 deg, distance: 1 m, friction: 2}]"
+    pair = "friction: {between: [{pair: [kapla, ground], friction: 0.3}]}}"
+    outcome = stands("- column: {levels: 1}", f"world: {world}, {pair}")
+    assert outcome.margin == pytest.approx(0.3 - tan(radians(10.0)), rel=1e-5)

@@ -164,3 +164,34 @@ def test_explaining_needs_no_engine() -> None:
         "sys.exit('pybullet' in sys.modules)"
     )
     assert subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=False).returncode == 0
+
+
+SLIPPING = "- bricks: [{name: base, brick: sheet, on: ground}, {name: low, on: base}]"
+SLIP_SHEET = """
+brick_types:
+  sheet: {size: [200 mm, 120 mm, 2 mm], mass: 40 g, friction: 0.1}
+  carton: {size: [100 mm, 80 mm, 60 mm], mass: 200 g}
+brick: carton
+world:
+  tilt: 12 deg
+  friction: {between: [{pair: [sheet, ground], friction: 0.6}, {pair: [carton, ground], friction: 0.3}]}
+"""
+
+
+def test_frictions_of_bricks_and_pairs_are_told_with_those_that_never_touch() -> None:
+    lines = explained(
+        "- bricks: [{name: base, brick: sheet, on: ground}, {name: low, on: base}]", SLIP_SHEET, remedies=False
+    )
+    assert lines[1:5] == [
+        "  gravity 9.81 m/s2, brick on brick friction 0.5",
+        "  friction of their own: sheet 0.1; of two that touch: lower",
+        "  friction 0.3 between carton and ground; no two of these touch as they are set down",
+        "  friction 0.6 between sheet and ground",
+    ]
+
+
+def test_how_rough_a_sheet_would_have_to_be_is_told() -> None:
+    #   A carton on a sheet stands up to a slope whose tangent is their friction: tan 12 deg is 0.21256.
+    lines = explained(SLIPPING, SLIP_SHEET)
+    (told,) = [line.strip() for line in lines if "friction of sheet" in line]
+    assert told.startswith("friction of sheet >= 0.2126, in place of 0.1 at scene.yaml:")

@@ -8,6 +8,7 @@ from math import inf, nan, radians
 
 import pytest
 
+from stability.engines.friction_told import WrongFriction
 from stackdsl.diagnostics import Diagnostic, Span
 from stackdsl.exits import ExitCode
 from stackdsl.outcome import (
@@ -282,6 +283,19 @@ def test_wrong_edge_normals_are_told_with_the_worst_of_them() -> None:
     assert report_text(seen).count(told) == 1
     assert [result["wrong_edges"] for result in json.loads(report_json(seen))["results"]] == [
         {"contacts": 3, "upper": "L3.1", "lower": "L2.2", "angle_rad": wrong.angle, "time_s": 12.34, "first_s": 0.5},
+        None,
+    ]
+
+
+def test_a_friction_that_an_engine_could_not_have_is_told() -> None:
+    seen = report(replace(PASSED, wrong_friction=WrongFriction("top", "left", 0.1, 0.167, 1.26)), PASSED)
+    told = (
+        "an engine with one factor a body has none that does for all that touched: "
+        "top and left had 0.167 in place of 0.1 at 1.3 s; what is proven stays so"
+    )
+    assert report_text(seen).count(told) == 1
+    assert [result["wrong_friction"] for result in json.loads(report_json(seen))["results"]] == [
+        {"between": ["top", "left"], "asked": 0.1, "had": 0.167, "time_s": 1.26},
         None,
     ]
 
