@@ -16,6 +16,7 @@ def brick(
     name: str | None = None,
     brick: str | Mapping[str, object] | None = None,
     level: int | None = None,
+    friction: float | str | None = None,
     drop: bool | None = None,
 ) -> Written:
     """One brick in any pose, `at` a place, `on` other bricks or `beside` one.
@@ -29,10 +30,11 @@ def brick(
     name: its name; default: by place, such as L3.2
     brick: what it is; default: the brick of the step, or else of the scenario
     level: its level; default: judged by its height
+    friction: Coulomb coefficient of its own; default: of what it is
     drop: let go in the air, rather than set down
     """
     place = {"at": at, "on": on, "beside": beside, "towards": towards, "offset": offset}
-    others = {"rotate": rotate, "brick": brick, "level": level, "drop": drop}
+    others = {"rotate": rotate, "brick": brick, "level": level, "friction": friction, "drop": drop}
     return written({"name": name, **place, **others})
 
 
