@@ -1,7 +1,7 @@
 """A file of COMPAS as an assembly of exact statics: as `import` reads it, but for supports, which never move."""
 
 from collections.abc import Collection
-from math import cos, sin
+from math import cos, inf, sin
 from pathlib import Path
 
 from stability.geometry.rotations import rotate
@@ -31,7 +31,7 @@ def own_assembly(path: Path, supports: Collection[int], friction: float, turn: f
     fixed = {f"block-{node}" for node in supports}
     bricks = [_placed(box, turn) for box in load.boxes]
     tables = [each for each in bricks if each.brick.id in fixed]
-    return Assembly((), friction, tables=tables), [each for each in bricks if each.brick.id not in fixed]
+    return Assembly((), friction, tables=tables, overlap=inf), [each for each in bricks if each.brick.id not in fixed]
 
 
 def _placed(box: ImportedBox, turn: float) -> Placed:

@@ -11,6 +11,7 @@ Run: python -m benchmarks.pallets [--write]
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from math import inf
 from statistics import quantiles
 from time import process_time
 from typing import Final
@@ -120,7 +121,9 @@ def is_guaranteed(assembly: Assembly) -> bool:
 
 
 def _site() -> Assembly:
-    return Assembly((Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), friction=FRICTION),), friction=FRICTION)
+    return Assembly(
+        (Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), friction=FRICTION),), friction=FRICTION, overlap=inf
+    )
 
 
 def _placed(load: ImportedLoad, number: int) -> Placed:

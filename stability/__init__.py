@@ -19,11 +19,13 @@ if TYPE_CHECKING:  # what type checkers see; at run time `__getattr__` finds the
     from stability.engines.pybullet import PyBulletBodies
     from stability.engines.pybullet.client_shapes import UnknownShapeWarning
     from stability.exact.proven_stability import ProvenStability
+    from stability.friction_law import Friction, Rule
     from stability.model import Brick, Plane, Pose
     from stability.published.stack_stability import StackStability
     from stability.shapes.box import Box
     from stability.shapes.off_centre_box import OffCentreBox
     from stability.shapes.solid_making import prism, solid_of_corners, solid_of_mesh
+    from stability.statics.arrays import bricks_in_poses, bricks_of, forces_of, pose_of
     from stability.statics.assembly import Assembly
     from stability.statics.facts import Placed, Stability, Verdict
     from stability.statics.margins.summary import margins
@@ -32,23 +34,35 @@ __all__ = [
     "Assembly",
     "Box",
     "Brick",
+    "Friction",
     "OffCentreBox",
     "Placed",
     "Plane",
     "Pose",
     "ProvenStability",
     "PyBulletBodies",
+    "Rule",
     "Stability",
     "StackStability",
     "UnknownShapeWarning",
     "Verdict",
+    "bricks_in_poses",
+    "bricks_of",
+    "forces_of",
     "margins",
+    "pose_of",
     "prism",
     "solid_of_corners",
     "solid_of_mesh",
 ]
 
 _HOMES = {
+    "pose_of": "stability.statics.arrays",
+    "forces_of": "stability.statics.arrays",
+    "bricks_of": "stability.statics.arrays",
+    "bricks_in_poses": "stability.statics.arrays",
+    "Rule": "stability.friction_law",
+    "Friction": "stability.friction_law",
     "Assembly": "stability.statics.assembly",
     "Box": "stability.shapes.box",
     "Brick": "stability.model",

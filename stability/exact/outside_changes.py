@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from math import inf
 
 from stability.model import AT_REST, BodyId, BodyState, Plane, Pose
 from stability.statics.assembly import Assembly
@@ -34,7 +35,7 @@ def changed(assembly: Assembly, lost: Collection[BodyId], disturbed: Mapping[Bod
             verdict = assembly.move(brick, state.pose)
     if (tuple(site.planes), tuple(site.tables)) != (assembly.planes, assembly.tables):
         standing = tuple(assembly.bricks.values())
-        assembly = Assembly(site.planes, assembly.friction, assembly.gravity, tables=site.tables)
+        assembly = Assembly(site.planes, assembly.friction, assembly.gravity, tables=site.tables, overlap=inf)
         verdict = assembly.add_all(standing)
     return Changed(assembly, verdict, pushed)
 

@@ -3,12 +3,12 @@
 All frozen bricks are one assembly, and the verdict on it is STABLE. Bricks that come to rest are put to the proof
 together. What the verdict says moves, or cannot decide on, is left to the engine, and the rest is asked again, so that
 what still stands stays frozen with a proof of its own. Assumes gravity along -z and no other forces on bricks at rest.
-
 Statics knows boxes, fixed or not, and half-spaces. What touches anything else stays with the engine.
 """
 
 from collections.abc import Collection, Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from math import inf
 
 from stability.engines.protocol import Engine, Joining, Pressing
 from stability.exact.awake_bricks import AwakeBricks
@@ -71,7 +71,7 @@ class ProvenStability:
         self._observers = Observers(
             (*guarded, limits_of, self._rigid_groups, self._dead_loads, self._disturbances, self._awake)
         )
-        self.assembly = Assembly(self.planes or (), self.friction, gravity)
+        self.assembly = Assembly(self.planes or (), self.friction, gravity, overlap=inf)
 
     def awake(self) -> list[BodyId]:
         """The bricks that the engine moves, by name."""

@@ -114,7 +114,7 @@ class Dropping:
         if self._proven is not part:
             down = part.lowered(part.room)
             below = [replace(other, brick=_weightless(other)) for other in self.standing.connected(down)]
-            assembly = Assembly(self.planes, self.friction, self.gravity)
+            assembly = Assembly(self.planes, self.friction, self.gravity, overlap=inf)
             verdict = assembly.add_all([*down, *below], names_smallest=False)
             holds = verdict.stability is Stability.STABLE and all(_is_amid(assembly, placed) for placed in down)
             self._proven = part if holds else None

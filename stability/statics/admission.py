@@ -95,6 +95,13 @@ def admit_site(planes: Sequence[Plane], tables: Sequence[Placed], friction: Give
     admit_names(names, ())
 
 
+def admit_overlap(overlap: float) -> None:
+    """Raise ValueError for a depth that means nothing, TypeError for what is none."""
+    admit_number("the overlap is", overlap, "write metres, as a number")
+    if not overlap >= 0.0:
+        raise ValueError(f"the overlap is {overlap} m; it is 0 or more")
+
+
 def _admit_shape(what: str, name: BodyId, shape: ConvexShape) -> None:
     limits = f"from {SHORTEST:g} to {LONGEST:g} m"
     match shape:

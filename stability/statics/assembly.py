@@ -8,71 +8,62 @@
 No engine takes part. Bricks come, go and move one by one or together, and only what that can affect is judged again.
 """
 
-from collections.abc import Collection, Iterable, Mapping, Sequence, Set
-from dataclasses import replace
+from collections.abc import Callable, Collection, Iterable, Sequence
+from dataclasses import dataclass, replace
+from math import inf
 from time import perf_counter
 from types import MappingProxyType
 
 from stability.garbage import rarely_collected
 from stability.friction_law import GivenFriction
-from stability.geometry.plan import Point2
-from stability.geometry.polygons import depth
-from stability.graph import reached
 from stability.model import EARTH, GROUND, BodyId, Brick, Plane, Pose
-from stability.statics.admission import admit_brick, admit_names, admit_site, listed
-from stability.statics.brick_graph import brick_graph, rests_on
-from stability.statics.certificate import Tally, tallied, total_forces
-from stability.statics.facts import Contact, Forces, Placed, Problem, Stability, Stage, Tolerances, Verdict, by_place
-from stability.statics.prover import Prover
-from stability.statics.rounding import rounded
+from stability.statics.admission import admit_brick, admit_names, admit_overlap, admit_site, listed
+from stability.statics.assembly_answers import AssemblyAnswers
+from stability.statics.facts import Placed, Stability, Tolerances, Verdict, by_place
+from stability.statics.intrusion import OVERLAP, refuse_overlaps
+from stability.statics.prover import Prover, ProverState
 from stability.statics.structure import Structure
 
 LEVEL_GROUND = Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), friction=0.5)
 
 
-class Assembly:
+@dataclass(frozen=True, slots=True)
+class AssemblyState:
+    """Where all bricks of an assembly are, and all that is proven of them, as it was when `state` was asked."""
+
+    of: "Assembly"
+    known: ProverState
+    verdict: Verdict
+
+
+class Assembly(AssemblyAnswers):
     """Bricks, what they stand on, and the proof of each brick."""
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 -- all that a site is made of
         self,
         planes: Iterable[Plane] = (LEVEL_GROUND,),
         friction: GivenFriction = 0.5,
         gravity: float = EARTH,
         tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
         tables: Iterable[Placed] = (),
+        *,
+        overlap: float = OVERLAP,
     ) -> None:
         """Begin with the fixed bodies alone: planes, and `tables`, which are boxes that never move.
 
         `friction` is the Coulomb coefficient of brick on brick and on tables, or a `Friction` where it differs by brick
-        or by pair; `gravity` is along -z [m/s2].
+        or by pair; `gravity` is along -z [m/s2]. A brick that is to come deeper than `overlap` [m] into another body is
+        a ValueError, and so is one so deep that the two would not count as touching; with `inf` none is.
         """
         planes, tables = listed(planes, "planes, such as [Plane(...)]"), listed(tables, "tables, such as [Placed(...)]")
         admit_site(planes, tables, friction, gravity)
+        admit_overlap(overlap)
+        self._overlap = overlap
         self._structure = Structure(planes, tables, friction, gravity, tolerances)
         self._fixed = {plane.id for plane in self.planes} | {table.brick.id for table in self.tables}
         self._prover = Prover(self._structure)
         self._verdict = Verdict(Stability.STABLE)
-        self.bricks: Mapping[BodyId, Placed] = MappingProxyType(self._structure.bricks)
-
-    @property
-    def planes(self) -> tuple[Plane, ...]:
-        """The fixed planes."""
-        return self._structure.planes
-
-    @property
-    def tables(self) -> tuple[Placed, ...]:
-        """The boxes that never move."""
-        return self._structure.tables
-
-    @property
-    def friction(self) -> GivenFriction:
-        """Coulomb coefficient of brick on brick, as it was given."""
-        return self._structure.friction
-
-    @property
-    def gravity(self) -> float:
-        """Acceleration of free fall [m/s2]."""
-        return self._structure.gravity
+        self.bricks = MappingProxyType(self._structure.bricks)
 
     # --- changes ------------------------------------------------------------------------------------------------------
 
@@ -88,6 +79,38 @@ class Assembly:
         """
         return self._set_down(listed(bricks, "bricks, such as [Placed(brick, pose)]"), names_smallest)
 
+    def would(self, brick: Brick, pose: Pose) -> Verdict:
+        """What `add` would say, and nothing is changed."""
+        return self._tried(lambda: self.add(brick, pose))
+
+    def would_all(self, bricks: Iterable[Placed], *, names_smallest: bool = True) -> Verdict:
+        """What `add_all` would say, and nothing is changed."""
+        return self._tried(lambda: self.add_all(bricks, names_smallest=names_smallest))
+
+    def would_without(self, bricks: Collection[BodyId], *, names_smallest: bool = True) -> Verdict:
+        """What `remove` would say, and nothing is changed."""
+        return self._tried(lambda: self.remove(bricks, names_smallest=names_smallest))
+
+    def _tried(self, change: Callable[[], Verdict]) -> Verdict:
+        before = self.state()
+        try:
+            return change()
+        finally:
+            self.restore(before)
+
+    def state(self) -> AssemblyState:
+        """All bricks in their places with their proofs, to be restored whenever that is wanted, as often as it is."""
+        return AssemblyState(self, self._prover.state(), self._verdict)
+
+    def restore(self, state: AssemblyState) -> None:
+        """Let all be as it was, proofs as well, to the bit. Raises ValueError for the state of another assembly."""
+        if not isinstance(state, AssemblyState):
+            raise TypeError(f"expected what `state()` gave, not {state!r}")
+        if state.of is not self:
+            raise ValueError("this is the state of another assembly; restore it there")
+        self._prover.restore(state.known)
+        self._verdict = state.verdict
+
     @rarely_collected()
     def _set_down(self, bricks: Sequence[Placed], names_smallest: bool) -> Verdict:
         started = perf_counter()
@@ -95,6 +118,8 @@ class Assembly:
             admit_brick(placed)
         admit_names([placed.brick.id for placed in bricks], self._structure.bricks)
         admit_names([placed.brick.id for placed in bricks], self._fixed)
+        if self._overlap < inf:
+            refuse_overlaps(self._structure, bricks, self._overlap)
         coming = sorted(bricks, key=by_place) if len(bricks) > 1 else bricks
         self._prover.put(coming)
         return self._judged(started, [placed.brick.id for placed in coming], names_smallest)
@@ -110,19 +135,16 @@ class Assembly:
         return self._judged(started, self._prover.take(names), names_smallest)
 
     def move(self, brick: BodyId, pose: Pose) -> Verdict:
-        """Put a brick somewhere else, at rest."""
+        """Put a brick somewhere else, at rest. Raises LookupError for none that is there, and ValueError as `add`."""
         started = perf_counter()
         self._reject_unknown([brick])
         placed = Placed(self._structure.bricks[brick].brick, pose)
         admit_brick(placed)
+        if self._overlap < inf:
+            refuse_overlaps(self._structure, [placed], self._overlap, leaving=brick)
         again = self._prover.take([brick])
         self._prover.put([placed])
         return self._judged(started, [*again, brick], names_smallest=True)
-
-    def _reject_unknown(self, names: Sequence[BodyId]) -> None:
-        for name in names:
-            if name not in self._structure.bricks:
-                raise LookupError(f"there is no brick '{name}'")
 
     def _judged(self, started: float, changed: Sequence[BodyId], names_smallest: bool) -> Verdict:
         """Prove what is not proven yet, as far as it can be."""
@@ -133,88 +155,3 @@ class Assembly:
         else:
             self._verdict = replace(found, seconds=perf_counter() - started)
         return self._verdict
-
-    # --- answers ------------------------------------------------------------------------------------------------------
-
-    def verdict(self) -> Verdict:
-        """The last verdict, which is that of the whole assembly."""
-        return self._verdict
-
-    def stage(self, brick: BodyId) -> Stage | None:
-        """Which stage proved a brick; None while none has."""
-        self._reject_unknown([brick])
-        return self._prover.ledger.stage(brick)
-
-    def contacts(self, brick: BodyId) -> Sequence[Contact]:
-        """The contacts of a brick, with bricks and planes."""
-        self._reject_unknown([brick])
-        return tuple(self._structure.touching[brick].values())
-
-    def all_contacts(self) -> Sequence[Contact]:
-        """All contacts, each once."""
-        return self._structure.contacts_of(self._structure.bricks)
-
-    def with_all_above(self, bricks: Collection[BodyId]) -> set[BodyId]:
-        """These bricks, and all that they can carry, directly or through others."""
-        self._reject_unknown(sorted(bricks))
-        return self._structure.with_all_above(bricks)
-
-    def with_all_below(self, bricks: Collection[BodyId]) -> set[BodyId]:
-        """These bricks, and all that can carry them, directly or through others."""
-        self._reject_unknown(sorted(bricks))
-        return reached(bricks, lambda brick: self._structure.below([brick]))
-
-    def around(self, brick: BodyId, within: float) -> Sequence[BodyId]:
-        """The bricks that may be as close to a brick as this [m]: a superset, by upright boxes, by name."""
-        self._reject_unknown([brick])
-        return self._structure.around(brick, within)
-
-    def core_depth(self, brick: BodyId, point: Point2) -> float:
-        """How deep a point in plan lies inside the load core of a brick [m]; negative outside, -inf if it has none."""
-        self._reject_unknown([brick])
-        return depth(point, self._structure.cores[brick].polygon)
-
-    def rests_on(self, brick: BodyId) -> tuple[BodyId, ...]:
-        """The bodies that a brick rests on or leans on, by name."""
-        self._reject_unknown([brick])
-        return tuple(rests_on(self._structure, self._prover.ledger, brick))
-
-    def problem(self, bricks: Collection[BodyId] | None = None) -> Problem:
-        """The equilibrium of some bricks with all others held fixed, or that of all bricks."""
-        group = list(self._structure.bricks) if bricks is None else sorted(bricks)
-        self._reject_unknown(group)
-        return self._structure.problem(group, self._structure.contacts_of(group))
-
-    def forces(self) -> Forces | None:
-        """Contact forces that balance all there is, one entry for each of `all_contacts()`, checked by arithmetic.
-
-        None unless the verdict is STABLE. Such forces are not unique.
-        """
-        if not self._prover.all_proven():
-            return None
-        from stability.statics.proof import check_forces  # noqa: PLC0415 -- it brings numpy, and verdicts do without
-
-        problem = self.problem()
-        forces = total_forces(self._structure, self._prover.ledger, list(problem.contacts))
-        check = check_forces(problem, forces, rounded(problem, self._structure.tolerances))
-        if not check.holds:
-            raise ArithmeticError(f"the proof of the assembly does not hold: {check}")
-        return forces
-
-    def forces_above(self, bricks: Collection[BodyId], among: Set[BodyId] | None = None) -> Tally:
-        """The forces of the proof on these bricks and all that they carry, as they are now, by contact.
-
-        Such forces are not unique, and these are not checked. `among`: of what load cores carry, the weights of these
-        bricks only.
-        """
-        weighed = self.with_all_above(bricks) if among is None else among
-        return tallied(self._structure, self._prover.ledger, weighed)
-
-    def shares(self, brick: BodyId) -> Mapping[BodyId, float]:
-        """What a brick rests on, and which part of its load goes there; see `brick_graph` on what these mean."""
-        self._reject_unknown([brick])
-        return self.all_shares(self._structure.with_all_above([brick]))[brick]
-
-    def all_shares(self, bricks: Collection[BodyId] | None = None) -> Mapping[BodyId, Mapping[BodyId, float]]:
-        """The shares of all bricks, or of some as if nothing else were there."""
-        return brick_graph(self._structure, self._prover.ledger, self._structure.bricks if bricks is None else bricks)

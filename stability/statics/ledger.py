@@ -5,7 +5,7 @@ group balance the weights of its bricks and nothing else. They end on fixed bodi
 cores of bricks outside the group, which carry them to the ground whatever else they carry.
 """
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import count
 
@@ -27,6 +27,16 @@ class Group:
         """Every body that its forces act on."""
         used = [force.contact for force in self.vertical] + [contact for contact, _ in self.forces]
         return {*self.members, *(c.lower for c in used), *(c.upper for c in used)}
+
+
+@dataclass(frozen=True, slots=True)
+class LedgerState:
+    """All entries of a ledger, as they were."""
+
+    by_core: frozenset[BodyId]
+    groups: Mapping[int, Group]
+    group_of: Mapping[BodyId, int]
+    touching: Mapping[BodyId, frozenset[int]]
 
 
 @dataclass
@@ -78,6 +88,16 @@ class Ledger:
         for member in group.members:
             del self._group_of[member]
         return group.members
+
+    def state(self) -> LedgerState:
+        """All entries, as they are now."""
+        touching = {body: frozenset(numbers) for body, numbers in self._touching.items()}
+        return LedgerState(frozenset(self._by_core), dict(self._groups), dict(self._group_of), touching)
+
+    def restore(self, state: LedgerState) -> None:
+        """Let all entries be as they were."""
+        self._by_core, self._groups, self._group_of = set(state.by_core), dict(state.groups), dict(state.group_of)
+        self._touching = {body: set(numbers) for body, numbers in state.touching.items()}
 
     def stage(self, brick: BodyId) -> Stage | None:
         """Which stage covers a brick; None if none does."""

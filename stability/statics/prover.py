@@ -4,16 +4,27 @@ A brick that comes is asked whether its weight lies in its own load core, which 
 proven so is put to the cascade, and what the cascade finds of it is remembered until something near it changes.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
 from stability.model import BodyId
 from stability.statics.cascade import Partners, judge, prove_together
 from stability.statics.facts import Placed, Stability, Stage, Verdict
-from stability.statics.ledger import Group, Ledger
-from stability.statics.structure import Structure
+from stability.statics.ledger import Group, Ledger, LedgerState
+from stability.statics.structure import Structure, StructureState
 
 DEAREST_FIRST = tuple(reversed(Stage))
 LARGE = 60  # bricks: the next program would hold nearly the same again
+
+
+@dataclass(frozen=True, slots=True)
+class ProverState:
+    """All that a prover knows, as it was."""
+
+    structure: StructureState
+    ledger: LedgerState
+    unproven: frozenset[BodyId]
+    in_doubt: Mapping[BodyId, Verdict]
 
 
 class Prover:
@@ -54,6 +65,17 @@ class Prover:
             structure.find_core(name)
             self._ask_core(name)
         return again
+
+    def state(self) -> ProverState:
+        """All that is known, as it is now."""
+        known = frozenset(self._unproven), dict(self._in_doubt)
+        return ProverState(self.structure.state(), self.ledger.state(), *known)
+
+    def restore(self, state: ProverState) -> None:
+        """Know again what was known, of bricks that are where they were."""
+        self.structure.restore(state.structure)
+        self.ledger.restore(state.ledger)
+        self._unproven, self._in_doubt = set(state.unproven), dict(state.in_doubt)
 
     def all_proven(self) -> bool:
         """Whether every brick has a proof."""

@@ -8,16 +8,33 @@ from stability.friction_law import Friction, GivenFriction, law_of
 from stability.geometry.neighbours import Neighbours
 from stability.geometry.touching import reach_between
 from stability.graph import reached
-from stability.model import BodyId, Plane
+from stability.model import BodyId, Plane, Vec3
 from stability.statics.contacts.touch import Solid, contact_between, contact_with_plane, solid
 from stability.statics.facts import Contact, Placed, Problem, Tolerances, Wrench
 from stability.statics.load_core import LoadCore, carries_upright, core_of
 from stability.statics.propagation import VerticalLoad
 
 
+@dataclass(frozen=True, slots=True)
+class StructureState:
+    """All that changes of a structure, as it was."""
+
+    bricks: Mapping[BodyId, Placed]
+    touching: Mapping[BodyId, dict[BodyId, Contact]]
+    supports: Mapping[BodyId, list[Contact]]
+    carried: Mapping[BodyId, list[BodyId]]
+    cores: Mapping[BodyId, LoadCore]
+    weights: Mapping[BodyId, VerticalLoad]
+    turn: Mapping[BodyId, int]
+    solids: Mapping[BodyId, Solid]
+
+
 @dataclass
 class Structure:
-    """Bricks and fixed bodies. Cores depend on the order in which bricks came: only earlier ones carry later ones."""
+    """Bricks and fixed bodies. Cores depend on the order in which bricks came: only earlier ones carry later ones.
+
+    What is kept of one brick is never changed in place, so that a copy of all of it costs little.
+    """
 
     planes: tuple[Plane, ...]
     tables: tuple[Placed, ...]  # boxes that never move
@@ -71,11 +88,11 @@ class Structure:
         lower, upper = contact.lower, contact.upper
         for body, other in ((lower, upper), (upper, lower)):
             if body in self.bricks:
-                self.touching[body][other] = contact
+                self.touching[body] = {**self.touching[body], other: contact}
         if upper in self.bricks and carries_upright(contact):
-            self.supports[upper].append(contact)
+            self.supports[upper] = [*self.supports[upper], contact]
             if lower in self.bricks:
-                self.carried[lower].append(upper)
+                self.carried[lower] = [*self.carried[lower], upper]
 
     def find_core(self, brick: BodyId) -> None:
         """Find the core of a brick anew from the bricks whose core is known by now."""
@@ -91,6 +108,11 @@ class Structure:
             for name in self._neighbours.near(brick, self._reach(self._solids[brick]))
         ]
 
+    def within(self, low_W: Vec3, high_W: Vec3) -> list[Placed]:
+        """All boxes, fixed ones included, whose upright boxes meet this one."""
+        fixed = {placed.brick.id: placed for placed in self.tables}
+        return [self.bricks.get(name) or fixed[name] for name in self._neighbours.around(low_W, high_W, 0.0)]
+
     def around(self, brick: BodyId, within: float) -> list[BodyId]:
         """The other bricks whose upright boxes come as close as this [m], by name."""
         return [name for name in self._neighbours.near(brick, within) if name in self.bricks]
@@ -99,13 +121,39 @@ class Structure:
         """Take a brick away. The cores of what it carried still count on it: find them anew."""
         for other in self.touching.pop(brick):
             if other in self.bricks:
-                del self.touching[other][brick]
+                self.touching[other] = {body: c for body, c in self.touching[other].items() if body != brick}
                 self.supports[other] = [c for c in self.supports[other] if c.lower != brick]
                 self.carried[other] = [upper for upper in self.carried[other] if upper != brick]
         for record in (self.bricks, self.supports, self.carried, self.cores, self.weights, self._turn):
             del record[brick]
         self._neighbours.remove(brick)
         del self._solids[brick]
+
+    def state(self) -> StructureState:
+        """All that changes, as it is now."""
+        return StructureState(
+            dict(self.bricks),
+            dict(self.touching),
+            dict(self.supports),
+            dict(self.carried),
+            dict(self.cores),
+            dict(self.weights),
+            dict(self._turn),
+            dict(self._solids),
+        )
+
+    def restore(self, state: StructureState) -> None:
+        """Let everything be as it was."""
+        now, before = self._solids, state.solids
+        for name in [name for name, own in now.items() if before.get(name) is not own]:
+            self._neighbours.remove(name)
+        for name in [name for name, own in before.items() if now.get(name) is not own]:
+            self._neighbours.add(name, before[name].low_W, before[name].high_W)
+        self.bricks.clear()  # which others hold as well
+        self.bricks.update(state.bricks)
+        self.touching, self.supports, self.carried = dict(state.touching), dict(state.supports), dict(state.carried)
+        self.cores, self.weights, self._turn = dict(state.cores), dict(state.weights), dict(state.turn)
+        self._solids = dict(before)
 
     def by_turn(self, bricks: Iterable[BodyId]) -> list[BodyId]:
         """Bricks in the order in which their cores were found: each after those that its core counts on."""

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,7 +68,7 @@ def fates_of(design: Design, draws: Draws) -> Fates:
 
 def asked_anew(design: Design, placed: Sequence[Placed]) -> int:
     """The fate of one sample, by all of statics, from an empty site on."""
-    assembly = Assembly(design.planes_W, design.friction, design.gravity)
+    assembly = Assembly(design.planes_W, design.friction, design.gravity, overlap=inf)
     for moment in design.moments:
         bricks = [placed[part.number] for unit in moment.units for part in unit.parts]
         verdict = assembly.add_all(bricks, names_smallest=False)

@@ -1,0 +1,141 @@
+"""Bricks as arrays of numpy, and arrays as bricks: for packers and robots, who have many of them.
+
+All is in SI units, in W, z up. A quaternion is x, y, z, w: the real part last, as ROS, PyBullet and SciPy have it, and
+not as MuJoCo, SAPIEN and Drake have.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stability.geometry.given_numbers import admit_numbers
+from stability.model import IDENTITY, BodyId, Brick, ConvexShape, Pose, Quaternion, Vec3
+from stability.shapes.box import Box
+from stability.shapes.in_pose import bounds_W
+from stability.statics.assembly_answers import AssemblyAnswers
+from stability.statics.facts import Placed
+
+Array: TypeAlias = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BrickArrays:
+    """The bricks of an assembly, in the order in which they came."""
+
+    names: tuple[BodyId, ...]  # n of them
+    positions: Array  # (n, 3) of their centres of mass [m]
+    orientations: Array  # (n, 4) unit quaternions x, y, z, w
+    masses: Array  # (n,) [kg]
+    bounds: Array  # (n, 2, 3) the lowest and the highest corner of the upright box around each [m]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ForceArrays:
+    """Contact forces that balance an assembly, one row a force."""
+
+    lower: tuple[BodyId, ...]  # k of them: which body presses
+    upper: tuple[BodyId, ...]  # on which
+    points: Array  # (k, 3) where [m]
+    forces: Array  # (k, 3) of `lower` on `upper` [N]
+
+
+def bricks_in_poses(
+    names: Sequence[BodyId],
+    shapes: Sequence[ConvexShape] | ArrayLike,
+    masses: ArrayLike,
+    positions: ArrayLike,
+    orientations: ArrayLike | None = None,
+) -> list[Placed]:
+    """Bricks for `add_all` and `would_all`.
+
+    `shapes` are shapes, or (n, 3) lengths, widths and thicknesses of boxes [m], or one (3,) for all; `masses` (n,) or
+    one for all [kg]; `positions` (n, 3) of centres of mass [m]; `orientations` (n, 4) unit quaternions x, y, z, w, or
+    one (4,) for all, and none is no turn. Raises ValueError for arrays of other shapes; what is in them `add_all`
+    judges.
+    """
+    if isinstance(names, str):
+        raise TypeError(f"give a sequence of names, such as ['{names}']")
+    count = len(names)
+    made = _shapes(shapes, count)
+    weights = _rows("masses", masses, count, ())
+    places = _rows("positions", positions, count, (3,))
+    turns = _rows("orientations", IDENTITY if orientations is None else orientations, count, (4,))
+    return [
+        Placed(Brick(name, shape, float(mass)), Pose(_vector(place), _quaternion(turn)))
+        for name, shape, mass, place, turn in zip(names, made, weights, places, turns, strict=True)
+    ]
+
+
+def pose_of(position: ArrayLike, orientation: ArrayLike = IDENTITY) -> Pose:
+    """A pose from arrays: (3,) of a centre of mass [m], and (4,) a unit quaternion x, y, z, w. Raises ValueError."""
+    return Pose(
+        _vector(_rows("position", position, 1, (3,))[0]), _quaternion(_rows("orientation", orientation, 1, (4,))[0])
+    )
+
+
+def bricks_of(assembly: AssemblyAnswers) -> BrickArrays:
+    """Where all bricks of an assembly are."""
+    placed = list(assembly.bricks.values())
+    count = len(placed)
+    return BrickArrays(
+        tuple(each.brick.id for each in placed),
+        np.array([each.pose.position_W for each in placed]).reshape(count, 3),
+        np.array([each.pose.orientation for each in placed]).reshape(count, 4),
+        np.array([each.brick.mass for each in placed]),
+        np.array([bounds_W(each.brick.shape, each.pose) for each in placed]).reshape(count, 2, 3),
+    )
+
+
+def forces_of(assembly: AssemblyAnswers) -> ForceArrays | None:
+    """The forces that prove that an assembly stands, as `Assembly.forces` gives them; None unless it does."""
+    found = assembly.forces()
+    if found is None:
+        return None
+    rows = [
+        (contact.lower, contact.upper, point, np.sum(in_cones, axis=0))
+        for contact, at_points in zip(assembly.all_contacts(), found.of_contacts, strict=True)
+        for point, in_cones in zip(contact.points_W, at_points, strict=True)
+    ]
+    return ForceArrays(
+        tuple(row[0] for row in rows),
+        tuple(row[1] for row in rows),
+        np.array([row[2] for row in rows]).reshape(len(rows), 3),
+        np.array([row[3] for row in rows]).reshape(len(rows), 3),
+    )
+
+
+def _shapes(given: Sequence[ConvexShape] | ArrayLike, count: int) -> Iterable[ConvexShape]:
+    if not isinstance(given, Sequence) or not any(hasattr(each, "least_thickness") for each in given):
+        sizes: ArrayLike = given  # type: ignore[assignment]  # as there is no shape among them
+        return [Box(_vector(size)) for size in _rows("sizes", sizes, count, (3,))]
+    if len(given) != count:
+        raise ValueError(f"there are {count} names and {len(given)} shapes; give one shape a brick")
+    return given  # type: ignore[return-value]  # what is none among them, `add_all` refuses
+
+
+def _rows(what: str, given: ArrayLike, count: int, shape: tuple[int, ...]) -> Array:
+    """An array of a row a brick, where one may have been given for all."""
+    try:
+        rows = np.asarray(given, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{what} are no numbers: {error}") from error
+    if rows.shape not in (shape, (count, *shape)):
+        row = f"({', '.join(map(str, shape))},)" if shape else "a number"
+        whole = f"({', '.join(map(str, (count, *shape)))}{'' if shape else ','})"
+        raise ValueError(f"{what} have the shape {rows.shape}; give {whole}, or {row} for all")
+    return np.broadcast_to(rows, (count, *shape))
+
+
+def _vector(row: Array) -> Vec3:
+    admit_numbers("an array has the row", row.tolist(), 3, "write finite numbers")
+    x, y, z = row.tolist()
+    return (x, y, z)
+
+
+def _quaternion(row: Array) -> Quaternion:
+    admit_numbers("an array has the row", row.tolist(), 4, "write finite numbers")
+    x, y, z, w = row.tolist()
+    return (x, y, z, w)
