@@ -12,6 +12,7 @@ from stability.geometry.touching import reach_between
 from stability.geometry.vectors import dot, scale, subtract, unit
 from stability.model import BodyId, Plane, Vec3
 from stability.shapes.apart import apart_from_plane, bodies_apart, in_place
+from stability.statics.contacts.filled_gaps import without_filled
 from stability.statics.contacts.solids import HullSolid, Solid, solid
 from stability.statics.contacts.touch import contact_between, contact_with_plane
 from stability.statics.facts import Contact, Placed, Tolerances
@@ -73,7 +74,8 @@ def touching(place: Place, falling: Collection[BodyId]) -> Touching | None:
     resting = [_between(*pair, place) for pair in pairs if pair[0] < pair[1] or pair[1] in place.fixed]
     resting += [_with_plane(name, plane, place) for name in standing for plane in place.planes.values()]
     offsets = {(contact.lower, contact.upper): min(_gaps(contact, place)) for contact in moving}
-    return Touching(moving, [contact for contact in resting if contact is not None], falling, offsets)
+    still = without_filled([contact for contact in resting if contact is not None], place.solids)
+    return Touching(moving, still, falling, offsets)
 
 
 def alternatives(contact: Contact) -> list[Contact]:
@@ -109,7 +111,7 @@ def _contacts_of(falling: Collection[BodyId], place: Place) -> list[Contact] | N
             if contact is None and _is_inside(own, place.solids[other], place):
                 return None
             found.append(contact)
-    return [contact for contact in found if contact is not None]
+    return without_filled([contact for contact in found if contact is not None], place.solids)
 
 
 def _between(one: BodyId, other: BodyId, place: Place) -> Contact | None:

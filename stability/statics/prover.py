@@ -41,8 +41,12 @@ class Prover:
     def put(self, bricks: Sequence[Placed]) -> None:
         """Set bricks in their places, each after those that it rests on."""
         for placed in bricks:
-            self.structure.put(placed)
-            self._ask_core(placed.brick.id)
+            parted = [self.structure.bricks[name] for name in self.structure.parted_by(placed)]
+            if parted:  # what stood across a gap stands on what comes into it
+                self.take([each.brick.id for each in parted])
+            for each in (placed, *parted):
+                self.structure.put(each)
+                self._ask_core(each.brick.id)
         self._doubt_anew([placed.brick.id for placed in bricks])
 
     def take(self, bricks: Sequence[BodyId]) -> list[BodyId]:

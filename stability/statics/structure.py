@@ -3,12 +3,14 @@
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import count
+from math import inf
 
 from stability.friction_law import Friction, GivenFriction, law_of
 from stability.geometry.neighbours import Neighbours
 from stability.geometry.touching import reach_between
 from stability.graph import reached
 from stability.model import BodyId, Plane, Vec3
+from stability.statics.contacts.filled_gaps import ROOM, is_filled
 from stability.statics.contacts.touch import Solid, contact_between, contact_with_plane, solid
 from stability.statics.facts import Contact, Placed, Problem, Tolerances, Wrench
 from stability.statics.load_core import LoadCore, carries_upright, core_of
@@ -50,6 +52,8 @@ class Structure:
     _turn: dict[BodyId, int] = field(default_factory=dict)  # in which order their cores were found
     _law: Friction = field(init=False)
     _solids: dict[BodyId, Solid] = field(default_factory=dict)
+    _thinnest: float = inf  # of all bodies that ever were there [m]
+    _thickest: float = 0.0
     _neighbours: Neighbours[BodyId] = field(default_factory=Neighbours)
     _turns: Iterator[int] = field(default_factory=count)
 
@@ -61,24 +65,57 @@ class Structure:
 
     def _show(self, own: Solid) -> None:
         self._solids[own.id] = own
+        self._thinnest, self._thickest = min(self._thinnest, own.shortest), max(self._thickest, own.shortest)
         self._neighbours.add(own.id, own.low_W, own.high_W)
 
     def put(self, placed: Placed) -> None:
         """Set a brick in its place, with its contacts and its core."""
         name, (x, y, _) = placed.brick.id, placed.pose.position_W
         own = solid(placed)
-        law, near = self._law, self.tolerances
-        found = [contact_with_plane(own, plane, near, law.on(name, plane)) for plane in self.planes]
-        for other in self._neighbours.around(own.low_W, own.high_W, self._reach(own)):
-            found.append(contact_between(own, self._solids[other], law.of(name, other), near))
+        found = self._found(own)
         self.bricks[name] = placed
         self.weights[name] = VerticalLoad(placed.brick.mass * self.gravity, (x, y))
         self.touching[name], self.supports[name], self.carried[name] = {}, [], []
-        for contact in found:
-            if contact is not None:
-                self._join(contact)
         self._show(own)
+        for contact in self._unfilled(found, found):
+            self._join(contact)
         self.find_core(name)
+
+    def _found(self, own: Solid) -> list[Contact]:
+        """Where a body is as near to others as what touches is."""
+        law, near = self._law, self.tolerances
+        found = [contact_with_plane(own, plane, near, law.on(own.id, plane)) for plane in self.planes]
+        for other in self._neighbours.around(own.low_W, own.high_W, self._reach(own)):
+            if other != own.id:
+                found.append(contact_between(own, self._solids[other], law.of(own.id, other), near))
+        return [contact for contact in found if contact is not None]
+
+    def _unfilled(self, contacts: Iterable[Contact], coming: Sequence[Contact]) -> list[Contact]:
+        """Those whose gaps nothing fills, of what touches by now and of what is coming to."""
+        if not self._has_thin():
+            return list(contacts)
+
+        def contacts_of(body: BodyId) -> Iterable[Contact]:
+            return [*self.touching.get(body, {}).values(), *(c for c in coming if body in (c.lower, c.upper))]
+
+        return [c for c in contacts if not is_filled(c, self._solids, contacts_of, self.tolerances.gap)]
+
+    def _has_thin(self) -> bool:
+        """Whether something is so thin that it may fill a gap that counts as contact of others."""
+        return self._thinnest <= ROOM * self.tolerances.gap * self._thickest
+
+    def parted_by(self, placed: Placed) -> list[BodyId]:
+        """Bricks that touch something across a gap which this one, that is to come, will fill; and all above them."""
+        own = solid(placed)
+        if own.shortest > ROOM * self.tolerances.gap * self._thickest:
+            return []
+        coming, self._thinnest = self._found(own), min(self._thinnest, own.shortest)
+        self._solids[own.id] = own
+        touched = {body for c in coming for body in (c.lower, c.upper) if body in self.bricks}
+        known = [c for body in sorted(touched) for c in self.touching[body].values()]
+        still = self._unfilled(known, coming)
+        del self._solids[own.id]
+        return self.upwards(self.with_all_above({c.upper for c in known if c not in still} & self.bricks.keys()))
 
     def _reach(self, body: Solid) -> float:
         """As far away as this, something may still touch it [m]."""
@@ -119,15 +156,26 @@ class Structure:
 
     def take(self, brick: BodyId) -> None:
         """Take a brick away. The cores of what it carried still count on it: find them anew."""
-        for other in self.touching.pop(brick):
-            if other in self.bricks:
-                self.touching[other] = {body: c for body, c in self.touching[other].items() if body != brick}
-                self.supports[other] = [c for c in self.supports[other] if c.lower != brick]
-                self.carried[other] = [upper for upper in self.carried[other] if upper != brick]
+        beside = [other for other in self.touching.pop(brick) if other in self.bricks]
+        for other in beside:
+            self.touching[other] = {body: c for body, c in self.touching[other].items() if body != brick}
+            self.supports[other] = [c for c in self.supports[other] if c.lower != brick]
+            self.carried[other] = [upper for upper in self.carried[other] if upper != brick]
         for record in (self.bricks, self.supports, self.carried, self.cores, self.weights, self._turn):
             del record[brick]
         self._neighbours.remove(brick)
         del self._solids[brick]
+        if self._has_thin():
+            self._close_gaps(beside)
+
+    def _close_gaps(self, bricks: Iterable[BodyId]) -> None:
+        """Let bricks touch again what they are near to, where what filled the gap is gone."""
+        for brick in bricks:
+            again = [
+                c for c in self._found(self._solids[brick]) if not {c.lower, c.upper} & self.touching[brick].keys()
+            ]
+            for contact in self._unfilled(again, again):
+                self._join(contact)
 
     def state(self) -> StructureState:
         """All that changes, as it is now."""
