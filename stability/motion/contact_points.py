@@ -12,7 +12,7 @@ from stability.geometry.touching import reach_between
 from stability.geometry.vectors import dot, scale, subtract, unit
 from stability.model import BodyId, Plane, Vec3
 from stability.shapes.apart import apart_from_plane, bodies_apart, in_place
-from stability.statics.contacts.filled_gaps import without_filled
+from stability.statics.contacts.filled_gaps import thin_ones, without_filled
 from stability.statics.contacts.solids import HullSolid, Solid, solid
 from stability.statics.contacts.touch import contact_between, contact_with_plane
 from stability.statics.facts import Contact, Placed, Tolerances
@@ -74,7 +74,7 @@ def touching(place: Place, falling: Collection[BodyId]) -> Touching | None:
     resting = [_between(*pair, place) for pair in pairs if pair[0] < pair[1] or pair[1] in place.fixed]
     resting += [_with_plane(name, plane, place) for name in standing for plane in place.planes.values()]
     offsets = {(contact.lower, contact.upper): min(_gaps(contact, place)) for contact in moving}
-    still = without_filled([contact for contact in resting if contact is not None], place.solids)
+    still = _unfilled([contact for contact in resting if contact is not None], standing, place)
     return Touching(moving, still, falling, offsets)
 
 
@@ -111,7 +111,18 @@ def _contacts_of(falling: Collection[BodyId], place: Place) -> list[Contact] | N
             if contact is None and _is_inside(own, place.solids[other], place):
                 return None
             found.append(contact)
-    return without_filled([contact for contact in found if contact is not None], place.solids)
+    return _unfilled([contact for contact in found if contact is not None], falling, place)
+
+
+def _unfilled(contacts: list[Contact], known: Collection[BodyId], place: Place) -> list[Contact]:
+    """Those whose gaps nothing fills; `known` are the bodies that they are all contacts of."""
+    thin = thin_ones(place.solids)
+    if not thin:
+        return contacts
+    beside = [name for name in thin if name not in known]
+    others = [_between(name, other, place) for name in beside for other in place.solids if other != name]
+    others += [_with_plane(name, plane, place) for name in beside for plane in place.planes.values()]
+    return without_filled(contacts, [contact for contact in others if contact is not None], place.solids)
 
 
 def _between(one: BodyId, other: BodyId, place: Place) -> Contact | None:

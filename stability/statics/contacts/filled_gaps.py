@@ -38,16 +38,20 @@ def is_filled(contact: Contact, solids: Mapping[BodyId, Solid], contacts_of: Con
     return False
 
 
+def thin_ones(solids: Mapping[BodyId, Solid], share: float = TOUCHING) -> list[BodyId]:
+    """The bodies that are thin enough to fill a gap which counts as contact of others; none, nearly everywhere."""
+    thickest = max((body.shortest for body in solids.values()), default=0.0)
+    return [name for name, body in solids.items() if body.shortest <= ROOM * share * thickest]
+
+
 def without_filled(
-    contacts: Sequence[Contact], solids: Mapping[BodyId, Solid], share: float = TOUCHING
+    contacts: Sequence[Contact], beside: Iterable[Contact], solids: Mapping[BodyId, Solid], share: float = TOUCHING
 ) -> list[Contact]:
-    """Those of all contacts of some bodies whose gaps nothing fills."""
-    shortest = [body.shortest for body in solids.values()]
-    if not shortest or min(shortest) > ROOM * share * max(shortest):
-        return list(contacts)  # nothing is thin enough, as nearly everywhere
+    """Those of some contacts whose gaps nothing fills; `beside` are all others of what may be in them."""
+    known = [*contacts, *beside]
 
     def contacts_of(body: BodyId) -> Iterable[Contact]:
-        return (contact for contact in contacts if body in (contact.lower, contact.upper))
+        return (contact for contact in known if body in (contact.lower, contact.upper))
 
     return [contact for contact in contacts if not is_filled(contact, solids, contacts_of, share)]
 

@@ -16,26 +16,36 @@ from stability.statics.facts import Placed
 SLOPE, GRAVITY, STEP, STEPS = radians(15.0), 9.81, 1e-3, 100
 TURN = (0.0, sin(0.5 * SLOPE), 0.0, cos(0.5 * SLOPE))
 FLOOR = Plane(GROUND, (0.0, 0.0, 0.0), (sin(SLOPE), 0.0, cos(SLOPE)), 0.9)
-SHEET = Placed(Brick("sheet", Box((0.6, 0.3, 0.02)), 0.5), Pose(rotate(TURN, (0.0, 0.0, 0.01)), TURN))
-BLOCK = Placed(Brick("block", Box((0.1, 0.1, 0.02)), 0.5), Pose(rotate(TURN, (0.0, 0.0, 0.03)), TURN))
 
 
-def begun(friction: GivenFriction) -> FrictionalMotion:
-    """How the block on the sheet begins to move."""
+def on_slope(thick: float) -> list[Placed]:
+    """A sheet, and a block as heavy on it."""
+    return [
+        Placed(Brick(name, Box(size), 0.5), Pose(rotate(TURN, (0.0, 0.0, height)), TURN))
+        for name, size, height in (
+            ("sheet", (0.6, 0.3, thick), 0.5 * thick),
+            ("block", (0.1, 0.1, 0.02), thick + 0.01),
+        )
+    ]
+
+
+def begun(friction: GivenFriction, thick: float) -> FrictionalMotion:
+    """How the block on a sheet of this thickness [m] begins to move."""
+    bricks = on_slope(thick)
     assembly = Assembly((FLOOR,), friction, GRAVITY)
-    falling = release_until_stable(assembly, assembly.add_all([SHEET, BLOCK])).released.keys()
+    falling = release_until_stable(assembly, assembly.add_all(bricks)).released.keys()
     whole = Assembly((FLOOR,), friction, GRAVITY)
-    whole.add_all([SHEET, BLOCK])
+    whole.add_all(bricks)
     found = frictional_motion_of(whole.problem(), falling, GRAVITY, (), (FLOOR,), friction)
     assert found is not None
     return found
 
 
-def ways(friction: GivenFriction) -> dict[str, float]:
+def ways(friction: GivenFriction, thick: float = 0.02) -> dict[str, float]:
     """How far downhill each brick that moves has come [m]."""
-    motion = begun(friction)
+    motion = begun(friction, thick)
     assert all(motion.goes_on(STEP) for _ in range(STEPS))
-    started = {placed.brick.id: placed.pose.position_W for placed in (SHEET, BLOCK)}
+    started = {placed.brick.id: placed.pose.position_W for placed in on_slope(thick)}
     return {name: (state.pose.position_W[0] - started[name][0]) / cos(SLOPE) for name, state in motion.states().items()}
 
 
@@ -44,8 +54,9 @@ def way(acceleration: float) -> float:
     return 0.5 * GRAVITY * acceleration * (STEPS * STEP) ** 2
 
 
-def test_a_block_slides_down_its_sheet_by_what_the_friction_of_the_two_leaves() -> None:
-    gone = ways(Friction(0.9, own={"block": 0.1}))
+@pytest.mark.parametrize("thick", [0.02, 0.0002])  # the second is thinner than the gap that a block bridges
+def test_a_block_slides_down_its_sheet_by_what_the_friction_of_the_two_leaves(thick: float) -> None:
+    gone = ways(Friction(0.9, between={("sheet", "block"): 0.1}), thick)
     assert gone == {"block": pytest.approx(way(sin(SLOPE) - 0.1 * cos(SLOPE)), rel=1e-6)}
 
 
