@@ -14,8 +14,8 @@ from math import inf
 from time import perf_counter
 from types import MappingProxyType
 
-from stability.garbage import rarely_collected
 from stability.friction_law import GivenFriction
+from stability.garbage import rarely_collected
 from stability.model import EARTH, GROUND, BodyId, Brick, Plane, Pose
 from stability.statics.admission import admit_brick, admit_names, admit_overlap, admit_site, listed
 from stability.statics.assembly_answers import AssemblyAnswers

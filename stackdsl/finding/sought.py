@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from math import isfinite, pi
 from typing import Final
 
+from stability.friction_law import law_of
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Stability
 from stability.statics.margins.counterweight import counterweight
@@ -191,11 +192,11 @@ def _is_worked_out(knobs: Knobs, knob: Knob) -> bool:
 def _friction(timeline: Timeline, wants_more: bool) -> Sought:
     """Of brick on brick, with all other coefficients in proportion."""
     world = timeline.world
-    largest = max([world.friction, *(plane.friction for plane in world.planes)])
-    number = world.friction or largest
+    law = law_of(world.friction)
+    number = law.usual or world.roughest
     if not number:
         raise SoughtError("all friction is 0, so there is none to make more of; write another number as `friction`")
-    alike = all(plane.friction == number for plane in world.planes)
+    alike = not law.differs and all(plane.friction == number for plane in world.planes)
 
     def guess() -> float | None:
         if wants_more:

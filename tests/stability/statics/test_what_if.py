@@ -160,6 +160,10 @@ def test_how_much_is_forgiven_is_said_and_never_more_than_still_touches() -> Non
         else:
             with pytest.raises(ValueError, match="deep in 'ground'"):
                 assembly.add(carton, Pose((0.0, 0.0, 0.1 - depth)))
+    assembly = Assembly(overlap=0.1)
+    assembly.add(carton, Pose((0.0, 0.0, 0.1)))
+    with pytest.raises(ValueError, match="brick 'plank' is 1 mm deep in 'carton'"):  # 2 % of a plank are 0.16 mm
+        assembly.add(Brick("plank", Box(PLANK), 0.1), Pose((0.0, 0.0, 0.2 + 0.5 * PLANK[2] - 1e-3)))
     Assembly(overlap=inf).add(carton, Pose((0.0, 0.0, -1.0)))
     with pytest.raises(ValueError, match="the overlap is -1"):
         Assembly(overlap=-1.0)
