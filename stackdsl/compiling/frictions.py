@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
 
-from stability.friction_law import Friction, GivenFriction
+from stability.friction_law import Friction, GivenFriction, Rule
 from stability.model import BodyId
 from stackdsl.compiling.built import Built
 from stackdsl.diagnostics import Diagnostic, did_you_mean
@@ -29,7 +29,7 @@ def friction_of(built: Built, scenario: Scenario) -> GivenFriction:
         return scenario.friction
     named = {*own, *(name for pair in between for name in pair)}
     called = {name: kind.called for name, kind in kinds.items() if kind.called in named}
-    return Friction(scenario.friction, own, between, called, scenario.world.friction.rule)
+    return Friction(scenario.friction, own, between, called, Rule(scenario.world.friction.rule))
 
 
 def _kinds(built: Built, scenario: Scenario) -> Mapping[BodyId, BrickKind]:

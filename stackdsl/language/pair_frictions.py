@@ -1,10 +1,9 @@
 """What an author may say of how bricks rub on each other, beside the one coefficient that most scenarios have."""
 
-from typing import Annotated, Final
+from typing import Annotated, Final, Literal
 
 from pydantic import Field
 
-from stability.friction_law import Rule
 from stackdsl.language import author_types as t
 from stackdsl.language.author_models import AuthorModel
 
@@ -25,7 +24,9 @@ class PairOfBodies(AuthorModel):
 class Frictions(AuthorModel):
     """What two surfaces have on each other."""
 
-    rule: Rule = Field(Rule.LOWER, description="what two bodies have on each other that have a friction of their own")
+    rule: Literal["lower", "higher", "mean", "geometric"] = Field(
+        "lower", description="what two bodies have on each other, of the friction that each has"
+    )
     between: Annotated[tuple[PairOfBodies, ...], Field(max_length=MAX_PAIRS)] = Field(
         (), description="what certain pairs have, whatever each has by itself"
     )

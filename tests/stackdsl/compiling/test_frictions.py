@@ -117,6 +117,13 @@ def test_what_is_mistaken_in_a_pair_is_told_where_it_stands(pairs: str, code: st
     assert hint in mistake.hint
 
 
+def test_another_rule_than_those_that_there_are_is_told_with_them() -> None:
+    (mistake,) = compiled(f"{HEAD}world: {{friction: {{rule: product}}}}\n{BUILD}")[1]
+    assert (mistake.code, mistake.span.line) == ("SD104", 8)
+    assert "'product'" in mistake.message
+    assert "geometric" in mistake.hint
+
+
 def test_the_same_may_be_said_of_a_pair_twice_and_one_pair_of_two_names_settles_two_of_kinds() -> None:
     assert mistakes("{pair: [sheet, low], friction: 0.1}, {pair: [low, sheet], friction: 0.1}") == []
     crossing = "{pair: [base, carton], friction: 0.1}, {pair: [low, sheet], friction: 0.2}"
