@@ -31,6 +31,10 @@ class Neighbours(Generic[Key]):
     _grids: dict[Scale, "_Grid[Key]"] = field(default_factory=dict)
     _unit: Vec3 | None = None  # size of a cell for bodies like the first [m]
 
+    def copied(self) -> "Neighbours[Key]":
+        """Another with the same bodies, which changes by itself."""
+        return Neighbours(dict(self._bounds), {scale: grid.copied() for scale, grid in self._grids.items()}, self._unit)
+
     def __contains__(self, name: Key) -> bool:
         """Whether a body is among them."""
         return name in self._bounds
@@ -83,6 +87,10 @@ class _Grid(Generic[Key]):
     high: float  # height of a cell [m]
     _cells: dict[Cell, dict[Key, Bounds]] = field(default_factory=dict)
     _all: dict[Key, Bounds] = field(default_factory=dict)
+
+    def copied(self) -> "_Grid[Key]":
+        cells = {cell: dict(bodies) for cell, bodies in self._cells.items()}
+        return _Grid(self.wide, self.high, cells, dict(self._all))
 
     def add(self, name: Key, bounds: Bounds) -> None:
         self._all[name] = bounds

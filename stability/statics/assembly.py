@@ -9,6 +9,7 @@ No engine takes part. Bricks come, go and move one by one or together, and only 
 """
 
 from collections.abc import Collection, Iterable, Mapping, Sequence, Set
+from copy import copy
 from dataclasses import replace
 from time import perf_counter
 from types import MappingProxyType
@@ -71,6 +72,19 @@ class Assembly:
     def gravity(self) -> float:
         """Acceleration of free fall [m/s2]."""
         return self._structure.gravity
+
+    @property
+    def tolerances(self) -> Tolerances:
+        """How exact its verdicts are."""
+        return self._structure.tolerances
+
+    def copied(self) -> "Assembly":
+        """Another with the same bricks and proofs, which changes by itself."""
+        other = copy(self)
+        other._prover = self._prover.copied()
+        other._structure = other._prover.structure
+        other.bricks = MappingProxyType(other._structure.bricks)
+        return other
 
     # --- changes ------------------------------------------------------------------------------------------------------
 

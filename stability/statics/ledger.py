@@ -6,7 +6,7 @@ cores of bricks outside the group, which carry them to the ground whatever else 
 """
 
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import count
 
 from stability.model import BodyId
@@ -38,6 +38,17 @@ class Ledger:
     _group_of: dict[BodyId, int] = field(default_factory=dict)
     _touching: dict[BodyId, set[int]] = field(default_factory=dict)
     _numbers: "count[int]" = field(default_factory=count)
+
+    def copied(self) -> "Ledger":
+        """Another with the same groups, which changes by itself."""
+        touching = {body: set(numbers) for body, numbers in self._touching.items()}
+        return replace(
+            self,
+            _by_core=set(self._by_core),
+            _groups=dict(self._groups),
+            _group_of=dict(self._group_of),
+            _touching=touching,
+        )
 
     def prove_by_core(self, brick: BodyId) -> None:
         """Enter a brick whose weight lies in its load core."""

@@ -27,6 +27,15 @@ class Prover:
         self._in_doubt: dict[BodyId, Verdict] = {}  # what was found of unproven bricks
         self._partners = Partners(structure, self.ledger.with_partners)
 
+    def copied(self) -> "Prover":
+        """Another of a structure of its own, with the same proofs."""
+        other = Prover(self.structure.copied())
+        other.ledger = self.ledger.copied()
+        other._unproven = set(self._unproven)
+        other._in_doubt = dict(self._in_doubt)
+        other._partners = Partners(other.structure, other.ledger.with_partners)
+        return other
+
     def put(self, bricks: Sequence[Placed]) -> None:
         """Set bricks in their places, each after those that it rests on."""
         for placed in bricks:

@@ -1,7 +1,7 @@
 """The bricks of an assembly, what touches what, and the load core of each, kept up to date as bricks come and go."""
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import count
 
 from stability.geometry.neighbours import Neighbours
@@ -37,7 +37,23 @@ class Structure:
     def __post_init__(self) -> None:
         """Boxes that never move are neighbours like bricks."""
         for placed in self.tables:
-            self._show(solid(placed))
+            if placed.brick.id not in self._solids:
+                self._show(solid(placed))
+
+    def copied(self) -> "Structure":
+        """Another with the same bricks, which changes by itself."""
+        return replace(
+            self,
+            bricks=dict(self.bricks),
+            touching={name: dict(contacts) for name, contacts in self.touching.items()},
+            supports={name: list(contacts) for name, contacts in self.supports.items()},
+            carried={name: list(bricks) for name, bricks in self.carried.items()},
+            cores=dict(self.cores),
+            weights=dict(self.weights),
+            _turn=dict(self._turn),
+            _solids=dict(self._solids),
+            _neighbours=self._neighbours.copied(),
+        )
 
     def _show(self, own: Solid) -> None:
         self._solids[own.id] = own

@@ -1,0 +1,158 @@
+"""Pulling bricks out of what stands: which can be, how many one after the other, and how soon it may fall.
+
+The longest order is bounded from both sides. From below by orders that were found, each part on the way proven. From
+above by the least that must stay: whatever stays must stand, so each fall that is proven rules out all parts that it
+holds for, and the smallest set of bricks that none of them rules out has as few bricks as any part that stands, or
+fewer. Such sets are asked, and what falls of them adds to what is ruled out, until one stands or nothing is left.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import combinations
+
+from stability.model import BodyId
+from stability.name_order import in_order
+from stability.statics.assembly import Assembly
+from stability.statics.facts import Contact, Stability, Verdict
+from stability.statics.orders.clauses import Clause, smallest
+from stability.statics.orders.descent import Known, descend, from_the_top, nobody
+from stability.statics.orders.parts import Fall, Part, Parts
+
+WALL = 0.01  # vertical part of a normal up to which a contact is a wall: half a degree
+MOST_ROUNDS = 400  # of the integer program
+MOST_DESCENTS = 20  # sets of bricks that may stay for which an order is looked for
+
+
+@dataclass(frozen=True, slots=True)
+class Pull:
+    """What comes of pulling one brick out of the whole."""
+
+    brick: BodyId
+    carries: bool  # whether another brick rests on it
+    verdict: Verdict  # of all others
+
+
+@dataclass(frozen=True, slots=True)
+class Longest:
+    """The longest order of pulls after each of which the rest stands."""
+
+    order: tuple[BodyId, ...]
+    at_most: int  # pulls in any such order, proven
+    reason: str = ""  # why it is not known to be the longest
+
+    @property
+    def proven(self) -> bool:
+        """Whether no order is longer."""
+        return len(self.order) == self.at_most
+
+
+@dataclass(frozen=True, slots=True)
+class Soonest:
+    """The fewest pulls that bring it down."""
+
+    at_least: int  # pulls until it falls, whichever they are, proven
+    order: tuple[BodyId, ...] = ()  # by which it falls with the last; empty if none was found
+    undecided: int = 0  # pulls of so many bricks or fewer of which nothing was proven
+
+
+def carrying(design: Assembly) -> list[BodyId]:
+    """The bricks on which others rest or lean, in natural order."""
+    return in_order([name for name in design.bricks if any(_bears(c, name) for c in design.contacts(name))])
+
+
+def _bears(contact: Contact, brick: BodyId) -> bool:
+    """Whether a brick presses the other upwards, more than a wall does."""
+    return contact.lower == brick and max(normal[2] for normal in contact.normals_W) > WALL
+
+
+def single_pulls(design: Assembly) -> Iterator[Pull]:
+    """The verdict on all others, for each brick of an assembly that stands."""
+    load_bearing = set(carrying(design))
+    for name in in_order(design.bricks):
+        rest = design.copied()
+        yield Pull(name, name in load_bearing, rest.remove([name]))
+
+
+def longest_order(parts: Parts, may_go: Part, most: int, known: Known = nobody) -> Longest:
+    """The longest order of pulls of some bricks of a design that stands, by at most so many verdicts."""
+    last = parts.asked + most
+    order = _greedy(parts, may_go, last, known)
+    stays = parts.whole & ~may_go
+    clauses = [Clause(1 << bit) for bit in range(len(parts.names)) if stays >> bit & 1]
+    used, at_most, undecided, reason = 0, may_go.bit_count(), 0, ""
+    descents = 0
+    for _ in range(MOST_ROUNDS):
+        if len(order) >= at_most:
+            return Longest(order, at_most)
+        clauses += [_ruled_out(fall) for fall in parts.falls[used:]]
+        used = len(parts.falls)
+        kept = smallest(len(parts.names), clauses)
+        if not undecided:
+            at_most = min(at_most, len(parts.names) - kept.at_least)
+        if kept.chosen is None or len(order) >= len(parts.names) - kept.chosen.bit_count():
+            break
+        if parts.asked >= last:
+            reason = f"no more than {most} parts were asked"
+            break
+        doubtful = parts.ask(kept.chosen).stability is not Stability.STABLE
+        known(parts.asked)
+        if doubtful:
+            parts.learn(kept.chosen)
+            if len(parts.falls) > used:
+                continue
+        undecided += doubtful
+        if not doubtful:
+            descents += 1
+            found = descend(parts, parts.whole, kept.chosen, last - parts.asked, known)
+            if found.order is not None:
+                order = found.order
+                continue
+            undecided += not found.impossible
+            if descents >= MOST_DESCENTS:
+                reason = "what may stay was found, but no way there"
+                break
+        clauses.append(Clause(parts.whole & ~kept.chosen, kept.chosen))  # not this set again
+    else:
+        reason = "the bound was not closed"
+    return Longest(order, max(at_most, len(order)), reason)
+
+
+def _ruled_out(fall: Fall) -> Clause:
+    return Clause(fall.absent, fall.moving)
+
+
+def _greedy(parts: Parts, may_go: Part, last: int, known: Known) -> tuple[BodyId, ...]:
+    """The longer of two orders: always the highest brick that can go, or the lowest."""
+    best: tuple[BodyId, ...] = ()
+    names = from_the_top(parts, may_go)
+    for turn in (names, names[::-1]):
+        part, order, tried = parts.whole, list[BodyId](), True
+        while tried:
+            tried = False
+            for name in turn:
+                less = part & ~parts.part_of([name])
+                if less == part or parts.asked >= last:
+                    continue
+                if parts.ask(less, part).stability is Stability.STABLE:
+                    part, tried = less, True
+                    order.append(name)
+                known(parts.asked)
+        best = max(best, tuple(order), key=len)
+    return best
+
+
+def soonest_fall(parts: Parts, may_go: Part, most: int, known: Known = nobody) -> Soonest:
+    """The fewest pulls that bring a design down that stands, by at most so many verdicts."""
+    last, undecided = parts.asked + most, 0
+    names = from_the_top(parts, may_go)[::-1]
+    for count in range(1, len(names) + 1):
+        for chosen in combinations(names, count):
+            part = parts.whole & ~parts.part_of(chosen)
+            if parts.asked >= last:
+                return Soonest(1 if undecided else count, (), undecided)
+            answer = parts.ask(part, part | parts.part_of(chosen[-1:]))
+            known(parts.asked)
+            if answer.stability is Stability.UNSTABLE:
+                return Soonest(1 if undecided else count, chosen, undecided)
+            undecided += answer.stability is Stability.UNDECIDED
+    return Soonest(len(names) + 1, (), undecided)
