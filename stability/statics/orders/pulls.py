@@ -19,7 +19,8 @@ from stability.statics.orders.descent import Known, descend, from_the_top, nobod
 from stability.statics.orders.parts import Fall, Part, Parts
 
 WALL = 0.01  # vertical part of a normal up to which a contact is a wall: half a degree
-MOST_ROUNDS = 400  # of the integer program
+MOST_ABREAST = 3
+MOST_ROUNDS = 60  # of the integer program
 MOST_DESCENTS = 20  # sets of bricks that may stay for which an order is looked for
 
 
@@ -81,6 +82,8 @@ def longest_order(parts: Parts, may_go: Part, most: int, known: Known = nobody) 
     clauses = [Clause(1 << bit) for bit in range(len(parts.names)) if stays >> bit & 1]
     used, at_most, undecided, reason = 0, may_go.bit_count(), 0, ""
     descents = 0
+    if len(order) < at_most:
+        _learn_of_rows(parts, last)
     for _ in range(MOST_ROUNDS):
         if len(order) >= at_most:
             return Longest(order, at_most)
@@ -115,6 +118,30 @@ def longest_order(parts: Parts, may_go: Part, most: int, known: Known = nobody) 
     else:
         reason = "the bound was not closed"
     return Longest(order, max(at_most, len(order)), reason)
+
+
+def _learn_of_rows(parts: Parts, last: int) -> None:
+    """Learn that what nothing is under falls: bricks by themselves, and two or three side by side."""
+    beside = {name: parts.part_of(_beside(parts, name)) for name in parts.names}
+    rows = {parts.part_of([name]) for name in parts.names}
+    for _ in range(MOST_ABREAST - 1):
+        wider = set()
+        for row in rows:
+            neighbours = 0
+            for name in parts.names_of(row):
+                neighbours |= beside[name]
+            wider |= {row | parts.part_of([name]) for name in parts.names_of(neighbours & ~row)}
+        rows |= wider
+    for row in sorted(rows):
+        if parts.asked >= last:
+            break
+        parts.learn(row)
+
+
+def _beside(parts: Parts, name: BodyId) -> list[BodyId]:
+    contacts = parts.design.contacts(name)
+    walls = [c for c in contacts if not _bears(c, c.lower)]
+    return [body for contact in walls for body in (contact.lower, contact.upper) if body != name]
 
 
 def _ruled_out(fall: Fall) -> Clause:
