@@ -1,0 +1,88 @@
+"""What would let a build stand that falls, searched for in full: shifts, counterweights, friction, props. Each is tried."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+from stability.model import BodyId
+from stability.statics.facts import Stability, Verdict
+from stability.statics.margins.counterweight import counterweight
+from stability.statics.mending.piling import Piling
+from stability.statics.mending.shifts import BrickShift, SeveralShifts, Shifting
+from stability.statics.orders.parts import Parts
+from stability.statics.orders.props import props_of
+from stackdsl.judging.proofs import Proofs
+from stackdsl.judging.remedies import HeavierBrick, MoreFriction, more_friction, rising_in
+from stackdsl.timeline import Timeline
+from stackdsl.wording import rounded_up
+
+@dataclass(frozen=True, slots=True)
+class Prop:
+    """A support under one brick with which all stands in the end."""
+
+    brick: BodyId
+
+
+Suggestion = BrickShift | SeveralShifts | HeavierBrick | MoreFriction | Prop
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """A build that falls."""
+
+    timeline: Timeline
+    proofs: Proofs
+
+    @property
+    def verdict(self) -> Verdict:
+        """Of what falls."""
+        return self.proofs.assembly.verdict()
+
+
+def suggestions(asked: Asked, piling: Piling, known: Callable[[], None]) -> Iterator[Suggestion]:
+    """All that was found, as it is found: shifts, the least first, then the others."""
+    if asked.verdict.stability is not Stability.UNSTABLE:
+        return
+    shifting = Shifting(piling, known)
+    candidates = shifting.candidates(asked.verdict)
+    shifts = [found for brick in candidates if (found := shifting.least(brick, {})) is not None]
+    yield from sorted(shifts, key=lambda each: (each.length, each.brick))
+    if not shifts and (several := shifting.several()) is not None:
+        yield several
+    yield from _counterweights(asked, piling)
+    friction = more_friction(asked.timeline, asked.proofs)
+    if friction is not None and friction.factor < float("inf"):
+        yield friction
+    yield from _props(asked, known)
+
+
+def _counterweights(asked: Asked, piling: Piling) -> Iterator[HeavierBrick]:
+    """On each brick on which one is enough, the least first, each tried."""
+    problem, gravity = asked.proofs.assembly.problem(), asked.timeline.world.gravity
+    found = [weight for brick in rising_in(asked.verdict) if (weight := counterweight(problem, brick)) is not None]
+    for weight in sorted(found, key=lambda each: (each.weight, each.brick)):
+        mass = float(rounded_up(weight.weight / gravity))
+        stages = [
+            [
+                replace(p, brick=replace(p.brick, mass=p.brick.mass + mass)) if p.brick.id == weight.brick else p
+                for p in stage
+            ]
+            for stage in piling.stages
+        ]
+        fall = replace(piling, stages=stages).first_fall()
+        done = {name for judged in asked.proofs.judged for name in judged.bricks}
+        if fall is None:
+            yield HeavierBrick(weight.brick, mass, ())
+        elif not {p.brick.id for p in stages[fall[0]]} & done:
+            yield HeavierBrick(weight.brick, mass, fall[1].moving)
+
+
+def _props(asked: Asked, known: Callable[[], None]) -> Iterator[Prop]:
+    """The bricks of which one prop is enough for what falls, as it is when it falls."""
+    assembly = asked.proofs.assembly
+    parts = Parts(assembly, props_of(assembly))
+    for name in asked.verdict.moving:
+        known()
+        parts.propped = parts.part_of([name]) if name in parts.props else 0
+        if parts.propped and parts.ask(parts.whole).stability is Stability.STABLE:
+            yield Prop(name)
+
