@@ -37,4 +37,3 @@ def told(rows: Rows, form: str, extra: Sequence[Mapping[str, Any]] = ()) -> None
         for name, row in rows:
             cases.setdefault(name, {"case": name, "rows": []})["rows"].append(dict(row))
         write(json.dumps({"format": FORMAT, "cases": list(cases.values())}, indent=2) + "\n")
-

@@ -52,9 +52,7 @@ def pull_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     context.exit(code_without_runs(gathered, selected))
 
 
-def _case(
-    name: str, case: Case, how: tuple[bool, bool, int, str], rows: Rows, orders: list[dict[str, Any]]
-) -> None:
+def _case(name: str, case: Case, how: tuple[bool, bool, int, str], rows: Rows, orders: list[dict[str, Any]]) -> None:
     all_bricks, single, most, form = how
     found = design_of(case.timeline)
     if found.why_not:

@@ -1,4 +1,4 @@
-"""Timeline -> what is built in the end, as one design that statics can be asked about, whatever the order of the build."""
+"""Timeline -> what is built in the end, as one design that statics can be asked about."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,9 @@ class Design:
     """All that is set down and not pulled out again."""
 
     assembly: Assembly
-    left_out: int  # bricks that are dropped, thrown or let go in the air: where they come to lie only an engine can tell
+    left_out: (
+        int  # bricks that are dropped, thrown or let go in the air: where they come to lie only an engine can tell
+    )
 
     @property
     def why_not(self) -> str:

@@ -1,4 +1,4 @@
-"""What would let a build stand that falls, searched for in full: shifts, counterweights, friction, props. Each is tried."""
+"""What would let a build stand that falls: shifts, counterweights, friction, props, searched for in full, each tried."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -8,6 +8,7 @@ from stability.statics.facts import Stability, Verdict
 from stability.statics.margins.counterweight import counterweight
 from stability.statics.mending.piling import Piling
 from stability.statics.mending.shifts import BrickShift, SeveralShifts, Shifting
+from stability.statics.orders.building import least_props
 from stability.statics.orders.parts import Parts
 from stability.statics.orders.props import props_of
 from stackdsl.judging.proofs import Proofs
@@ -15,14 +16,15 @@ from stackdsl.judging.remedies import HeavierBrick, MoreFriction, more_friction,
 from stackdsl.timeline import Timeline
 from stackdsl.wording import rounded_up
 
+
 @dataclass(frozen=True, slots=True)
-class Prop:
-    """A support under one brick with which all stands in the end."""
+class Props:
+    """The fewest supports with which what falls stands, as long as they do; what comes later is not asked."""
 
-    brick: BodyId
+    bricks: tuple[BodyId, ...]
 
 
-Suggestion = BrickShift | SeveralShifts | HeavierBrick | MoreFriction | Prop
+Suggestion = BrickShift | SeveralShifts | HeavierBrick | MoreFriction | Props
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,13 +78,10 @@ def _counterweights(asked: Asked, piling: Piling) -> Iterator[HeavierBrick]:
             yield HeavierBrick(weight.brick, mass, fall[1].moving)
 
 
-def _props(asked: Asked, known: Callable[[], None]) -> Iterator[Prop]:
-    """The bricks of which one prop is enough for what falls, as it is when it falls."""
+def _props(asked: Asked, known: Callable[[], None]) -> Iterator[Props]:
+    """The fewest bricks with props under which what falls stands, as it is when it falls."""
     assembly = asked.proofs.assembly
     parts = Parts(assembly, props_of(assembly))
-    for name in asked.verdict.moving:
-        known()
-        parts.propped = parts.part_of([name]) if name in parts.props else 0
-        if parts.propped and parts.ask(parts.whole).stability is Stability.STABLE:
-            yield Prop(name)
-
+    found = least_props(parts, [parts.whole], lambda _: known())
+    if found:
+        yield Props(found)

@@ -46,7 +46,9 @@ def longest_lines(longest: Longest) -> Iterator[str]:
 def soonest_line(soonest: Soonest) -> str:
     """The worst case."""
     if not soonest.order:
-        return f"  no {soonest.at_least - 1} pulls bring it down" if soonest.at_least > 1 else "  no worst case was found"
+        return (
+            f"  no {soonest.at_least - 1} pulls bring it down" if soonest.at_least > 1 else "  no worst case was found"
+        )
     count = len(soonest.order)
     fewest = "no fewer do, which is proven" if soonest.at_least == count else "fewer were not all proven"
     return f"  it falls soonest with {count} pull{'s' * (count != 1)}: {', '.join(soonest.order)}; {fewest}"
@@ -64,7 +66,11 @@ def order_lines(order: BuildingOrder) -> Iterator[str]:
     """An order, and how many props it needs."""
     unpropped = order.without is not None and order.without.order is not None
     if not order.steps:
-        yield "  none exists, which is proven" if order.impossible else "  none was found, and that there is none is not proven"
+        yield (
+            "  none exists, which is proven"
+            if order.impossible
+            else "  none was found, and that there is none is not proven"
+        )
         return
     if unpropped:
         yield f"  all {len(order.steps)} bricks can be set down one at a time, without props"
@@ -91,7 +97,7 @@ def table_csv(rows: Sequence[tuple[str, Mapping[str, Any]]]) -> str:
     return out.getvalue()
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> object:
     if isinstance(value, bool):
         return "yes" if value else "no"
     return "" if value is None else value

@@ -5,7 +5,7 @@ from typing import Any
 
 from stability.statics.mending.shifts import BrickShift, SeveralShifts
 from stackdsl.judging.remedies import HeavierBrick, MoreFriction
-from stackdsl.judging.suggesting import Prop, Suggestion
+from stackdsl.judging.suggesting import Props, Suggestion
 from stackdsl.report.remedy_text import counterweight_text, friction_text
 
 ALONG = {0: "+x", 90: "+y", 180: "-x", -180: "-x", -90: "-y"}  # [deg]
@@ -15,6 +15,7 @@ def suggestion_row(suggestion: Suggestion) -> dict[str, Any]:
     """The same keys for every kind; nothing where a kind has none."""
     row: dict[str, Any] = {"kind": "", "bricks": "", "amount": None, "unit": "", "fails_with": None, "text": ""}
     row["text"] = suggestion_text(suggestion)
+    amounts: tuple[str, str, float | None, str, float | None]
     match suggestion:
         case BrickShift(brick):
             amounts = ("shift", brick, 1e3 * suggestion.length, "mm", 1e3 * suggestion.too_little)
@@ -26,8 +27,8 @@ def suggestion_row(suggestion: Suggestion) -> dict[str, Any]:
             amounts = ("counterweight", brick, 1e3 * mass, "g", None)
         case MoreFriction(_, coefficient):
             amounts = ("friction", "", coefficient, "", None)
-        case Prop(brick):
-            amounts = ("prop", brick, None, "", None)
+        case Props(bricks):
+            amounts = ("props", " ".join(bricks), None, "", None)
     row.update(zip(("kind", "bricks", "amount", "unit", "fails_with"), amounts, strict=True))
     return row
 
@@ -38,13 +39,21 @@ def suggestion_text(suggestion: Suggestion) -> str:
         case BrickShift(brick, shift):
             return f"move {brick} by {_shift(shift)}, with what rests on it"
         case SeveralShifts(shifts):
-            return "move " + ", ".join(f"{brick} by {_shift(shift)}" for brick, shift in shifts) + ", with what rests on each"
+            return (
+                "move "
+                + ", ".join(f"{brick} by {_shift(shift)}" for brick, shift in shifts)
+                + ", with what rests on each"
+            )
         case HeavierBrick():
             return counterweight_text(suggestion)
         case MoreFriction():
             return friction_text(suggestion)
-        case Prop(brick):
-            return f"a prop under {brick}"
+        case Props(bricks):
+            return (
+                f"props under {', '.join(bricks)}, which must stay"
+                if len(bricks) > 1
+                else f"a prop under {bricks[0]}, which must stay"
+            )
 
 
 def _shift(shift: tuple[float, float]) -> str:

@@ -8,7 +8,7 @@ bearing needs much less is shown on a ring of bearings, and known between them n
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from math import atan2, hypot, pi
+from math import atan2, ceil, floor, hypot, log10, pi
 
 from stability.model import BodyId
 from stability.name_order import in_order
@@ -20,6 +20,8 @@ STEPS = (0.002, 0.01, 0.03, 0.07, 0.15, 0.3, 0.5, 0.75, 1.0)  # of the longest s
 CLOSE = 1e-6  # share of a shift by which less is shown to be too little
 TURN = 0.02  # [rad] between two limits that show which way the border runs
 TURNS = 3
+DIGITS = 4  # of a shift as people are told it, if that stands
+ANGLE_DIGITS = 6  # of its bearing in radians
 MOST_AT_ONCE = 12  # shifts
 SIDES = 24  # bearings of the ring
 RING = 0.97  # of the shift, that is shown not to be enough along these
@@ -101,7 +103,10 @@ class Shifting:
                     fails[bearing] = length
             if found:
                 low, high, bearing = self._turned(min(found, key=lambda each: each[1]), holds)
-                shift = bearing_shift(high, bearing)
+                told, round_bearing = rounded_up(high), round(bearing, ANGLE_DIGITS)
+                shift = bearing_shift(told, round_bearing)
+                if told > self._lengths[brick] or not holds(told, round_bearing):
+                    shift = bearing_shift(high, bearing)
                 ring = sum(holds(RING * high, 2.0 * pi * turn / SIDES) is False for turn in range(SIDES))
                 return BrickShift(brick, shift, low, ring)
         return None
@@ -192,4 +197,17 @@ class Shifting:
             return self.stands({name: (share * x, share * y) for name, (x, y) in needed.items()})
 
         low, high, _ = self._halved(0.0, 1.0, 0.0, holds)
-        return SeveralShifts([(name, (high * x, high * y)) for name, (x, y) in needed.items()], low / high)
+        least = {name: (high * x, high * y) for name, (x, y) in needed.items()}
+        told = {name: _longer(shift) for name, shift in least.items()}
+        return SeveralShifts(list((told if self.stands(told) else least).items()), low / high)
+
+
+def rounded_up(length: float) -> float:
+    """The next number of few digits [m]."""
+    unit = 10.0 ** (floor(log10(length)) + 1 - DIGITS)
+    return float(f"{unit * ceil(length / unit * (1.0 - CLOSE * CLOSE)):.{DIGITS}g}")
+
+
+def _longer(shift: Shift) -> Shift:
+    length = hypot(*shift)
+    return (shift[0] * rounded_up(length) / length, shift[1] * rounded_up(length) / length) if length > 0.0 else shift

@@ -5,6 +5,7 @@ exists with others must pass an end of that search, and so has a prop that resis
 Each search that fails is so a clause, and the smallest set that meets all clauses is tried next.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from stability.model import BodyId
@@ -75,6 +76,22 @@ def building_order(parts: Parts, most: int, known: Known = nobody) -> BuildingOr
             bounded &= each.exhausted
             clauses.append(Clause(_would_help(parts, each)))
     return _with_fewer(parts, pieces, BuildingOrder((), False, least, first), known)
+
+
+def least_props(parts: Parts, states: Sequence[Part], known: Known = nobody) -> tuple[BodyId, ...] | None:
+    """The fewest bricks with a prop under each of which all these parts stand; None if none are found."""
+    clauses: list[Clause] = []
+    for _ in range(MOST_ROUNDS):
+        kept = smallest(len(parts.names), clauses)
+        if kept.chosen is None:
+            return None
+        parts.propped = kept.chosen
+        ends = tuple((part, answer) for part in states if (answer := parts.ask(part)).stability is not Stability.STABLE)
+        known(parts.asked)
+        if not ends:
+            return tuple(parts.names_of(kept.chosen))
+        clauses += [Clause(_would_help(parts, Descent(None, ends=(end,)))) for end in ends]
+    return None
 
 
 def _with_fewer(parts: Parts, pieces: list[Part], found: BuildingOrder, known: Known) -> BuildingOrder:

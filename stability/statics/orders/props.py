@@ -40,8 +40,7 @@ def props_of(design: Assembly) -> dict[BodyId, Prop]:
         while body in design.bricks:
             body += "'"
         contacts = tuple(
-            Contact(body, name, piece, (scale(-1.0, normal),), design.friction)
-            for normal, piece in _free(design, name)
+            Contact(body, name, piece, (scale(-1.0, normal),), design.friction) for normal, piece in _free(design, name)
         )
         if contacts:
             found[name] = Prop(name, contacts)
