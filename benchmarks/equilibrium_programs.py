@@ -91,4 +91,4 @@ def _contacts(boxes: Sequence[UprightBox]) -> list[tuple[int | None, int, int, l
 
 def _rectangle(sides: Sequence[tuple[float, float]], axis: int, height: float) -> list[tuple[float, ...]]:
     corners = [[x, y] for x in sides[0] for y in sides[1]]
-    return [tuple([*corner[:axis], height, *corner[axis:]]) for corner in corners]
+    return [(*corner[:axis], height, *corner[axis:]) for corner in corners]

@@ -1,4 +1,4 @@
-"""What the commands have in common that ask statics about the structure of a file: cases once each, and how it is told."""
+"""What commands have in common that ask statics about the structure of a file: cases, and how rows are told."""
 
 import json
 from collections.abc import Mapping, Sequence

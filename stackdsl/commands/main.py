@@ -32,8 +32,8 @@ COMMANDS: Final[Mapping[str, str]] = {
     "import": "Print a scenario with the boxes of FILE, which another program wrote; tell what was moved or is wrong.",
     "init": "Write what a new project in DIRECTORY (default: this one) needs; never over an existing file.",
     "new": "Write a scenario called NAME to start from; never over an existing file.",
-    "order": "Find an order in which the finished structure of FILE can be built so that it stands at each step, or the "
-    "least props.",
+    "order": "Find an order in which the finished structure of FILE can be built, standing at each step, or the least "
+    "props.",
     "picture": "Play one case of FILE, and draw it: at the end, at a time, as a strip, or moving.",
     "pull": "Tell which bricks of the finished structure of FILE can be pulled, and how many one after the other.",
     "run": "Play FILE, print what happens as it happens, and judge it; golden files are not looked at.",

@@ -1,4 +1,4 @@
-"""`stackdsl order`: an order in which a finished structure can be built so that it stands at each step, or least props."""
+"""`stackdsl order`: an order in which a finished structure can be built, and the least props."""
 
 from pathlib import Path
 from typing import Any
@@ -30,7 +30,7 @@ MOST = 1500
 def order_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     context: click.Context, file: Path, systems: tuple[str, ...], keyword: str, props: bool, most: int, form: str
 ) -> None:
-    """Find an order in which the finished structure of FILE can be built so that it stands at each step, or the least props."""
+    """Find an order in which the finished structure of FILE can be built, standing at each step, or the least props."""
     gathered, selected = selected_of(file, Selection(systems, keyword))
     rows: Rows = []
     orders: list[dict[str, Any]] = []

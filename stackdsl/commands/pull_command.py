@@ -1,4 +1,4 @@
-"""`stackdsl pull`: which bricks can be pulled out of what stands, how many one after the other, and how soon it falls."""
+"""`stackdsl pull`: which bricks can be pulled out of what stands, how many one after the other, how soon it falls."""
 
 from pathlib import Path
 from typing import Any

@@ -1,4 +1,4 @@
-"""What would let a build stand that falls: shifts, counterweights, friction, props, searched for in full, each tried."""
+"""What would let a build stand that falls: shifts, counterweights, friction, props, each searched for and tried."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace

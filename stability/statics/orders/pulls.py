@@ -7,7 +7,7 @@ fewer. Such sets are asked, and what falls of them adds to what is ruled out, un
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import combinations
 
 from stability.model import BodyId
@@ -16,7 +16,7 @@ from stability.statics.assembly import Assembly
 from stability.statics.facts import Contact, Stability, Verdict
 from stability.statics.orders.clauses import Clause, smallest
 from stability.statics.orders.descent import Known, descend, from_the_top, nobody
-from stability.statics.orders.parts import Fall, Part, Parts
+from stability.statics.orders.parts import Part, Parts
 
 WALL = 0.01  # vertical part of a normal up to which a contact is a wall: half a degree
 MOST_ABREAST = 3
@@ -77,47 +77,70 @@ def single_pulls(design: Assembly) -> Iterator[Pull]:
 def longest_order(parts: Parts, may_go: Part, most: int, known: Known = nobody) -> Longest:
     """The longest order of pulls of some bricks of a design that stands, by at most so many verdicts."""
     last = parts.asked + most
-    order = _greedy(parts, may_go, last, known)
-    stays = parts.whole & ~may_go
-    clauses = [Clause(1 << bit) for bit in range(len(parts.names)) if stays >> bit & 1]
-    used, at_most, undecided, reason = 0, may_go.bit_count(), 0, ""
-    descents = 0
-    if len(order) < at_most:
+    search = _Search(parts, last, _greedy(parts, may_go, last, known), may_go.bit_count())
+    if not search.closed:
+        search.clauses = [Clause(parts.part_of([name])) for name in parts.names_of(parts.whole & ~may_go)]
         _learn_of_rows(parts, last)
     for _ in range(MOST_ROUNDS):
-        if len(order) >= at_most:
-            return Longest(order, at_most)
-        clauses += [_ruled_out(fall) for fall in parts.falls[used:]]
-        used = len(parts.falls)
-        kept = smallest(len(parts.names), clauses)
-        if not undecided:
-            at_most = min(at_most, len(parts.names) - kept.at_least)
-        if kept.chosen is None or len(order) >= len(parts.names) - kept.chosen.bit_count():
+        if search.closed or search.reason:
             break
-        if parts.asked >= last:
-            reason = f"no more than {most} parts were asked"
-            break
-        doubtful = parts.ask(kept.chosen).stability is not Stability.STABLE
+        search.step(known)
+    reason = search.reason or ("" if search.closed else "the bound was not closed")
+    return Longest(search.order, max(search.at_most, len(search.order)), reason)
+
+
+@dataclass
+class _Search:
+    """What is known of the longest order, from both sides."""
+
+    parts: Parts
+    last: int  # how many verdicts may be asked
+    order: tuple[BodyId, ...]
+    at_most: int
+    clauses: list[Clause] = field(default_factory=list)  # which sets may stay
+    reason: str = ""  # why it goes on no more
+    used: int = 0  # of the falls of the parts
+    descents: int = 0
+    bounded: bool = True  # whether all sets that were ruled out were so by proof
+
+    @property
+    def closed(self) -> bool:
+        return len(self.order) >= self.at_most
+
+    def step(self, known: Known) -> None:
+        """Ask for the smallest set that may stay."""
+        parts, count = self.parts, len(self.parts.names)
+        self.clauses += [Clause(fall.absent, fall.moving) for fall in parts.falls[self.used :]]
+        self.used = len(parts.falls)
+        kept = smallest(count, self.clauses)
+        if self.bounded:
+            self.at_most = min(self.at_most, count - kept.at_least)
+        if kept.chosen is None or len(self.order) >= count - kept.chosen.bit_count():
+            self.reason = "" if self.closed else "nothing longer was found, and not all of it was proven"
+            return
+        if parts.asked >= self.last:
+            self.reason = "as many verdicts were asked as may be"
+            return
+        stands = parts.ask(kept.chosen).stability is Stability.STABLE
         known(parts.asked)
-        if doubtful:
+        if not stands:
             parts.learn(kept.chosen)
-            if len(parts.falls) > used:
-                continue
-        undecided += doubtful
-        if not doubtful:
-            descents += 1
-            found = descend(parts, parts.whole, kept.chosen, last - parts.asked, known)
-            if found.order is not None:
-                order = found.order
-                continue
-            undecided += not found.impossible
-            if descents >= MOST_DESCENTS:
-                reason = "what may stay was found, but no way there"
-                break
-        clauses.append(Clause(parts.whole & ~kept.chosen, kept.chosen))  # not this set again
-    else:
-        reason = "the bound was not closed"
-    return Longest(order, max(at_most, len(order)), reason)
+            if len(parts.falls) > self.used:
+                return
+        if stands and self._way_to(kept.chosen, known):
+            return
+        self.bounded &= stands
+        self.clauses.append(Clause(parts.whole & ~kept.chosen, kept.chosen))  # not this set again
+
+    def _way_to(self, kept: Part, known: Known) -> bool:
+        """Look for an order that leaves just these; whether there is one."""
+        self.descents += 1
+        if self.descents > MOST_DESCENTS:
+            self.reason = "what may stay was found, but no way there"
+        found = descend(self.parts, self.parts.whole, kept, self.last - self.parts.asked, known)
+        self.bounded &= found.order is not None or found.impossible
+        self.order = found.order or self.order
+        return found.order is not None
 
 
 def _learn_of_rows(parts: Parts, last: int) -> None:
@@ -142,10 +165,6 @@ def _beside(parts: Parts, name: BodyId) -> list[BodyId]:
     contacts = parts.design.contacts(name)
     walls = [c for c in contacts if not _bears(c, c.lower)]
     return [body for contact in walls for body in (contact.lower, contact.upper) if body != name]
-
-
-def _ruled_out(fall: Fall) -> Clause:
-    return Clause(fall.absent, fall.moving)
 
 
 def _greedy(parts: Parts, may_go: Part, last: int, known: Known) -> tuple[BodyId, ...]:
