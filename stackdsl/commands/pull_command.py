@@ -70,11 +70,12 @@ def _case(name: str, case: Case, how: tuple[bool, bool, int, str], rows: Rows, o
         rows += [(name, pull_row(pull)) for pull in pulls]
         if show and pulls:
             write("\n".join([name, *pull_lines(pulls)]) + "\n")
-    if single:
+    bearing = carrying(design)
+    if single or not (bearing or all_bricks):
         return
     with counted(most, f"{name}: orders") as known:
         parts = Parts(design)
-        may_go = parts.whole if all_bricks else parts.part_of(carrying(design))
+        may_go = parts.whole if all_bricks else parts.part_of(bearing)
         longest = longest_order(parts, may_go, most, known)
         if show:
             write("\n".join(longest_lines(longest)) + "\n")
