@@ -15,6 +15,8 @@ from stability.shapes.apart import apart, apart_from_plane
 from stability.statics.assembly import Assembly
 from stability.statics.facts import UP, Placed, Stability, Verdict
 
+EXACT = 1e-4  # of how near counts as touching: bodies that near lie on each other, but for rounding
+
 Shift: TypeAlias = tuple[float, float]  # along the ground, towards +x and +y [m]
 
 
@@ -69,24 +71,36 @@ class Piling:
                 return turn, verdict
         return None
 
-    def overlaps(self, moved: frozenset[BodyId]) -> bool:
-        """Whether a brick that was moved is deeper in another body than what touches."""
+    def touching(self) -> frozenset[tuple[BodyId, BodyId]]:
+        """All pairs that touch, the lower first."""
+        whole = self.assembly()
+        whole.add_all([placed for stage in self.stages for placed in stage], names_smallest=False)
+        return frozenset((contact.lower, contact.upper) for contact in whole.all_contacts())
+
+    def crowds(self, moved: frozenset[BodyId], touching: frozenset[tuple[BodyId, BodyId]]) -> bool:
+        """Whether a brick that was moved is in another body, or grazes one that it did not touch before.
+
+        What is so near counts as touching, and might hold by that alone.
+        """
         bricks = [placed for stage in self.stages for placed in stage]
         moving = [placed for placed in bricks if placed.brick.id in moved]
         others = [placed for placed in bricks if placed.brick.id not in moved]
-        return any(self._is_inside(one, other) for one in moving for other in others) or any(
+        return any(self._crowds(one, other, touching) for one in moving for other in others) or any(
             apart_from_plane(one.brick.shape, one.pose, plane).gap < -reach_between(one.brick.shape.least_thickness)
             for one in moving
             for plane in self.planes
         )
 
-    def _is_inside(self, one: Placed, other: Placed) -> bool:
+    @staticmethod
+    def _crowds(one: Placed, other: Placed, touching: frozenset[tuple[BodyId, BodyId]]) -> bool:
         reach = one.brick.shape.bounding_radius + other.brick.shape.bounding_radius
         near = zip(one.pose.position_W, other.pose.position_W, strict=True)
         if any(abs(a - b) > reach for a, b in near):
             return False
         deep = reach_between(one.brick.shape.least_thickness, other.brick.shape.least_thickness)
-        return apart(one.brick.shape, one.pose, other.brick.shape, other.pose).gap < -deep
+        gap = apart(one.brick.shape, one.pose, other.brick.shape, other.pose).gap
+        pairs = {(one.brick.id, other.brick.id), (other.brick.id, one.brick.id)}
+        return gap < -deep or (EXACT * deep < abs(gap) <= deep and not pairs & touching)
 
 
 def bearing_shift(length: float, bearing: float) -> Shift:

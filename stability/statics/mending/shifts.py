@@ -57,6 +57,7 @@ class Shifting:
         """`known` is told of each verdict."""
         self.piling = piling
         self.carried = piling.carried()
+        self.touching = piling.touching()
         self.asked = 0
         self._known = known
         self._lengths = {p.brick.id: p.brick.shape.length for stage in piling.stages for p in stage}
@@ -71,7 +72,7 @@ class Shifting:
                 ox, oy = sums.get(name, (0.0, 0.0))
                 sums[name] = ox + x, oy + y
         moved = self.piling.shifted(sums)
-        if any(moved.overlaps(self.carried[brick]) for brick in shifts):
+        if any(moved.crowds(self.carried[brick], self.touching) for brick in shifts):
             return None
         fall = moved.first_fall(upto)
         if fall is None:
