@@ -73,11 +73,6 @@ class Assembly:
         """Acceleration of free fall [m/s2]."""
         return self._structure.gravity
 
-    @property
-    def tolerances(self) -> Tolerances:
-        """How exact its verdicts are."""
-        return self._structure.tolerances
-
     def copied(self) -> "Assembly":
         """Another with the same bricks and proofs, which changes by itself."""
         other = copy(self)
@@ -118,23 +113,18 @@ class Assembly:
         if isinstance(bricks, str):
             raise TypeError(f"give a collection of names, such as ['{bricks}']")
         names = sorted(set(listed(bricks, "names, such as ['a']")))
-        self._reject_unknown(names)
+        _reject_unknown(self._structure, names)
         return self._judged(started, self._prover.take(names), names_smallest)
 
     def move(self, brick: BodyId, pose: Pose) -> Verdict:
         """Put a brick somewhere else, at rest."""
         started = perf_counter()
-        self._reject_unknown([brick])
+        _reject_unknown(self._structure, [brick])
         placed = Placed(self._structure.bricks[brick].brick, pose)
         admit_brick(placed)
         again = self._prover.take([brick])
         self._prover.put([placed])
         return self._judged(started, [*again, brick], names_smallest=True)
-
-    def _reject_unknown(self, names: Sequence[BodyId]) -> None:
-        for name in names:
-            if name not in self._structure.bricks:
-                raise LookupError(f"there is no brick '{name}'")
 
     def _judged(self, started: float, changed: Sequence[BodyId], names_smallest: bool) -> Verdict:
         """Prove what is not proven yet, as far as it can be."""
@@ -154,12 +144,12 @@ class Assembly:
 
     def stage(self, brick: BodyId) -> Stage | None:
         """Which stage proved a brick; None while none has."""
-        self._reject_unknown([brick])
+        _reject_unknown(self._structure, [brick])
         return self._prover.ledger.stage(brick)
 
     def contacts(self, brick: BodyId) -> Sequence[Contact]:
         """The contacts of a brick, with bricks and planes."""
-        self._reject_unknown([brick])
+        _reject_unknown(self._structure, [brick])
         return tuple(self._structure.touching[brick].values())
 
     def all_contacts(self) -> Sequence[Contact]:
@@ -168,33 +158,33 @@ class Assembly:
 
     def with_all_above(self, bricks: Collection[BodyId]) -> set[BodyId]:
         """These bricks, and all that they can carry, directly or through others."""
-        self._reject_unknown(sorted(bricks))
+        _reject_unknown(self._structure, sorted(bricks))
         return self._structure.with_all_above(bricks)
 
     def with_all_below(self, bricks: Collection[BodyId]) -> set[BodyId]:
         """These bricks, and all that can carry them, directly or through others."""
-        self._reject_unknown(sorted(bricks))
+        _reject_unknown(self._structure, sorted(bricks))
         return reached(bricks, lambda brick: self._structure.below([brick]))
 
     def around(self, brick: BodyId, within: float) -> Sequence[BodyId]:
         """The bricks that may be as close to a brick as this [m]: a superset, by upright boxes, by name."""
-        self._reject_unknown([brick])
+        _reject_unknown(self._structure, [brick])
         return self._structure.around(brick, within)
 
     def core_depth(self, brick: BodyId, point: Point2) -> float:
         """How deep a point in plan lies inside the load core of a brick [m]; negative outside, -inf if it has none."""
-        self._reject_unknown([brick])
+        _reject_unknown(self._structure, [brick])
         return depth(point, self._structure.cores[brick].polygon)
 
     def rests_on(self, brick: BodyId) -> tuple[BodyId, ...]:
         """The bodies that a brick rests on or leans on, by name."""
-        self._reject_unknown([brick])
+        _reject_unknown(self._structure, [brick])
         return tuple(rests_on(self._structure, self._prover.ledger, brick))
 
     def problem(self, bricks: Collection[BodyId] | None = None) -> Problem:
         """The equilibrium of some bricks with all others held fixed, or that of all bricks."""
         group = list(self._structure.bricks) if bricks is None else sorted(bricks)
-        self._reject_unknown(group)
+        _reject_unknown(self._structure, group)
         return self._structure.problem(group, self._structure.contacts_of(group))
 
     def forces(self) -> Forces | None:
@@ -224,9 +214,15 @@ class Assembly:
 
     def shares(self, brick: BodyId) -> Mapping[BodyId, float]:
         """What a brick rests on, and which part of its load goes there; see `brick_graph` on what these mean."""
-        self._reject_unknown([brick])
+        _reject_unknown(self._structure, [brick])
         return self.all_shares(self._structure.with_all_above([brick]))[brick]
 
     def all_shares(self, bricks: Collection[BodyId] | None = None) -> Mapping[BodyId, Mapping[BodyId, float]]:
         """The shares of all bricks, or of some as if nothing else were there."""
         return brick_graph(self._structure, self._prover.ledger, self._structure.bricks if bricks is None else bricks)
+
+
+def _reject_unknown(structure: Structure, names: Sequence[BodyId]) -> None:
+    for name in names:
+        if name not in structure.bricks:
+            raise LookupError(f"there is no brick '{name}'")
