@@ -1,6 +1,6 @@
 """`stackdsl suggest`: what would let a scenario stand that falls, each answer tried by a verdict."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from itertools import count
 from pathlib import Path
 
@@ -14,8 +14,8 @@ from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE
 from stackdsl.commands.selecting import code_without_runs, selected_of
 from stackdsl.commands.terminal import counted, tell, write
 from stackdsl.judging.designs import piling_of
-from stackdsl.judging.proofs import proofs_of
-from stackdsl.judging.suggesting import Asked, suggestions
+from stackdsl.judging.proofs import Proofs, proofs_of
+from stackdsl.judging.suggesting import Asked, Suggestion, suggestions
 from stackdsl.report.suggestion_text import suggestion_row
 
 
@@ -46,16 +46,20 @@ def _case(name: str, case: Case, form: str, rows: Rows) -> None:
         return
     if form == "text":
         write(f"{name}\n  {verdict.reason}\n")
-    found = 0
+    found = list(_found(name, case, proofs, form, rows))
+    if not found:
+        tell(f"{name}: nothing was found that lets it stand")
+
+
+def _found(name: str, case: Case, proofs: Proofs, form: str, rows: Rows) -> Iterator[Suggestion]:
+    """Each as it is found, when it is written down."""
     with counted(0, f"{name}: verdicts") as bar:
         for suggestion in suggestions(Asked(case.timeline, proofs), piling_of(case.timeline), _ticking(bar)):
-            found += 1
             row = suggestion_row(suggestion)
             rows.append((name, row))
             if form == "text":
                 write(f"    {row['text']}\n")
-    if not found:
-        tell(f"{name}: nothing was found that lets it stand")
+            yield suggestion
 
 
 def _ticking(bar: Callable[[int], None]) -> Callable[[], None]:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 from stability.model import BodyId
-from stability.statics.facts import Stability, Verdict
+from stability.statics.facts import Placed, Stability, Verdict
 from stability.statics.margins.counterweight import counterweight
 from stability.statics.mending.piling import Piling
 from stability.statics.mending.shifts import BrickShift, SeveralShifts, Shifting
@@ -63,19 +63,21 @@ def _counterweights(asked: Asked, piling: Piling) -> Iterator[HeavierBrick]:
     found = [weight for brick in rising_in(asked.verdict) if (weight := counterweight(problem, brick)) is not None]
     for weight in sorted(found, key=lambda each: (each.weight, each.brick)):
         mass = float(rounded_up(weight.weight / gravity))
-        stages = [
-            [
-                replace(p, brick=replace(p.brick, mass=p.brick.mass + mass)) if p.brick.id == weight.brick else p
-                for p in stage
-            ]
-            for stage in piling.stages
-        ]
+        stages = _heavier(piling, weight.brick, mass)
         fall = replace(piling, stages=stages).first_fall()
         done = {name for judged in asked.proofs.judged for name in judged.bricks}
         if fall is None:
             yield HeavierBrick(weight.brick, mass, ())
         elif not {p.brick.id for p in stages[fall[0]]} & done:
             yield HeavierBrick(weight.brick, mass, fall[1].moving)
+
+
+def _heavier(piling: Piling, brick: BodyId, more: float) -> list[list[Placed]]:
+    def loaded(placed: Placed) -> Placed:
+        heavy = replace(placed.brick, mass=placed.brick.mass + more)
+        return replace(placed, brick=heavy) if placed.brick.id == brick else placed
+
+    return [[loaded(placed) for placed in stage] for stage in piling.stages]
 
 
 def _props(asked: Asked, known: Callable[[], None]) -> Iterator[Props]:

@@ -13,24 +13,24 @@ ALONG = {0: "+x", 90: "+y", 180: "-x", -180: "-x", -90: "-y"}  # [deg]
 
 def suggestion_row(suggestion: Suggestion) -> dict[str, Any]:
     """The same keys for every kind; nothing where a kind has none."""
-    row: dict[str, Any] = {"kind": "", "bricks": "", "amount": None, "unit": "", "fails_with": None, "text": ""}
-    row["text"] = suggestion_text(suggestion)
-    amounts: tuple[str, str, float | None, str, float | None]
+    keys = ("kind", "bricks", "amount", "unit", "fails_with")
+    return {**dict(zip(keys, _amounts(suggestion), strict=True)), "text": suggestion_text(suggestion)}
+
+
+def _amounts(suggestion: Suggestion) -> tuple[str, str, float | None, str, float | None]:
     match suggestion:
         case BrickShift(brick):
-            amounts = ("shift", brick, 1e3 * suggestion.length, "mm", 1e3 * suggestion.too_little)
+            return ("shift", brick, 1e3 * suggestion.length, "mm", 1e3 * suggestion.too_little)
         case SeveralShifts(shifts, too_little):
             longest = max(hypot(*shift) for _, shift in shifts)
             names = " ".join(name for name, _ in shifts)
-            amounts = ("shifts", names, 1e3 * longest, "mm", 1e3 * longest * too_little)
+            return ("shifts", names, 1e3 * longest, "mm", 1e3 * longest * too_little)
         case HeavierBrick(brick, mass):
-            amounts = ("counterweight", brick, 1e3 * mass, "g", None)
+            return ("counterweight", brick, 1e3 * mass, "g", None)
         case MoreFriction(_, coefficient):
-            amounts = ("friction", "", coefficient, "", None)
+            return ("friction", "", coefficient, "", None)
         case Props(bricks):
-            amounts = ("props", " ".join(bricks), None, "", None)
-    row.update(zip(("kind", "bricks", "amount", "unit", "fails_with"), amounts, strict=True))
-    return row
+            return ("props", " ".join(bricks), None, "", None)
 
 
 def suggestion_text(suggestion: Suggestion) -> str:

@@ -138,11 +138,10 @@ def _with_props(parts: Parts, order: list[BodyId], known: Known) -> tuple[Step, 
             held[turn] &= ~bit
         if turn < len(order) and any(part & bit for part in held):
             struck[turn].append(name)
-    steps = []
-    for turn, name in enumerate(order):
-        gone = tuple(sorted(struck[turn]))
-        steps.append(Step(name, bool(parts.part_of([name]) & held[turn]) or name in gone, gone))
-    return tuple(steps)
+    return tuple(
+        Step(name, bool(parts.part_of([name]) & held[turn]) or name in struck[turn], tuple(sorted(struck[turn])))
+        for turn, name in enumerate(order)
+    )
 
 
 def _stands(parts: Parts, part: Part, propped: Part, known: Known) -> bool:
