@@ -39,21 +39,14 @@ def suggestion_text(suggestion: Suggestion) -> str:
         case BrickShift(brick, shift):
             return f"move {brick} by {_shift(shift)}, with what rests on it"
         case SeveralShifts(shifts):
-            return (
-                "move "
-                + ", ".join(f"{brick} by {_shift(shift)}" for brick, shift in shifts)
-                + ", with what rests on each"
-            )
+            moves = ", ".join(f"{brick} by {_shift(shift)}" for brick, shift in shifts)
+            return f"move {moves}, with what rests on each"
         case HeavierBrick():
             return counterweight_text(suggestion)
         case MoreFriction():
             return friction_text(suggestion)
         case Props(bricks):
-            return (
-                f"props under {', '.join(bricks)}, which must stay"
-                if len(bricks) > 1
-                else f"a prop under {bricks[0]}, which must stay"
-            )
+            return f"prop{'s' * (len(bricks) > 1)} under {', '.join(bricks)}, which must stay"
 
 
 def _shift(shift: tuple[float, float]) -> str:

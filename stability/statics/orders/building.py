@@ -124,10 +124,7 @@ def _would_help(parts: Parts, search: Descent) -> Part:
 
 def _with_props(parts: Parts, order: list[BodyId], known: Known) -> tuple[Step, ...]:
     """The steps, each prop for as short as what comes later stands without it."""
-    present, built = [], 0
-    for name in order:
-        built |= parts.part_of([name])
-        present.append(built)
+    present = [parts.part_of(order[: turn + 1]) for turn in range(len(order))]
     held = [parts.propped & part for part in present]
     struck: list[list[BodyId]] = [[] for _ in order]
     for name in reversed(parts.names_of(parts.propped)):
