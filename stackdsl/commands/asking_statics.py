@@ -6,7 +6,6 @@ from typing import Any
 
 import click
 
-from stackdsl.checking.gathering import Case
 from stackdsl.commands.terminal import write
 from stackdsl.report.orders_text import FORMAT, table_csv
 
@@ -15,15 +14,6 @@ Rows = list[tuple[str, Mapping[str, Any]]]
 AS = click.option(
     "--format", "form", type=click.Choice(["text", "csv", "json"]), default="text", help="How it is written."
 )
-
-
-def once(cases: Sequence[Case]) -> list[tuple[str, Case]]:
-    """Each variant once, whatever it is played on: all of it is a matter of statics."""
-    found: dict[str, Case] = {}
-    for case in cases:
-        chosen = ",".join(f"{name}={text}" for name, text in case.variant.parameters)
-        found.setdefault(f"{case.scenario.scenario}[{chosen}]" if chosen else case.scenario.scenario, case)
-    return list(found.items())
 
 
 def told(rows: Rows, form: str, extra: Sequence[Mapping[str, Any]] = ()) -> None:

@@ -9,9 +9,9 @@ from stability.statics.orders.building import building_order
 from stability.statics.orders.parts import Parts
 from stability.statics.orders.props import props_of
 from stackdsl.checking.selection import Selection
-from stackdsl.commands.asking_statics import AS, Rows, once, told
+from stackdsl.commands.asking_statics import AS, Rows, told
 from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE
-from stackdsl.commands.selecting import code_without_runs, selected_of
+from stackdsl.commands.selecting import code_without_runs, selected_of, variants_of
 from stackdsl.commands.terminal import counted, tell, write
 from stackdsl.judging.designs import design_of
 from stackdsl.report.orders_text import order_lines, order_rows
@@ -35,7 +35,7 @@ def order_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     rows: Rows = []
     orders: list[dict[str, Any]] = []
     try:
-        for name, case in once(selected):
+        for name, case in variants_of(selected).items():
             found = design_of(case.timeline)
             if found.why_not:
                 tell(f"{name}: {found.why_not}")

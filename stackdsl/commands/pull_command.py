@@ -9,9 +9,9 @@ from stability.statics.orders.parts import Parts
 from stability.statics.orders.pulls import Pull, carrying, longest_order, single_pulls, soonest_fall
 from stackdsl.checking.gathering import Case
 from stackdsl.checking.selection import Selection
-from stackdsl.commands.asking_statics import AS, Rows, once, told
+from stackdsl.commands.asking_statics import AS, Rows, told
 from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE
-from stackdsl.commands.selecting import code_without_runs, selected_of
+from stackdsl.commands.selecting import code_without_runs, selected_of, variants_of
 from stackdsl.commands.terminal import counted, tell, write
 from stackdsl.judging.designs import design_of
 from stackdsl.report.orders_text import longest_lines, pull_lines, pull_row, soonest_line
@@ -45,7 +45,7 @@ def pull_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     rows: Rows = []
     orders: list[dict[str, Any]] = []
     try:
-        for name, case in once(selected):
+        for name, case in variants_of(selected).items():
             _case(name, case, (all_bricks, single, most, form), rows, orders)
     finally:  # an interruption keeps what is known
         told(rows, form, orders)

@@ -9,9 +9,9 @@ import click
 from stability.statics.facts import Stability
 from stackdsl.checking.gathering import Case
 from stackdsl.checking.selection import Selection
-from stackdsl.commands.asking_statics import AS, Rows, once, told
+from stackdsl.commands.asking_statics import AS, Rows, told
 from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE
-from stackdsl.commands.selecting import code_without_runs, selected_of
+from stackdsl.commands.selecting import code_without_runs, selected_of, variants_of
 from stackdsl.commands.terminal import counted, tell, write
 from stackdsl.judging.designs import piling_of
 from stackdsl.judging.proofs import Proofs, proofs_of
@@ -30,7 +30,7 @@ def suggest_command(context: click.Context, file: Path, systems: tuple[str, ...]
     gathered, selected = selected_of(file, Selection(systems, keyword))
     rows: Rows = []
     try:
-        for name, case in once(selected):
+        for name, case in variants_of(selected).items():
             _case(name, case, form, rows)
     finally:  # an interruption keeps what is known
         told(rows, form)
