@@ -6,7 +6,7 @@ from typing import Any
 import click
 
 from stability.statics.orders.parts import Parts
-from stability.statics.orders.pulls import Pull, carrying, longest_order, single_pulls, soonest_fall
+from stability.statics.orders.pulls import Longest, Pull, Soonest, carrying, longest_order, single_pulls, soonest_fall
 from stackdsl.checking.gathering import Case
 from stackdsl.checking.selection import Selection
 from stackdsl.commands.asking_statics import AS, Rows, told
@@ -83,13 +83,15 @@ def _case(name: str, case: Case, how: tuple[bool, bool, int, str], rows: Rows, o
         soonest = soonest_fall(parts, may_go, most, known)
         if show:
             write(soonest_line(soonest) + "\n")
-    orders.append(
-        {
-            "case": name,
-            "longest": list(longest.order),
-            "at_most": longest.at_most,
-            "proven": longest.proven,
-            "falls_soonest": list(soonest.order),
-            "falls_at_least": soonest.at_least,
-        }
-    )
+    orders.append(_row(name, longest, soonest))
+
+
+def _row(name: str, longest: Longest, soonest: Soonest) -> dict[str, Any]:
+    return {
+        "case": name,
+        "longest": list(longest.order),
+        "at_most": longest.at_most,
+        "proven": longest.proven,
+        "falls_soonest": list(soonest.order),
+        "falls_at_least": soonest.at_least,
+    }

@@ -75,11 +75,19 @@ def order_lines(order: BuildingOrder) -> Iterator[str]:
     if unpropped:
         yield f"  all {len(order.steps)} bricks can be set down one at a time, without props"
     else:
-        proven = order.without is not None and order.without.impossible
-        yield f"  no order without props {'exists, which is proven' if proven else 'was found'}"
-        count = len(order.props)
-        least = "proven" if order.props_at_least == count else f"at least {order.props_at_least} are needed"
-        yield f"  least props: {count} in all ({least}), of which {order.props_at_once} stand at a time"
+        yield from _props(order)
+    yield from _steps(order)
+
+
+def _props(order: BuildingOrder) -> Iterator[str]:
+    proven = order.without is not None and order.without.impossible
+    yield f"  no order without props {'exists, which is proven' if proven else 'was found'}"
+    count = len(order.props)
+    least = "proven" if order.props_at_least == count else f"at least {order.props_at_least} are needed"
+    yield f"  least props: {count} in all ({least}), of which {order.props_at_once} stand at a time"
+
+
+def _steps(order: BuildingOrder) -> Iterator[str]:
     for row in order_rows(order):
         prop = "  with a prop under it" if row["prop"] else ""
         struck = f"; then no prop under {row['struck'].replace(' ', ', ')}" if row["struck"] else ""
