@@ -134,12 +134,8 @@ class Shifting:
             beside = bearing + TURN
             if not holds(2.0 * length, beside):
                 break
-            (ax, ay), other = bearing_shift(length, bearing), self._halved(0.0, 2.0 * length, beside, holds)
-            bx, by = bearing_shift(*other[1:])
-            dx, dy = bx - ax, by - ay
-            across = (ax * dy - ay * dx) / (dx * dx + dy * dy)
-            foot = (across * dy, -across * dx)
-            turned = atan2(foot[1], foot[0])
+            other = self._halved(0.0, 2.0 * length, beside, holds)
+            turned = _foot(bearing_shift(length, bearing), bearing_shift(*other[1:]))
             if not holds(length, turned):
                 best = min(best, other, key=lambda each: each[1])
                 break
@@ -201,6 +197,13 @@ class Shifting:
         least = {name: (high * x, high * y) for name, (x, y) in needed.items()}
         told = {name: _longer(shift) for name, shift in least.items()}
         return SeveralShifts(list((told if self.stands(told) else least).items()), low / high)
+
+
+def _foot(one: Shift, other: Shift) -> float:
+    """The bearing of the foot of the perpendicular on the line through two shifts [rad]."""
+    dx, dy = other[0] - one[0], other[1] - one[1]
+    across = one[0] * dy - one[1] * dx
+    return atan2(-across * dx, across * dy)
 
 
 def rounded_up(length: float) -> float:
