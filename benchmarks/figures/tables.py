@@ -354,6 +354,31 @@ TABLES: Mapping[str, Table] = {
         ),
         _HITS,
     ),
+    "pulls": Table(
+        "mending",
+        "pulls",
+        (
+            Column("tower", "{row}"),
+            Column("single pulls: stand, fall", "{stand}, {fall}"),
+            Column("wrong", "{wrong} of {pulls}"),
+            Column("a pull, ms", "{pull_ms:sig2}"),
+            Column("longest order", "{longest}, at most {at_most}"),
+            Column("falls soonest with", "{soonest}"),
+            Column("both orders, s", "{orders_s:sig2}"),
+        ),
+    ),
+    "mending": Table(
+        "mending",
+        "piles",
+        (
+            Column("mended by", "{row}"),
+            Column("piles", "{piles}"),
+            Column("verified to stand", "{stand}"),
+            Column("falls with 0.1 % less", "{fall_with_less}"),
+            Column("s, median and worst", "{median_s:sig2}, {worst_s:sig2}"),
+            Column("verdicts", "{verdicts:,}"),
+        ),
+    ),
     "thesis-against-exact": Table(
         "thesis-against-exact",
         "piles",

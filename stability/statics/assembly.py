@@ -65,6 +65,14 @@ class Assembly(AssemblyAnswers):
         self._verdict = Verdict(Stability.STABLE)
         self.bricks = MappingProxyType(self._structure.bricks)
 
+    def copied(self) -> "Assembly":
+        """Another with the same bricks and proofs, which changes by itself."""
+        site = self.planes, self.friction, self.gravity, self._structure.tolerances, self.tables
+        other = Assembly(*site, overlap=self._overlap)
+        other._prover.restore(self._prover.state())
+        other._verdict = self._verdict
+        return other
+
     # --- changes ------------------------------------------------------------------------------------------------------
 
     def add(self, brick: Brick, pose: Pose) -> Verdict:

@@ -98,6 +98,7 @@ class Ledger:
         """Let all entries be as they were."""
         self._by_core, self._groups, self._group_of = set(state.by_core), dict(state.groups), dict(state.group_of)
         self._touching = {body: set(numbers) for body, numbers in state.touching.items()}
+        self._numbers = count(max(self._groups, default=-1) + 1)
 
     def stage(self, brick: BodyId) -> Stage | None:
         """Which stage covers a brick; None if none does."""

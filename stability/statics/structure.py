@@ -202,6 +202,7 @@ class Structure:
         self.touching, self.supports, self.carried = dict(state.touching), dict(state.supports), dict(state.carried)
         self.cores, self.weights, self._turn = dict(state.cores), dict(state.weights), dict(state.turn)
         self._solids = dict(before)
+        self._turns = count(max(self._turn.values(), default=-1) + 1)
 
     def by_turn(self, bricks: Iterable[BodyId]) -> list[BodyId]:
         """Bricks in the order in which their cores were found: each after those that its core counts on."""

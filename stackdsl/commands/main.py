@@ -32,10 +32,14 @@ COMMANDS: Final[Mapping[str, str]] = {
     "import": "Print a scenario with the boxes of FILE, which another program wrote; tell what was moved or is wrong.",
     "init": "Write what a new project in DIRECTORY (default: this one) needs; never over an existing file.",
     "new": "Write a scenario called NAME to start from; never over an existing file.",
+    "order": "Find an order in which the finished structure of FILE can be built, standing at each step, or the least "
+    "props.",
     "picture": "Play one case of FILE, and draw it: at the end, at a time, as a strip, or moving.",
+    "pull": "Tell which bricks of the finished structure of FILE can be pulled, and how many one after the other.",
     "run": "Play FILE, print what happens as it happens, and judge it; golden files are not looked at.",
     "schema": "Print the JSON Schema of scenarios, for editors.",
     "sensitivities": "Tell on which bricks, joints and numbers of FILE its margin depends most; nothing is played.",
+    "suggest": "Find what would let FILE stand that falls: shifts, counterweights, friction, props; each is tried.",
     "survive": "Tell what the finished structure of FILE survives when it is shaken or tilted, and what gives way "
     "first.",
     "sweep": "Judge every variant and every sample of FILE, and write a row for each; called again, it goes on where "

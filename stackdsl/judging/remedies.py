@@ -67,10 +67,10 @@ def remedies_of(knobs: Knobs, timeline: Timeline, proofs: Proofs) -> Remedies:
     verdict = proofs.assembly.verdict()
     if verdict.stability is not Stability.UNSTABLE:
         return Remedies()
-    rising = _rising(verdict)
+    rising = rising_in(verdict)
     return Remedies(
         tuple(_numbers(knobs, set(verdict.moving))),
-        _friction(timeline, proofs),
+        more_friction(timeline, proofs),
         _counterweight(timeline, proofs, rising),
         not rising,
     )
@@ -97,7 +97,7 @@ def _numbers(knobs: Knobs, moving: set[BodyId]) -> Iterator[OtherNumber]:
         yield from (OtherNumber(knob, limit) for limit in limits(knob.number, knob.steps, knob.whole, holds))
 
 
-def _friction(timeline: Timeline, proofs: Proofs) -> MoreFriction | None:
+def more_friction(timeline: Timeline, proofs: Proofs) -> MoreFriction | None:
     """As much as the worst moment asks for: the next to fall is asked until nothing does."""
     factor = 1.0
     world = timeline.world
@@ -126,7 +126,7 @@ def with_friction(timeline: Timeline, factor: float) -> Timeline:
     return replace(timeline, world=replace(world, friction=rougher, planes=planes))
 
 
-def _rising(verdict: Verdict) -> Sequence[BodyId]:
+def rising_in(verdict: Verdict) -> Sequence[BodyId]:
     """The bricks that rise in a fall: more weight on any other leaves the motion as much power, or gives it more."""
     motion = verdict.motion
     return [name for name, (velocity, _) in sorted(motion.velocity.items()) if velocity[2] > 0.0] if motion else []

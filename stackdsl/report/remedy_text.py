@@ -14,8 +14,8 @@ KILOGRAM = 1.0  # [kg] from which on a mass is told in kg
 def remedy_lines(remedies: Remedies) -> Iterator[str]:
     """All of them, and what is proven not to help."""
     found = list(map(_number, remedies.numbers))
-    found += [_friction(remedies.friction)] if remedies.friction is not None else []
-    found += [_counterweight(remedies.counterweight)] if remedies.counterweight is not None else []
+    found += [friction_text(remedies.friction)] if remedies.friction is not None else []
+    found += [counterweight_text(remedies.counterweight)] if remedies.counterweight is not None else []
     yield from found
     if not remedies.numbers:
         yield "no number of the file by itself, of those that were tried"
@@ -29,7 +29,7 @@ def _number(remedy: OtherNumber) -> str:
     return f"{knob.name} {sign} {knob.text(limit.value)}, in place of {knob.text(knob.number)} at {knob.span}"
 
 
-def _friction(remedy: MoreFriction) -> str:
+def friction_text(remedy: MoreFriction) -> str:
     if remedy.factor == inf:
         return "no friction is enough"
     if remedy.alike:
@@ -37,7 +37,7 @@ def _friction(remedy: MoreFriction) -> str:
     return f"every friction times {remedy.factor:.4g}, of brick on brick {remedy.coefficient:.4g}"
 
 
-def _counterweight(remedy: HeavierBrick) -> str:
+def counterweight_text(remedy: HeavierBrick) -> str:
     mass = f"{remedy.mass:.4g} kg" if remedy.mass >= KILOGRAM else f"{1000.0 * remedy.mass:.4g} g"
     later = f"; later {names_text(in_order(remedy.next_to_fall))} would fall" if remedy.next_to_fall else ""
     return f"{mass} on {remedy.brick}, at its centre{later}"

@@ -1,0 +1,1 @@
+"""What is to be changed so that bricks stand that fall, each answer tried by a verdict."""

@@ -1,0 +1,109 @@
+"""A build whose bricks may lie beside their places: what stands of it with some bricks shifted in plan.
+
+A brick that is shifted carries along what rests on it. Shifts are along the ground, or level where there is none.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import cos, inf, sin
+from typing import TypeAlias
+
+from stability.friction_law import GivenFriction
+from stability.geometry.touching import reach_between
+from stability.geometry.vectors import add, add_scaled, cross, unit
+from stability.model import GROUND, BodyId, Plane, Vec3
+from stability.shapes.apart import apart, apart_from_plane
+from stability.statics.assembly import Assembly
+from stability.statics.facts import UP, Placed, Stability, Verdict
+
+EXACT = 1e-4  # of how near counts as touching: bodies that near lie on each other, but for rounding
+
+Shift: TypeAlias = tuple[float, float]  # along the ground, towards +x and +y [m]
+
+
+@dataclass(frozen=True, slots=True)
+class Piling:
+    """What is set down together, in order, on which fixed bodies."""
+
+    planes: Sequence[Plane]
+    friction: GivenFriction
+    gravity: float
+    stages: Sequence[Sequence[Placed]]
+
+    def carried(self) -> dict[BodyId, frozenset[BodyId]]:
+        """Each brick, with all that rests on it."""
+        whole = self.assembly()
+        whole.add_all([placed for stage in self.stages for placed in stage], names_smallest=False)
+        return {name: frozenset(whole.with_all_above([name])) for name in whole.bricks}
+
+    def assembly(self) -> Assembly:
+        """Nothing but what is fixed."""
+        return Assembly(self.planes, self.friction, self.gravity, overlap=inf)
+
+    def shifted(self, shifts: Mapping[BodyId, Shift]) -> "Piling":
+        """The same with each brick moved by its own sum of shifts."""
+        along, across = self._axes()
+
+        def moved(placed: Placed) -> Placed:
+            if placed.brick.id not in shifts:
+                return placed
+            x, y = shifts[placed.brick.id]
+            position = add_scaled(add_scaled(placed.pose.position_W, x, along), y, across)
+            return replace(placed, pose=replace(placed.pose, position_W=position))
+
+        return replace(self, stages=[[moved(placed) for placed in stage] for stage in self.stages])
+
+    def way(self, shift: Shift) -> Vec3:
+        """A shift as a vector in W [m]."""
+        along, across = self._axes()
+        return add(add_scaled((0.0, 0.0, 0.0), shift[0], along), add_scaled((0.0, 0.0, 0.0), shift[1], across))
+
+    def _axes(self) -> tuple[Vec3, Vec3]:
+        normal = next((plane.normal_W for plane in self.planes if plane.id == GROUND), UP)
+        across = unit(cross(normal, (1.0, 0.0, 0.0)))
+        return cross(across, normal), across
+
+    def first_fall(self, upto: int | None = None) -> tuple[int, Verdict] | None:
+        """The first stage after which not all stands, of so many, and its verdict; None if all stand."""
+        assembly = self.assembly()
+        for turn, stage in enumerate(self.stages[:upto]):
+            verdict = assembly.add_all(stage, names_smallest=False)
+            if verdict.stability is not Stability.STABLE:
+                return turn, verdict
+        return None
+
+    def touching(self) -> frozenset[tuple[BodyId, BodyId]]:
+        """All pairs that touch, the lower first."""
+        whole = self.assembly()
+        whole.add_all([placed for stage in self.stages for placed in stage], names_smallest=False)
+        return frozenset((contact.lower, contact.upper) for contact in whole.all_contacts())
+
+    def crowds(self, moved: frozenset[BodyId], touching: frozenset[tuple[BodyId, BodyId]]) -> bool:
+        """Whether a brick that was moved is in another body, or grazes one that it did not touch before.
+
+        What is so near counts as touching, and might hold by that alone.
+        """
+        bricks = [placed for stage in self.stages for placed in stage]
+        moving = [placed for placed in bricks if placed.brick.id in moved]
+        others = [placed for placed in bricks if placed.brick.id not in moved]
+        return any(self._crowds(one, other, touching) for one in moving for other in others) or any(
+            apart_from_plane(one.brick.shape, one.pose, plane).gap < -reach_between(one.brick.shape.least_thickness)
+            for one in moving
+            for plane in self.planes
+        )
+
+    @staticmethod
+    def _crowds(one: Placed, other: Placed, touching: frozenset[tuple[BodyId, BodyId]]) -> bool:
+        reach = one.brick.shape.bounding_radius + other.brick.shape.bounding_radius
+        near = zip(one.pose.position_W, other.pose.position_W, strict=True)
+        if any(abs(a - b) > reach for a, b in near):
+            return False
+        deep = reach_between(one.brick.shape.least_thickness, other.brick.shape.least_thickness)
+        gap = apart(one.brick.shape, one.pose, other.brick.shape, other.pose).gap
+        pairs = {(one.brick.id, other.brick.id), (other.brick.id, one.brick.id)}
+        return gap < -deep or (EXACT * deep < abs(gap) <= deep and not pairs & touching)
+
+
+def bearing_shift(length: float, bearing: float) -> Shift:
+    """So far along a bearing, from +x towards +y [rad]."""
+    return length * cos(bearing), length * sin(bearing)

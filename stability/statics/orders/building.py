@@ -1,0 +1,147 @@
+"""A building order of a finished design that stands at each step, and the least props where there is none.
+
+Which bricks need a prop at all is a question of hitting sets: where no order exists with some props, every order that
+exists with others must pass an end of that search, and so has a prop that resists one of the falls that proved an end.
+Each search that fails is so a clause, and the smallest set that meets all clauses is tried next.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from stability.model import BodyId
+from stability.statics.facts import Stability
+from stability.statics.orders.clauses import Clause, smallest
+from stability.statics.orders.descent import Descent, Known, descend, nobody
+from stability.statics.orders.parts import Part, Parts
+
+MOST_ROUNDS = 200  # sets of props
+BRIEFLY = 3  # verdicts a brick
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One brick that is set down."""
+
+    brick: BodyId
+    propped: bool  # whether a prop is put under it as it comes
+    struck: tuple[BodyId, ...] = ()  # the bricks whose props are taken away after it
+
+
+@dataclass(frozen=True, slots=True)
+class BuildingOrder:
+    """How to build a design."""
+
+    steps: tuple[Step, ...]  # empty if none was found
+    impossible: bool = False  # whether it is proven that there is none, with any props that were allowed
+    props_at_least: int = 0  # in every order, proven
+    without: Descent | None = None  # the search for an order without props
+
+    @property
+    def props(self) -> tuple[BodyId, ...]:
+        """The bricks that have a prop for a while."""
+        return tuple(step.brick for step in self.steps if step.propped)
+
+    @property
+    def props_at_once(self) -> int:
+        """How many stand at a time, at most."""
+        standing = most = 0
+        for step in self.steps:
+            standing += step.propped
+            most = max(most, standing)
+            standing -= len(step.struck)
+        return most
+
+
+def building_order(parts: Parts, most: int, known: Known = nobody) -> BuildingOrder:
+    """An order with the fewest props of those that `parts` allows; the design stands."""
+    last = parts.asked + most
+    pieces = parts.components(parts.whole)
+    clauses: list[Clause] = []
+    least, bounded, first = 0, True, None
+    for _ in range(MOST_ROUNDS):
+        kept = smallest(len(parts.names), clauses)
+        if kept.chosen is None:
+            return BuildingOrder((), bounded, least, first)
+        least = max(least, kept.at_least) if bounded else least
+        parts.propped = kept.chosen
+        found = [descend(parts, piece, 0, last - parts.asked, known) for piece in pieces]
+        failed = [each for each in found if each.order is None]
+        first = first or next(iter(failed), found[0])
+        if not failed:
+            order = [name for each in found for name in reversed(each.order or ())]
+            return BuildingOrder(_with_props(parts, order, known), False, least, first)
+        if parts.asked >= last:
+            break
+        for each in failed:
+            bounded &= each.exhausted
+            clauses.append(Clause(_would_help(parts, each)))
+    return _with_fewer(parts, pieces, BuildingOrder((), False, least, first), known)
+
+
+def least_props(parts: Parts, states: Sequence[Part], known: Known = nobody) -> tuple[BodyId, ...] | None:
+    """The fewest bricks with a prop under each of which all these parts stand; None if none are found."""
+    clauses: list[Clause] = []
+    for _ in range(MOST_ROUNDS):
+        kept = smallest(len(parts.names), clauses)
+        if kept.chosen is None:
+            return None
+        parts.propped = kept.chosen
+        ends = tuple((part, answer) for part in states if (answer := parts.ask(part)).stability is not Stability.STABLE)
+        known(parts.asked)
+        if not ends:
+            return tuple(parts.names_of(kept.chosen))
+        clauses += [Clause(_would_help(parts, Descent(None, ends=(end,)))) for end in ends]
+    return None
+
+
+def _with_fewer(parts: Parts, pieces: list[Part], found: BuildingOrder, known: Known) -> BuildingOrder:
+    """An order with props under all bricks, less those that can be spared one after the other: few, not the fewest."""
+    parts.propped = parts.part_of(parts.props)
+    order = _order(parts, pieces, known)
+    if order is None:
+        return found
+    for name in parts.names_of(parts.propped):
+        before = parts.propped
+        parts.propped &= ~parts.part_of([name])
+        fewer = _order(parts, pieces, known)
+        order, parts.propped = (order, before) if fewer is None else (fewer, parts.propped)
+    return replace(found, steps=_with_props(parts, order, known))
+
+
+def _order(parts: Parts, pieces: list[Part], known: Known) -> list[BodyId] | None:
+    """An order with the props that there are, looked for briefly."""
+    found = [descend(parts, piece, 0, BRIEFLY * len(parts.names), known).order for piece in pieces]
+    return None if None in found else [name for order in found for name in reversed(order or ())]
+
+
+def _would_help(parts: Parts, search: Descent) -> Part:
+    """The bricks of which a prop could resist one of the falls at which a search ended."""
+    every, found = parts.part_of(parts.props), 0
+    for part, answer in search.ends:
+        found |= answer.fall.resisting if answer.fall is not None else every & part
+    return found & ~parts.propped
+
+
+def _with_props(parts: Parts, order: list[BodyId], known: Known) -> tuple[Step, ...]:
+    """The steps, each prop for as short as what comes later stands without it."""
+    present = [parts.part_of(order[: turn + 1]) for turn in range(len(order))]
+    held = [parts.propped & part for part in present]
+    struck: list[list[BodyId]] = [[] for _ in order]
+    for name in reversed(parts.names_of(parts.propped)):
+        bit = parts.part_of([name])
+        turn = len(order)
+        while turn > 0 and held[turn - 1] & bit and _stands(parts, present[turn - 1], held[turn - 1] & ~bit, known):
+            turn -= 1
+            held[turn] &= ~bit
+        if turn < len(order) and any(part & bit for part in held):
+            struck[turn].append(name)
+    return tuple(
+        Step(name, bool(parts.part_of([name]) & held[turn]) or name in struck[turn], tuple(sorted(struck[turn])))
+        for turn, name in enumerate(order)
+    )
+
+
+def _stands(parts: Parts, part: Part, propped: Part, known: Known) -> bool:
+    parts.propped = propped
+    known(parts.asked)
+    return parts.ask(part).stability is Stability.STABLE

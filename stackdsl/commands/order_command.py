@@ -1,0 +1,56 @@
+"""`stackdsl order`: an order in which a finished structure can be built, and the least props."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from stability.statics.orders.building import building_order
+from stability.statics.orders.parts import Parts
+from stability.statics.orders.props import props_of
+from stackdsl.checking.selection import Selection
+from stackdsl.commands.asking_statics import AS, Rows, told
+from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE
+from stackdsl.commands.selecting import code_without_runs, selected_of, variants_of
+from stackdsl.commands.terminal import counted, tell, write
+from stackdsl.judging.designs import design_of
+from stackdsl.report.orders_text import order_lines, order_rows
+
+MOST = 1500
+
+
+@click.command("order")
+@ONE_FILE
+@ON_SYSTEMS
+@ON_KEYWORD
+@click.option("--props/--no-props", default=True, show_default=True, help="Whether bricks may be propped for a while.")
+@click.option("--most", type=click.IntRange(min=1), default=MOST, show_default=True, help="Verdicts asked in all.")
+@AS
+@click.pass_context
+def order_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
+    context: click.Context, file: Path, systems: tuple[str, ...], keyword: str, props: bool, most: int, form: str
+) -> None:
+    """Find an order in which the finished structure of FILE can be built, standing at each step, or the least props."""
+    gathered, selected = selected_of(file, Selection(systems, keyword))
+    rows: Rows = []
+    orders: list[dict[str, Any]] = []
+    try:
+        for name, case in variants_of(selected).items():
+            found = design_of(case.timeline)
+            if found.why_not:
+                tell(f"{name}: {found.why_not}")
+                continue
+            if found.left_out:
+                tell(f"{name}: {found.left_out} bricks are left to the engine, and are left out here")
+            design = found.assembly
+            with counted(max(most, len(design.bricks)), f"{name}: parts") as known:
+                parts = Parts(design, props_of(design) if props else None)
+                order = building_order(parts, max(most, len(design.bricks)), known)
+            if form == "text":
+                write("\n".join([name, *order_lines(order)]) + "\n")
+            rows += [(name, row) for row in order_rows(order)]
+            summary = {"impossible": order.impossible, "props": list(order.props)}
+            orders.append({"case": name, **summary, "props_at_least": order.props_at_least})
+    finally:  # an interruption keeps what is known
+        told(rows, form, orders)
+    context.exit(code_without_runs(gathered, selected))

@@ -1,0 +1,97 @@
+"""`stackdsl pull`: which bricks can be pulled out of what stands, how many one after the other, how soon it falls."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from stability.statics.orders.parts import Parts
+from stability.statics.orders.pulls import Longest, Pull, Soonest, carrying, longest_order, single_pulls, soonest_fall
+from stackdsl.checking.gathering import Case
+from stackdsl.checking.selection import Selection
+from stackdsl.commands.asking_statics import AS, Rows, told
+from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE
+from stackdsl.commands.selecting import code_without_runs, selected_of, variants_of
+from stackdsl.commands.terminal import counted, tell, write
+from stackdsl.judging.designs import design_of
+from stackdsl.report.orders_text import longest_lines, pull_lines, pull_row, soonest_line
+
+MOST = 5000
+
+
+@click.command("pull")
+@ONE_FILE
+@ON_SYSTEMS
+@ON_KEYWORD
+@click.option("--all", "all_bricks", is_flag=True, help="Orders may also take bricks that carry nothing.")
+@click.option("--single", is_flag=True, help="Pull each brick by itself only, and look for no orders.")
+@click.option(
+    "--most", type=click.IntRange(min=1), default=MOST, show_default=True, help="Verdicts asked for each order."
+)
+@AS
+@click.pass_context
+def pull_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
+    context: click.Context,
+    file: Path,
+    systems: tuple[str, ...],
+    keyword: str,
+    all_bricks: bool,
+    single: bool,
+    most: int,
+    form: str,
+) -> None:
+    """Tell which bricks of the finished structure of FILE can be pulled, and how many one after the other."""
+    gathered, selected = selected_of(file, Selection(systems, keyword))
+    rows: Rows = []
+    orders: list[dict[str, Any]] = []
+    try:
+        for name, case in variants_of(selected).items():
+            _case(name, case, (all_bricks, single, most, form), rows, orders)
+    finally:  # an interruption keeps what is known
+        told(rows, form, orders)
+    context.exit(code_without_runs(gathered, selected))
+
+
+def _case(name: str, case: Case, how: tuple[bool, bool, int, str], rows: Rows, orders: list[dict[str, Any]]) -> None:
+    all_bricks, single, most, form = how
+    found = design_of(case.timeline)
+    if found.why_not:
+        tell(f"{name}: {found.why_not}")
+        return
+    if found.left_out:
+        tell(f"{name}: {found.left_out} bricks are left to the engine, and are left out here")
+    design, pulls, show = found.assembly, list[Pull](), form == "text"
+    try:
+        with counted(len(design.bricks), f"{name}: pulls") as known:
+            for pull in single_pulls(design):
+                pulls.append(pull)
+                known(len(pulls))
+    finally:
+        rows += [(name, pull_row(pull)) for pull in pulls]
+        if show and pulls:
+            write("\n".join([name, *pull_lines(pulls)]) + "\n")
+    bearing = carrying(design)
+    if single or not (bearing or all_bricks):
+        return
+    with counted(most, f"{name}: orders") as known:
+        parts = Parts(design)
+        may_go = parts.whole if all_bricks else parts.part_of(bearing)
+        longest = longest_order(parts, may_go, most, known)
+        if show:
+            write("\n".join(longest_lines(longest)) + "\n")
+        parts.asked = 0
+        soonest = soonest_fall(parts, may_go, most, known)
+        if show:
+            write(soonest_line(soonest) + "\n")
+    orders.append(_row(name, longest, soonest))
+
+
+def _row(name: str, longest: Longest, soonest: Soonest) -> dict[str, Any]:
+    return {
+        "case": name,
+        "longest": list(longest.order),
+        "at_most": longest.at_most,
+        "proven": longest.proven,
+        "falls_soonest": list(soonest.order),
+        "falls_at_least": soonest.at_least,
+    }

@@ -1,0 +1,89 @@
+"""What would let a build stand that falls: shifts, counterweights, friction, props, each searched for and tried."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+from stability.model import BodyId
+from stability.statics.facts import Placed, Stability, Verdict
+from stability.statics.margins.counterweight import counterweight
+from stability.statics.mending.piling import Piling
+from stability.statics.mending.shifts import BrickShift, SeveralShifts, Shifting
+from stability.statics.orders.building import least_props
+from stability.statics.orders.parts import Parts
+from stability.statics.orders.props import props_of
+from stackdsl.judging.proofs import Proofs
+from stackdsl.judging.remedies import HeavierBrick, MoreFriction, more_friction, rising_in
+from stackdsl.timeline import Timeline
+from stackdsl.wording import rounded_up
+
+
+@dataclass(frozen=True, slots=True)
+class Props:
+    """The fewest supports with which what falls stands, as long as they do; what comes later is not asked."""
+
+    bricks: tuple[BodyId, ...]
+
+
+Suggestion = BrickShift | SeveralShifts | HeavierBrick | MoreFriction | Props
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """A build that falls."""
+
+    timeline: Timeline
+    proofs: Proofs
+
+    @property
+    def verdict(self) -> Verdict:
+        """Of what falls."""
+        return self.proofs.assembly.verdict()
+
+
+def suggestions(asked: Asked, piling: Piling, known: Callable[[], None]) -> Iterator[Suggestion]:
+    """All that was found, as it is found: shifts, the least first, then the others."""
+    if asked.verdict.stability is not Stability.UNSTABLE:
+        return
+    shifting = Shifting(piling, known)
+    candidates = shifting.candidates(asked.verdict)
+    shifts = [found for brick in candidates if (found := shifting.least(brick, {})) is not None]
+    yield from sorted(shifts, key=lambda each: (each.length, each.brick))
+    if not shifts and (several := shifting.several()) is not None:
+        yield several
+    yield from _counterweights(asked, piling)
+    friction = more_friction(asked.timeline, asked.proofs)
+    if friction is not None and friction.factor < float("inf"):
+        yield friction
+    yield from _props(asked, known)
+
+
+def _counterweights(asked: Asked, piling: Piling) -> Iterator[HeavierBrick]:
+    """On each brick on which one is enough, the least first, each tried."""
+    problem, gravity = asked.proofs.assembly.problem(), asked.timeline.world.gravity
+    found = [weight for brick in rising_in(asked.verdict) if (weight := counterweight(problem, brick)) is not None]
+    for weight in sorted(found, key=lambda each: (each.weight, each.brick)):
+        mass = float(rounded_up(weight.weight / gravity))
+        stages = _heavier(piling, weight.brick, mass)
+        fall = replace(piling, stages=stages).first_fall()
+        done = {name for judged in asked.proofs.judged for name in judged.bricks}
+        if fall is None:
+            yield HeavierBrick(weight.brick, mass, ())
+        elif not {p.brick.id for p in stages[fall[0]]} & done:
+            yield HeavierBrick(weight.brick, mass, fall[1].moving)
+
+
+def _heavier(piling: Piling, brick: BodyId, more: float) -> list[list[Placed]]:
+    def loaded(placed: Placed) -> Placed:
+        heavy = replace(placed.brick, mass=placed.brick.mass + more)
+        return replace(placed, brick=heavy) if placed.brick.id == brick else placed
+
+    return [[loaded(placed) for placed in stage] for stage in piling.stages]
+
+
+def _props(asked: Asked, known: Callable[[], None]) -> Iterator[Props]:
+    """The fewest bricks with props under which what falls stands, as it is when it falls."""
+    assembly = asked.proofs.assembly
+    parts = Parts(assembly, props_of(assembly))
+    found = least_props(parts, [parts.whole], lambda _: known())
+    if found:
+        yield Props(found)

@@ -1,0 +1,78 @@
+"""`stackdsl pull`, `order` and `suggest`: what a user reads of a tower, a leaning column and what needs a prop."""
+
+import csv
+import json
+from pathlib import Path
+
+from stackdsl.exits import ExitCode
+from tests.command_line import Stackdsl, stackdsl_in_folder, write
+
+__all__ = ["stackdsl_in_folder"]  # the fixture `stackdsl`
+
+TOWER = """
+scenario: tower
+build:
+  - jenga: {levels: 3}
+expect:
+  - stands: all
+"""
+LEANING = """
+scenario: leaning
+brick: kapla
+build:
+  - column: {levels: 3, step: 45 mm}
+    every: 1 s
+expect:
+  - collapses: {at: level 3}
+"""
+
+
+def test_a_tower_of_three_levels_gives_four_blocks(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, TOWER, "tower.yaml")
+    told = stackdsl("pull", "tower.yaml")
+    assert told.code == ExitCode.OK
+    assert "pulled one at a time, the rest: 9 stands" in told.out
+    assert "L3.1  stands" in told.out
+    assert "carries nothing" in told.out
+    assert "longest order of pulls with the rest standing each time: 4; no order is longer, which is proven" in told.out
+    assert "it falls soonest with 2 pulls" in told.out
+    found = json.loads(stackdsl("pull", "tower.yaml", "--format", "json").out)["cases"][0]
+    assert (found["at_most"], found["proven"], len(found["rows"])) == (4, True, 9)
+
+
+def test_a_tower_is_built_block_by_block(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, TOWER, "tower.yaml")
+    told = stackdsl("order", "tower.yaml")
+    assert told.code == ExitCode.OK
+    assert "all 9 bricks can be set down one at a time, without props" in told.out
+    rows = list(csv.DictReader(stackdsl("order", "tower.yaml", "--format", "csv").out.splitlines()))
+    assert [row["brick"].split(".")[0] for row in rows] == ["L1"] * 3 + ["L2"] * 3 + ["L3"] * 3
+
+
+def test_what_falls_is_told_where_to_find_what_mends_it(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, LEANING, "leaning.yaml")
+    for command in ("pull", "order"):
+        told = stackdsl(command, "leaning.yaml")
+        assert (told.code, told.out) == (ExitCode.OK, "")
+        assert "stackdsl suggest" in told.err
+
+
+def test_a_leaning_column_is_mended_by_the_least_shift(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    # The two upper planks are 67.5 mm out on average, and may be 58.8 mm: 8.7 mm for both, or 17.4 mm for the top one.
+    write(tmp_path, LEANING, "leaning.yaml")
+    told = stackdsl("suggest", "leaning.yaml")
+    assert told.code == ExitCode.OK
+    assert "move L2.1 by 8.701 mm towards -x, with what rests on it" in told.out
+    assert "move L3.1 by 17.41 mm towards -x" in told.out
+    rows = json.loads(stackdsl("suggest", "leaning.yaml", "--format", "json").out)["cases"][0]["rows"]
+    kinds = [row["kind"] for row in rows]
+    assert kinds[:2] == ["shift", "shift"]
+    assert {"counterweight", "props"} <= set(kinds)
+    assert all(row["fails_with"] <= row["amount"] for row in rows[:2])
+
+
+def test_nothing_is_mended_that_stands(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, TOWER, "tower.yaml")
+    told = stackdsl("suggest", "tower.yaml")
+    assert (told.code, told.out) == (ExitCode.OK, "")
+    assert "nothing to mend" in told.err
