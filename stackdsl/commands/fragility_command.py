@@ -179,7 +179,7 @@ def _values(intensity: Intensity, asked: _Asked) -> tuple[float, ...]:
         raise click.UsageError(f"--from and --to: {asked.first or first} is not less than {asked.last or last}")
     if intensity.kind is Kind.JITTER and first <= 0.0:
         raise click.UsageError("--from: errors of hands are more than zero; without any, all samples are the same")
-    return tuple(float(f"{value:.12g}") for value in spaced(first, last, asked.points))
+    return tuple(float(f"{value:.15g}") for value in spaced(first, last, asked.points))
 
 
 def _end(key: str, text: str | None, intensity: Intensity) -> float | None:

@@ -82,9 +82,13 @@ def of_fates(terms: Terms, fates: Mapping[float, Sequence[int]], ways: Mapping[f
         try:
             curve, why = through_fates(np.array(above), fell, terms.confidence), ""
         except UndeterminedError as error:
-            why = str(error)
+            why = _why(error, terms.intensity)
     unknown = sum(point.unknown for point in points)
     return Fragility(terms.intensity, points, curve, why, _half(points), terms.seed, terms.confidence, left_out=unknown)
+
+
+def _why(error: UndeterminedError, intensity: Intensity) -> str:
+    return error.message.format(*map(intensity.told, error.at))
 
 
 def _fell(fate: int) -> float:
@@ -110,7 +114,7 @@ def of_capacities(
     try:
         curve = through_capacities(found, terms.confidence)
     except UndeterminedError as error:
-        why = str(error)
+        why = _why(error, intensity)
     points = tuple(_shaken(terms, value, capacities, ways) for value in values)
     fell = sum(each.fate > 0 for each in capacities)
     ends = [0.0] * fell + found.tolist() + [inf] * (len(capacities) - fell - len(found))
@@ -135,7 +139,8 @@ def _half(points: Sequence[Point]) -> float | None:
     """Where the share that falls is a half, straight between the points of probability paper."""
     known = [point for point in points if point.count > point.unknown]
     for one, other in pairwise(known):
-        if (one.share - 0.5) * (other.share - 0.5) <= 0.0 and one.share != other.share and one.value > 0.0:
+        either_way = (one.share - 0.5) * (other.share - 0.5) <= 0.0 and 0.0 < abs(one.share - other.share) < 1.0
+        if either_way and one.value > 0.0:
             a, b = (_deviations(point) for point in (one, other))
             low, high = log(one.value), log(other.value)
             return float(np.exp(low + (high - low) * a / (a - b)))

@@ -10,7 +10,7 @@ Student and of chi squared.
 """
 
 from dataclasses import dataclass
-from math import exp, inf, log, sqrt
+from math import exp, log, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,9 @@ from stackdsl.judging.shares import Interval
 
 Array = NDArray[np.float64]
 
+ROUNDING = 1e-9  # of logarithms: samples that differ by less are alike
+FEWEST_POINTS = 2
+STEEP = "and the points do not say how steeply; take closer ones there"
 FEWEST = 3  # samples whose intensities are known, to say how they are spread
 
 
@@ -43,7 +46,11 @@ class Lognormal:
 
 
 class UndeterminedError(Exception):
-    """The data do not determine a curve; the message says why."""
+    """The data do not determine a curve; the message says why, with a `{}` for each of the intensities `at`."""
+
+    def __init__(self, message: str, *at: float) -> None:
+        super().__init__(message)
+        self.message, self.at = message, at
 
 
 def through_fates(values: Array, fell: Array, confidence: float) -> Lognormal:
@@ -63,7 +70,7 @@ def through_fates(values: Array, fell: Array, confidence: float) -> Lognormal:
     above, below = np.exp(log_ndtr(eta)), np.exp(log_ndtr(-eta))
     design = np.stack([np.ones_like(z), z])
     information = (design * (count * density**2 / (above * below))) @ design.T
-    each = np.where(known, np.where(np.nan_to_num(fell) > 0.5, density / above, -density / below), 0.0)
+    each = np.where(known, np.where(fell == 1.0, density / above, -density / below), 0.0)
     scores = each @ design.T
     inverse = np.linalg.inv(information)
     covariance = inverse @ (scores.T @ scores) @ inverse
@@ -75,10 +82,11 @@ def through_fates(values: Array, fell: Array, confidence: float) -> Lognormal:
     of_median = width * np.array([-1.0 / b, a / b**2])
     spreads = (sqrt(of_median @ covariance @ of_median), sqrt(covariance[1, 1]) / abs(b))
     median, dispersion = exp(middle - width * a / b), width / abs(b)
-    within = (
+    of_both = (
         _within(number, deviations * spread) for number, spread in zip((median, dispersion), spreads, strict=True)
     )
-    return Lognormal(median, dispersion, *within, rises=bool(b > 0.0))
+    about_median, about_dispersion = of_both
+    return Lognormal(median, dispersion, about_median, about_dispersion, rises=bool(b > 0.0))
 
 
 def through_capacities(capacities: Array, confidence: float) -> Lognormal:
@@ -88,8 +96,8 @@ def through_capacities(capacities: Array, confidence: float) -> Lognormal:
         raise UndeterminedError(f"of {count} samples is known at how much each falls, and {FEWEST} are the fewest")
     logs = np.log(capacities)
     mean, deviation = float(logs.mean()), float(logs.std())
-    if deviation <= 1e-9:
-        raise UndeterminedError(f"all fall at {exp(mean):.6g}, and nothing is spread")
+    if deviation <= ROUNDING:
+        raise UndeterminedError("all fall at {}, and nothing is spread", exp(mean))
     unbiased, error = deviation * sqrt(count / (count - 1.0)), 1.0 - confidence
     half = float(stdtrit(count - 1, 1.0 - 0.5 * error)) * unbiased / sqrt(count)
     squares = unbiased * sqrt(count - 1.0)
@@ -98,7 +106,7 @@ def through_capacities(capacities: Array, confidence: float) -> Lognormal:
 
 
 def _within(number: float, half: float) -> Interval:
-    return Interval(number * exp(-half), number * exp(half) if half < 700.0 else inf)
+    return Interval(number * float(np.exp(-half)), number * float(np.exp(half)))
 
 
 def _most_likely(z: Array, fallen: Array, count: Array) -> Array:
@@ -119,7 +127,7 @@ def _most_likely(z: Array, fallen: Array, count: Array) -> Array:
 
 def _refuse_undetermined(values: Array, fallen: Array, count: Array) -> None:
     """Raise UndeterminedError where no curve is the likeliest one: counts on both sides of a step say nothing of it."""
-    if len(values) < 2:
+    if len(values) < FEWEST_POINTS:
         raise UndeterminedError("one intensity above zero is too few for a curve; ask for more points")
     if fallen.sum() in (0, count.sum()):
         which = "none falls" if not fallen.any() else "all fall"
@@ -127,7 +135,8 @@ def _refuse_undetermined(values: Array, fallen: Array, count: Array) -> None:
     some_fell, some_stood = values[fallen > 0], values[fallen < count]
     for before, after in ((some_stood, some_fell), (some_fell, some_stood)):
         if before.max() <= after.min():
-            where = f"between {before.max():.6g} and {after.min():.6g}"
             if before.max() == after.min():
-                where = f"about {after.min():.6g}"
-            raise UndeterminedError(f"all turns {where}, and the points do not say how steeply; take closer ones there")
+                raise UndeterminedError(f"all turns about {{}}, {STEEP}", float(after.min()))
+            raise UndeterminedError(
+                f"all turns between {{}} and {{}}, {STEEP}", float(before.max()), float(after.min())
+            )

@@ -2,37 +2,22 @@
 
 import csv
 import io
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from stackdsl.judging.fragility import Fragility, Point
 from stackdsl.judging.shares import Interval
-from stackdsl.language.quantities import in_si
-from stackdsl.sampling.intensities import SHAKING, Kind
+from stackdsl.sampling.intensities import SHAKING
 
 FORMAT = 1  # of the JSON; raised when something in it changes its meaning
 PERCENT = 100.0
 COLUMNS = ("value", "unit", "fell", "unknown", "samples", "share", "low", "high", "decided")
-UNITS: Mapping[str, str] = {"m": "mm", "rad": "deg", "kg": "g"}  # in which values are told, unless asked otherwise
-
-
-def unit_of(fragility: Fragility) -> str:
-    """The unit in which the values of an intensity are told."""
-    if fragility.intensity.kind is Kind.ACCELERATION:
-        return "g"
-    return UNITS.get(fragility.intensity.unit, fragility.intensity.unit)
-
-
-def told(fragility: Fragility, value: float) -> float:
-    """A value of the intensity, in the unit in which it is told."""
-    unit = unit_of(fragility)
-    return value if fragility.intensity.kind is Kind.ACCELERATION or not unit else value / float(in_si(unit))
 
 
 def fragility_lines(name: str, fragility: Fragility) -> Iterator[str]:
     """Points, curve, and what is to be said of both."""
     yield name
-    unit, sure = unit_of(fragility), f"{PERCENT * fragility.confidence:.6g} %"
+    unit, sure = fragility.intensity.shown_unit, f"{PERCENT * fragility.confidence:.6g} %"
     heading = f"{fragility.intensity.name}{f' [{unit}]' if unit else ''}"
     yield f"  {heading:>20}  share that falls, and between which it lies ({sure})"
     for point in fragility.points:
@@ -70,7 +55,7 @@ def _curve_lines(fragility: Fragility, unit: str, sure: str) -> Iterator[str]:
 
 
 def _number(fragility: Fragility, value: float) -> str:
-    return f"{told(fragility, value):.4g}"
+    return f"{fragility.intensity.shown(value):.4g}"
 
 
 def _share(point: Point) -> str:
@@ -117,15 +102,15 @@ def as_values(fragility: Fragility) -> dict[str, Any]:
     fitted = None
     if curve is not None:
         fitted = {
-            "median": _rounded(told(fragility, curve.median)),
-            "median_within": [_rounded(told(fragility, end)) for end in _ends(curve.median_within)],
+            "median": _rounded(fragility.intensity.shown(curve.median)),
+            "median_within": [_rounded(fragility.intensity.shown(end)) for end in _ends(curve.median_within)],
             "dispersion": _rounded(curve.dispersion),
             "dispersion_within": [_rounded(end) for end in _ends(curve.dispersion_within)],
             "rises": curve.rises,
         }
     return {
         "over": fragility.intensity.name,
-        "unit": unit_of(fragility),
+        "unit": fragility.intensity.shown_unit,
         "seed": fragility.seed,
         "confidence": fragility.confidence,
         "points": [
@@ -133,10 +118,10 @@ def as_values(fragility: Fragility) -> dict[str, Any]:
         ],
         "lognormal": fitted,
         "no_lognormal": fragility.no_curve,
-        "half": _rounded(told(fragility, fragility.half)) if fragility.half is not None else None,
+        "half": _rounded(fragility.intensity.shown(fragility.half)) if fragility.half is not None else None,
         "fell_built": fragility.fell_built,
         "left_out": fragility.left_out,
-        "missed": [_rounded(told(fragility, point.value)) for point in fragility.missed],
+        "missed": [_rounded(fragility.intensity.shown(point.value)) for point in fragility.missed],
     }
 
 
@@ -151,7 +136,13 @@ def _row(fragility: Fragility, point: Point) -> dict[str, Any]:
     return dict(
         zip(
             COLUMNS,
-            (_rounded(told(fragility, point.value)), unit_of(fragility), *numbers, *ends, _decided(point)),
+            (
+                _rounded(fragility.intensity.shown(point.value)),
+                fragility.intensity.shown_unit,
+                *numbers,
+                *ends,
+                _decided(point),
+            ),
             strict=True,
         )
     )

@@ -10,7 +10,7 @@ from typing import Final
 from stackdsl.diagnostics import did_you_mean
 from stackdsl.language.expressions import constant, unit_text
 from stackdsl.language.mistakes import MistakeError
-from stackdsl.language.quantities import quantity_text
+from stackdsl.language.quantities import in_si, quantity_text
 from stackdsl.language.uncertain import distribution
 from stackdsl.language.variants import Variant, variables_of
 from stackdsl.reading.source import Plain
@@ -29,6 +29,7 @@ class Kind(StrEnum):
 
 
 SHAKING: Final = (Kind.ACCELERATION, Kind.TILT)  # at which each sample has a capacity of its own
+UNITS: Final[Mapping[str, str]] = {"m": "mm", "rad": "deg", "kg": "g"}  # in which values are shown
 UPRIGHT: Final = 0.5 * pi
 
 
@@ -44,6 +45,19 @@ class Intensity:
     name: str  # as it was asked for
     unit: str  # of its values, in SI; empty for numbers
     written: float | None = None  # the value of the design; None of what a design has none of
+
+    @property
+    def shown_unit(self) -> str:
+        """The unit in which its values are shown."""
+        return "g" if self.kind is Kind.ACCELERATION else UNITS.get(self.unit, self.unit)
+
+    def shown(self, value: float) -> float:
+        """A value in that unit."""
+        return value / float(in_si(self.shown_unit)) if self.unit else value
+
+    def told(self, value: float) -> str:
+        """A value with its unit."""
+        return f"{self.shown(value):.4g} {self.shown_unit}".rstrip()
 
     def setting(self, value: float) -> Setting:
         """What is otherwise at a value."""

@@ -63,8 +63,7 @@ def timelines(variant: Variant, draws: Draws, setting: Setting = AS_WRITTEN) -> 
     for pick in picks(draws):
         made = timeline_at(variant, setting, pick)
         if isinstance(made, Diagnostic):
-            which = ", ".join(f"{name} = {value}" for name, value in pick.values.items())
-            raise SampleMistakeError(_of_sample(pick.draws.first, which, made))
+            raise SampleMistakeError(_of_sample(pick, made, setting) if pick.values else made)
         yield made
 
 
@@ -78,12 +77,18 @@ def timeline_at(variant: Variant, setting: Setting, pick: Pick = middle) -> Time
     if timeline is not None:
         return _with_errors(timeline, setting.errors)
     told = [*diagnostics_of([(sample.source, mistaken)]), *mistakes]
-    return told[0] if told else Diagnostic("SD104", sample.source.span_of(()), "it cannot be built")
+    first = told[0] if told else Diagnostic("SD104", sample.source.span_of(()), "it cannot be built")
+    if not setting.fixed:
+        return first
+    fixed = ", ".join(f"{name} = {value}" for name, value in setting.fixed.items())
+    return replace(first, message=f"with {fixed}: {first.message}")
 
 
-def _of_sample(number: int, which: str, mistake: Diagnostic) -> Diagnostic:
+def _of_sample(pick: Picks, mistake: Diagnostic, setting: Setting) -> Diagnostic:
+    which = ", ".join(f"{name} = {value}" for name, value in pick.values.items())
     hint = WITHIN if mistake.code == "SD104" else ELSEWHERE
-    return replace(mistake, message=f"sample {number} has {which}: {mistake.message}", hint=hint)
+    hint = mistake.hint if setting.fixed else hint  # which may be what is out of range
+    return replace(mistake, message=f"sample {pick.draws.first} has {which}: {mistake.message}", hint=hint)
 
 
 def _with_errors(timeline: Timeline, times: float) -> Timeline:
