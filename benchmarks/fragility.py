@@ -56,7 +56,7 @@ def plank(offset: float, spread: float) -> float:
 
 
 def plate(spread: float) -> float:
-    """A plate of 200 mm on a beam of 20 mm: it falls once its centre is beyond, and lies on the ground where it misses."""
+    """A plate of 200 mm on a beam of 20 mm falls once its centre is beyond, and lies on the ground if it misses."""
     on_it = _within(0.0, spread, 0.01) * _within(0.0, spread, 0.1)
     beside = 1.0 - _within(0.0, spread, 0.11) * _within(0.0, spread, 0.2)
     return 1.0 - on_it - beside
