@@ -17,7 +17,7 @@ from rich.console import Console
 from scipy.optimize import brentq
 from scipy.special import ndtr
 
-from benchmarks.figures.data import Row, Rows
+from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
 from stackdsl.checking.fragility import Plan, draw
 from stackdsl.checking.gathering import cases_of
@@ -184,7 +184,7 @@ def row(curve: Curve, workers: int) -> Row:
 
 def main(arguments: Namespace) -> None:
     """Measure, print, and write if asked to."""
-    rows: Rows = {}
+    rows: dict[str, Row] = {}
     console = Console(width=200)
     for name, curve in CURVES.items():
         rows[name] = row(curve, arguments.workers)
