@@ -19,7 +19,7 @@ from scipy.special import ndtr
 
 from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
-from stackdsl.checking.fragility import Plan, draw
+from stackdsl.checking.drawn_fragility import Plan, draw
 from stackdsl.checking.gathering import cases_of
 from stackdsl.checking.memory import Memory
 from stackdsl.judging.fragility import Fragility, spaced

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import click
 
-from stackdsl.checking.fragility import Found, Plan, draw
+from stackdsl.checking.drawn_fragility import Found, Plan, draw
 from stackdsl.checking.gathering import Case
 from stackdsl.checking.memory import Memory
 from stackdsl.checking.selection import Selection

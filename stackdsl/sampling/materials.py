@@ -23,8 +23,11 @@ class SampleMistakeError(Exception):
     """A sample has values that no scenario may have, such as a friction below zero."""
 
     def __init__(self, mistake: Diagnostic) -> None:
-        super().__init__(mistake.message)
+        super().__init__(mistake)  # so that it can be sent from process to process
         self.mistake = mistake
+
+    def __str__(self) -> str:
+        return self.mistake.message
 
 
 @dataclass(frozen=True, slots=True)

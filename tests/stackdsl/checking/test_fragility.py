@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.fragility import CURVES, drawn, true_median
-from stackdsl.checking.fragility import Plan, draw
+from stackdsl.checking.drawn_fragility import Plan, draw
 from stackdsl.checking.gathering import cases_of
 from stackdsl.checking.memory import Memory
 from stackdsl.judging.lognormal import UndeterminedError, through_capacities, through_fates
