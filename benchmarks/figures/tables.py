@@ -29,31 +29,6 @@ _POINT_COLUMNS = (
 )
 
 TABLES: Mapping[str, Table] = {
-    "fragility": Table(
-        "fragility",
-        "curves",
-        (
-            Column("curve", "{row}"),
-            Column("samples", "{samples:,}"),
-            Column("half fall at, closed form", "{true_median:sig3} {unit}"),
-            Column("lognormal median, off by", "{off_percent:+.2f} %"),
-            Column("by the points alone, off by", "{half_off_percent:+.2f} %"),
-            Column("points whose interval holds the truth", "{points_that_hold_the_truth} of {points}"),
-            Column("points that the lognormal misses", "{points_that_the_curve_misses}"),
-            Column("ms a verdict", "{cpu_ms_a_verdict:sig2}"),
-        ),
-    ),
-    "sampled-engines": Table(
-        "samples",
-        "engines",
-        (
-            Column("system", "`{row}`"),
-            Column("samples", "{samples}"),
-            Column("wrong verdicts", "{wrong}"),
-            Column("another level, or wrong", "{other_level}"),
-            Column("ms a sample", "{cpu_ms_a_sample:sig2}"),
-        ),
-    ),
     "four-stack": Table(
         "four-stack",
         "systems",
