@@ -35,7 +35,7 @@ class Scenario:
         tags: Sequence[str] | None = None,
         brick_types: Mapping[str, Mapping[str, object]] | None = None,
         brick: str | Mapping[str, object] | None = None,
-        friction: float | None = None,
+        friction: float | str | None = None,
         world: Mapping[str, object] | None = None,
         let: Mapping[str, object] | None = None,
         uncertain: Mapping[str, object] | None = None,

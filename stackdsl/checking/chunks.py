@@ -7,12 +7,13 @@ from time import process_time
 
 from stability.statics.facts import Placed
 from stackdsl.checking.one_case import play_case
+from stackdsl.diagnostics import Diagnostic
 from stackdsl.language.variants import Variant
 from stackdsl.playing.clearance import BlockedPlacementError
 from stackdsl.sampling.design import Design, design_of
 from stackdsl.sampling.draws import Draws
 from stackdsl.sampling.fates import Fate, fates_of
-from stackdsl.sampling.materials import timelines
+from stackdsl.sampling.materials import AS_WRITTEN, SampleMistakeError, Setting, timelines
 from stackdsl.sampling.setting_down import Hands
 from stackdsl.systems.known_systems import system_named
 from stackdsl.systems.systems import Method
@@ -31,13 +32,16 @@ class Chunk:
     cpu_time: float  # [s]
 
 
-def varied_chunk(variant: Variant, system: str, draws: Draws) -> Chunk:
-    """What a worker does where more than hands is uncertain: judge each sample by itself. Raises SampleMistakeError."""
+def varied_chunk(variant: Variant, system: str, draws: Draws, setting: Setting = AS_WRITTEN) -> Chunk | Diagnostic:
+    """What a worker does where more than hands is uncertain: judge each sample by itself; or what one has mistaken."""
     started = process_time()
-    each = [
-        judged_chunk(timeline, system, replace(draws, first=number, count=1))
-        for number, timeline in enumerate(timelines(variant, draws), start=draws.first)
-    ]
+    try:
+        each = [
+            judged_chunk(timeline, system, replace(draws, first=number, count=1))
+            for number, timeline in enumerate(timelines(variant, draws, setting), start=draws.first)
+        ]
+    except SampleMistakeError as error:
+        return error.mistake
     ways = Counter[str]()
     for one in each:
         ways.update(one.ways)

@@ -14,6 +14,7 @@ from stackdsl.checking.gathering import Case
 from stackdsl.checking.memory import Memory
 from stackdsl.checking.processes import EnoughSeenError, OnDone, OnWait, PoolResult, run_supervised
 from stackdsl.checking.worker import Task, TaskResult, TaskStatus
+from stackdsl.diagnostics import Diagnostic
 from stackdsl.ensemble import Ensemble
 from stackdsl.judging.judge import judge_shares
 from stackdsl.judging.shares import Decision, looks
@@ -143,7 +144,7 @@ def _drawn(
     return run(tasks, done).interrupted if tasks else False
 
 
-def _asked(drawing: Drawing, first: int, count: int) -> tuple[Callable[..., Chunk], tuple[object, ...]]:
+def _asked(drawing: Drawing, first: int, count: int) -> tuple[Callable[..., Chunk | Diagnostic], tuple[object, ...]]:
     """What a worker is to call, and with what."""
     case = drawing.case
     draws = Draws(case.scenario.seed, case.scenario.scenario, first, count)

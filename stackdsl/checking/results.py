@@ -62,6 +62,8 @@ def checked(case: Case, result: TaskResult, goldens: Goldens) -> VariantResult:
         return _compared(case, result.value, goldens)
     if isinstance(result.value, Blocked):
         return held_up(case, result.value)
+    if isinstance(result.value, Diagnostic):  # of a sample that has a value which may not be written
+        return replace(_unfinished(case, RunStatus.BLOCKED, result.value.message), mistake=result.value)
     remedy = REMEDIES[result.status].format(file=case.source.file, name=case.name)
     return _unfinished(case, STATUSES[result.status], "; ".join(filter(None, [result.message, remedy])))
 

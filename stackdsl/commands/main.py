@@ -28,6 +28,8 @@ COMMANDS: Final[Mapping[str, str]] = {
     "doctor": "Tell what is installed, what is missing and how to get it, and whether this directory is in order.",
     "explain": "Print what FILE was compiled to, and what statics says of it; or what a CODE such as SD104 means.",
     "find": "Find the largest or the least number with which FILE stands, proven from both sides; nothing is played.",
+    "fragility": "Tell which share of the samples of FILE falls, point by point over an intensity, with a lognormal "
+    "curve.",
     "golden": "Say what differs from its golden file, and accept it or not.",
     "import": "Print a scenario with the boxes of FILE, which another program wrote; tell what was moved or is wrong.",
     "init": "Write what a new project in DIRECTORY (default: this one) needs; never over an existing file.",

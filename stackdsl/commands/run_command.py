@@ -93,6 +93,7 @@ def _sampled(case: Case) -> VariantResult:
     from stackdsl.checking.sampled_results import drawn_result  # noqa: PLC0415 -- it brings scipy
 
     result = drawn_result(case, os.cpu_count() or 1)
+    complain(filter(None, [result.mistake]))
     lines = [*ensemble_lines(result.ensemble), *claim_lines(result)] if result.ensemble is not None else []
     write("".join(f"{line}\n" for line in lines or [f"{result.status}: {result.message}"]) + "\n")
     return result

@@ -42,6 +42,8 @@ from stackdsl.language.tolerances import Tolerance, parse_lower_bound, parse_sha
 
 JsonSchema: TypeAlias = dict[str, object]
 EXPRESSION_PATTERN: Final = r"\$\{"
+# In place of a value: a range, or a distribution. What it comes to, `uncertain` says.
+DISTRIBUTION_PATTERN: Final = r"±|\+/?-|\.\.|^\s*(?:uniform|normal|lognormal|table)\s"
 
 
 @dataclass(frozen=True, eq=False)  # compared as what it is, for `schema` cannot be hashed
@@ -71,6 +73,7 @@ def quantity(dimension: Dimension) -> Reads:
     """How a quantity of a dimension is read, and written."""
     noun = f"{dimension.noun} with its unit" if dimension.needs_unit else dimension.noun
     schema = text_schema(quantity_pattern(dimension), noun, dimension.example)
+    schema["pattern"] = f"{schema['pattern']}|{DISTRIBUTION_PATTERN}"
     return Reads(partial(parse_quantity, dimension=dimension), _or_number(schema, dimension))
 
 
@@ -215,16 +218,19 @@ VALUES: Final[JsonSchema] = {
 
 
 _EITHER_WAY: Final[JsonSchema] = {"type": "string", "pattern": r"±|\+/?-|\.\.", "examples": ["0.5 ± 0.05"]}
+_IN_ONE_LINE: Final[JsonSchema] = {"type": "string", "pattern": DISTRIBUTION_PATTERN, "examples": ["0.5 ± 0.05"]}
 _DISTRIBUTIONS: Final[dict[str, tuple[str, JsonSchema]]] = {
     "uniform": ("all alike likely", _EITHER_WAY),
     "normal": ("mean ± standard deviation", _EITHER_WAY),
     "lognormal": ("the median", VALUE),
     "dispersion": ("of a lognormal one: the standard deviation of the logarithm", {"type": "number"}),
     "table": ("values, one as likely as the other", {"type": "array", "items": VALUE, "minItems": 1}),
+    "least": ("of a normal or lognormal one: nothing below is drawn", VALUE),
+    "most": ("of a normal or lognormal one: nothing above is drawn", VALUE),
 }
 SPREADS: Final[JsonSchema] = {
     "anyOf": [
-        _EITHER_WAY,
+        _IN_ONE_LINE,
         {
             "type": "object",
             "properties": {key: {**schema, "description": told} for key, (told, schema) in _DISTRIBUTIONS.items()},

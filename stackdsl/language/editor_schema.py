@@ -8,7 +8,7 @@ from typing import Any, Final
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
-from stackdsl.language.author_types import EXPRESSION_PATTERN, FILE
+from stackdsl.language.author_types import DISTRIBUTION_PATTERN, EXPRESSION_PATTERN, FILE
 from stackdsl.language.schema import Scenario, models
 from stackdsl.reading.composing import INCLUDE, LISTS
 from stackdsl.reading.source import Path
@@ -33,7 +33,7 @@ class _ForEditors(GenerateJsonSchema):
         return _or_expression(super().int_schema(schema))
 
     def float_schema(self, schema: core_schema.FloatSchema) -> JsonSchemaValue:
-        return _or_expression(super().float_schema(schema))
+        return _or_expression(super().float_schema(schema), f"{EXPRESSION_PATTERN}|{DISTRIBUTION_PATTERN}")
 
     def bool_schema(self, schema: core_schema.BoolSchema) -> JsonSchemaValue:
         return _or_expression(super().bool_schema(schema))
@@ -49,8 +49,8 @@ class _ForEditors(GenerateJsonSchema):
         return False
 
 
-def _or_expression(schema: JsonSchemaValue) -> JsonSchemaValue:
-    return {"anyOf": [schema, {"type": "string", "pattern": EXPRESSION_PATTERN}]}
+def _or_expression(schema: JsonSchemaValue, pattern: str = EXPRESSION_PATTERN) -> JsonSchemaValue:
+    return {"anyOf": [schema, {"type": "string", "pattern": pattern}]}
 
 
 def json_schema() -> JsonSchemaValue:

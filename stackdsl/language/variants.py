@@ -2,16 +2,17 @@
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
 from stackdsl.diagnostics import Diagnostic, first_of, reading_order
 from stackdsl.language.choices import Choice, Mistakes, NameMistakeError, add, check_name, choices_of
 from stackdsl.language.expressions import EarlierMistakeError, interpolate, value_of, variables_in
+from stackdsl.language.inline import Inline, Pick, is_inline, subject
 from stackdsl.language.inner import Inner
 from stackdsl.language.mistakes import MistakeError
 from stackdsl.language.spreading import REPEAT, Budget, TooMuchError, spread
-from stackdsl.language.uncertain import distributions, named
+from stackdsl.language.uncertain import Distribution, distributions, middle, named
 from stackdsl.reading.source import Path, Plain, Source
 
 if TYPE_CHECKING:
@@ -19,6 +20,9 @@ if TYPE_CHECKING:
 
 CHOOSING: Final = ("matrix", "cases", "exclude")
 FIXED: Final = ("scenario", "let", "uncertain", *CHOOSING)  # what is not filled in like the rest
+FRICTION: Final = "friction"  # the key that may be fixed as a variable may
+NOTHING_FIXED: Final[Mapping[str, Plain]] = {}
+UNDER: Final = "write it under `uncertain`, or in place of a value"
 MAX_EXPRESSIONS: Final = 20_000  # of all variants together; some seconds of arithmetic
 _DECIMAL = re.compile(r"(?<!\w)(?<!\d\.)\d+\.\d+(?:[eE][+-]?\d+)?")  # but not the 3.2 of a brick L3.2
 
@@ -54,7 +58,7 @@ def expand(source: Source) -> tuple[tuple[Variant, ...], tuple[Diagnostic, ...]]
     except TooMuchError as much:
         return (), (Diagnostic("SD206", source.key_span_of(much.path), much.message, "make several scenarios of it"),)
     mistaken = any(mistakes for _, mistakes in found)
-    told = first_of(_diagnostics(found) if mistaken else _unused(source))
+    told = first_of(diagnostics_of(found) if mistaken else _unused(source))
     return tuple(variants), tuple(sorted(told, key=reading_order))
 
 
@@ -84,7 +88,7 @@ def repeated(written: Plain, filled: Plain) -> Plain:
     return float(f"{filled:.6g}") if isinstance(filled, float) else filled
 
 
-def _diagnostics(found: Iterable[tuple[Source, Mistakes]]) -> Iterable[Diagnostic]:
+def diagnostics_of(found: Iterable[tuple[Source, Mistakes]]) -> Iterable[Diagnostic]:
     """What each source has of mistakes; of those that several variants share, that of the first."""
     told: set[tuple[Path, str]] = set()
     for source, mistakes in found:
@@ -98,25 +102,46 @@ def _diagnostics(found: Iterable[tuple[Source, Mistakes]]) -> Iterable[Diagnosti
 # --- one variant ------------------------------------------------------------------------------------------------------
 
 
-def resampled(variant: Variant, drawn: Mapping[str, Plain]) -> tuple[Variant, Mistakes]:
-    """A variant with other values of what is uncertain, and what is mistaken with them."""
-    choice = Choice(variant.choice, variant.parameters)
-    made, mistakes, _ = _variant(variant.written, choice, Budget(), MAX_EXPRESSIONS, drawn)
+def resampled(variant: Variant, pick: Pick, fixed: Mapping[str, Plain] = NOTHING_FIXED) -> tuple[Variant, Mistakes]:
+    """A variant with other values of what is uncertain, and what is mistaken with them.
+
+    Variables that are `fixed`, wherever they are written, have these values; so has the key `friction`.
+    """
+
+    def picked(name: str, each: Distribution) -> Plain:
+        return fixed[name] if name in fixed else pick(name, each)
+
+    values = variant.written.values
+    choice = Choice({name: fixed.get(name, value) for name, value in variant.choice.items()}, variant.parameters)
+    source = variant.written
+    if FRICTION in fixed and FRICTION not in variables_of(variant):
+        source = replace(source, values={**values, FRICTION: fixed[FRICTION]})
+    let = values.get("let")
+    if isinstance(let, dict) and fixed.keys() & let.keys():
+        own = {name: fixed.get(name, value) for name, value in let.items()}
+        source = replace(source, values={**source.values, "let": own})
+    made, mistakes, _ = _variant(source, choice, Budget(), MAX_EXPRESSIONS, picked)
     return made, mistakes
 
 
+def variables_of(variant: Variant) -> tuple[str, ...]:
+    """The names of all variables of a variant, but not of its repeats."""
+    rows = (variant.choice, *(variant.written.values.get(key) for key in ("uncertain", "let")))
+    return tuple(name for row in rows if isinstance(row, Mapping) for name in row)
+
+
 def _variant(
-    source: Source, choice: Choice, budget: Budget, most: int, drawn: Mapping[str, Plain] | None = None
+    source: Source, choice: Choice, budget: Budget, most: int, pick: Pick = middle
 ) -> tuple[Variant, Mistakes, int]:
     """One choice, filled in; its mistakes, at paths of its source; and how many expressions it has.
 
-    What is uncertain has the values that are drawn, or else those of the design.
+    What is uncertain has the values that are picked: those of the design, unless others are drawn.
     """
     rows = {name: None if written is None else value_of(written) for name, written in choice.values.items()}
     filling = _Filling(most)
     if "uncertain" in source.values:
         found = distributions(source.values["uncertain"], rows, filling.mistakes)
-        values = drawn or {name: each.middle for name, each in named(found)}
+        values = {name: pick(name, each) for name, each in named(found)}
         rows |= dict.fromkeys(found) | {name: value_of(value) for name, value in values.items()}
     names, lets = _let(source.values.get("let", {}), rows, filling)
     _check_fixed(source, filling.mistakes)
@@ -125,9 +150,20 @@ def _variant(
     filling.scopes = spreads.scopes
     values = spreads.source.values
     filled = {key: filling.of(value, (key,), names) for key, value in values.items() if key not in FIXED}
-    changed = {"let": lets, **filled}
-    whole = {key: changed.get(key, value) for key, value in values.items()}
-    return Variant(choice.called, whole, spreads.source, source, choice.values), filling.mistakes, filling.done
+    inline = Inline(pick, filling.mistakes)
+    changed = {key: inline.of(value, (key,)) for key, value in filled.items()}
+    changed |= {"let": lets} if "let" in values else {}
+    if inline.found and "samples" in values:
+        own = values.get("uncertain")
+        told: dict[str, Plain] = {subject(path): written for path, written in inline.found.items()}
+        changed["uncertain"] = {**(own if isinstance(own, dict) else {}), **told}
+    else:
+        filling.mistakes |= {(path, mistake.message): mistake for path, mistake in inline.without_samples()}
+    return (
+        Variant(choice.called, values | changed, spreads.source, source, choice.values),
+        filling.mistakes,
+        filling.done,
+    )
 
 
 def _check_fixed(source: Source, mistakes: Mistakes) -> None:
@@ -158,6 +194,8 @@ def _let(let: Plain, rows: "Names", filling: "_Filling") -> tuple["Names", Plain
         names[name], lets[name] = None, filled
         try:
             check_name(name, rows, "the matrix")
+            if is_inline(filled):
+                raise MistakeError("SD109", f"'{filled}' is a distribution, and `let` has none", UNDER)
             if not (isinstance(filled, str) and "${" in filled):
                 names[name] = value_of(filled, names)
         except MistakeError as mistake:

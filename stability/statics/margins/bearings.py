@@ -77,6 +77,19 @@ def along_bearings(
     return tuple(weakest)
 
 
+def along_bearing(problem: Problem, bearing: float, gravity: float | None = None) -> Survived | None:
+    """What is survived along one bearing; None if the problem is not proven to stand."""
+    weakest = Survived(bearing, inf, inf, None)
+    for part in groups_apart(problem):
+        case = shaken(part, gravity, Tolerances())
+        if case is None:
+            return None
+        found = _Found(case)
+        found.add(heading(case, bearing))
+        weakest = _weaker(weakest, found.survived(bearing))
+    return weakest
+
+
 def _told(known: Callable[[int], None], before: int, parts: int, done: int) -> None:
     known((before + done) // parts)
 
@@ -98,7 +111,7 @@ class _Found:
     def solve(self, bearings: Sequence[float], tolerance: float, known: Callable[[int], None]) -> None:
         """Solve directions until every bearing is known to a relative tolerance."""
         for quarter in range(4):
-            self._add(heading(self.case, quarter * pi / 2.0))
+            self.add(heading(self.case, quarter * pi / 2.0))
         left = set(bearings)
         while True:
             left -= {one.angle for one in self.solved}
@@ -107,9 +120,10 @@ class _Found:
             known(len(bearings) - sum(each > tolerance for each, _ in open_ones))
             if share <= tolerance:
                 return
-            self._add(heading(self.case, bearing))
+            self.add(heading(self.case, bearing))
 
-    def _add(self, one: Heading) -> None:
+    def add(self, one: Heading) -> None:
+        """Take a direction in that was solved."""
         self.solved = sorted([*self.solved, one], key=lambda each: each.angle)
         if one.cut is not None:
             self.cuts.append((proven_distance(self.case, one.cut), one.cut))
@@ -129,6 +143,8 @@ class _Found:
 
     def _proven(self, bearing: float) -> float:
         """How far along a bearing the points that are solved reach: to the chord of the two on either side."""
+        if len(self.solved) == 1:
+            return self.solved[0].reach if self.solved[0].angle == bearing else 0.0
         along = (cos(bearing), sin(bearing))
         return max(_chord(one, other, along) for one, other in pairwise([*self.solved, self.solved[0]]))
 

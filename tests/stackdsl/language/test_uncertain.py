@@ -1,9 +1,11 @@
 """Distributions as authors write them, and what is mistaken in them."""
 
-from math import exp
+from math import exp, inf, log
+from typing import Any
 
 import pytest
 from scipy.special import ndtri
+from scipy.stats import truncnorm
 
 from stackdsl.language.expressions import constant
 from stackdsl.language.mistakes import MistakeError
@@ -39,8 +41,48 @@ def test_a_tenth_of_all_lies_below_its_tenth(written: Plain, low: Plain, middle:
 
 
 @pytest.mark.parametrize(
+    ("written", "truth"),
+    [
+        ({"normal": "0.5 ± 0.2", "least": 0.3}, truncnorm(-1.0, inf, 0.5, 0.2)),
+        ("normal 0.5 ± 0.2 least 0.3 most 0.6", truncnorm(-1.0, 0.5, 0.5, 0.2)),
+        ("normal 0 ± 1, least 5, most 6", truncnorm(5.0, 6.0)),
+        ("normal 0 ± 1, most -5", truncnorm(-inf, -5.0)),
+    ],
+)
+def test_what_lies_beyond_its_limits_is_left_out_of_a_normal_one(written: Plain, truth: Any) -> None:  # noqa: ANN401 -- scipy
+    found = distribution(written)
+    for share in (1e-6, 0.1, 0.5, 0.9, 0.999):
+        assert si(found.at(share, ndtri)) == pytest.approx(float(truth.ppf(share)), rel=1e-8)
+    assert si(found.middle) == pytest.approx(float(truth.ppf(0.5)), rel=1e-8)
+
+
+def test_a_lognormal_one_is_cut_off_where_its_logarithm_is() -> None:
+    found, logarithm = distribution("lognormal 0.5, dispersion 0.2, most 0.6"), truncnorm(-inf, log(1.2) / 0.2)
+    for share in (0.01, 0.5, 0.99):
+        assert si(found.at(share, ndtri)) == pytest.approx(0.5 * exp(0.2 * float(logarithm.ppf(share))), rel=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("line", "whole"),
+    [
+        ("normal 12 ± 1 g", {"normal": "12 ± 1 g"}),
+        ("uniform 1 mm .. 2 mm", "1 mm .. 2 mm"),
+        ("lognormal 0.5, dispersion 0.2", {"lognormal": 0.5, "dispersion": 0.2}),
+        ("table 1 mm; 3 mm; 2 mm", {"table": ["1 mm", "3 mm", "2 mm"]}),
+        ("normal 0.5 ± 0.2, least 0", {"normal": "0.5 ± 0.2", "least": 0}),
+    ],
+)
+def test_a_distribution_may_be_one_line(line: str, whole: Plain) -> None:
+    assert distribution(line) == distribution(whole)
+
+
+@pytest.mark.parametrize(
     ("written", "words"),
     [
+        ({"normal": "0.5 ± 0.1", "least": 2}, "hardly anything"),
+        ({"normal": "0.5 ± 0.1", "least": "2 mm"}, "another kind"),
+        ({"table": [1, 2], "most": 2}, "has its limits"),
+        ("normal 0.5 ± 0.1 least ", "cannot be read at 'least'"),
         (0.5, "no distribution"),
         ({"normal": 0.5}, "no distribution"),
         ({"gauss": "0.5 ± 0.1"}, "no distribution"),

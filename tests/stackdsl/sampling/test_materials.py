@@ -1,16 +1,21 @@
 """Samples with values of their own: held against the closed form of each, value by value."""
 
+import re
+from collections.abc import Iterator
 from math import atan
 
 import pytest
 
-from stackdsl.checking.chunks import varied_chunk
+from stackdsl.checking.chunks import Chunk, varied_chunk
 from stackdsl.checking.gathering import Case
+from stackdsl.checking.sampled_results import drawn_result
 from stackdsl.language.expressions import constant
+from stackdsl.language.variants import Variant, resampled
+from stackdsl.outcome import RunStatus
 from stackdsl.reading.source import Plain
 from stackdsl.sampling.draws import Draws
 from stackdsl.sampling.fates import Fate
-from stackdsl.sampling.materials import SampleMistakeError, drawn_values, timelines
+from stackdsl.sampling.materials import SampleMistakeError, picks, timelines
 from tests.scenes import compiled
 
 SLOPE = """
@@ -35,6 +40,12 @@ def case_of(text: str) -> Case:
     return cases[0]
 
 
+def drawn_values(variant: Variant, draws: Draws) -> Iterator[dict[str, Plain]]:
+    for pick in picks(draws):
+        resampled(variant, pick)
+        yield pick.values
+
+
 def radians(written: Plain) -> float:
     return float(constant(written).magnitude)
 
@@ -45,8 +56,9 @@ def test_a_brick_slides_in_the_samples_whose_slope_is_steeper_than_its_friction(
         atan(0.8 * float(str(values["mu"]))) > radians(values["tilt"]) for values in drawn_values(case.variant, draws)
     ]
     assert 5 < sum(expected) < 55
-    fates = varied_chunk(case.variant, "exact", draws).fates
-    assert [fate == Fate.STANDS for fate in fates] == expected
+    chunk = varied_chunk(case.variant, "exact", draws)
+    assert isinstance(chunk, Chunk)
+    assert [fate == Fate.STANDS for fate in chunk.fates] == expected
 
 
 def test_a_value_depends_on_its_sample_alone() -> None:
@@ -66,12 +78,37 @@ def test_a_sample_with_a_value_that_may_not_be_written_is_told_with_it() -> None
     case = case_of(SLOPE.replace("0.5 ± 0.2", "{normal: 0.01 ± 1}"))
     with pytest.raises(SampleMistakeError, match=r"sample \d+ has mu = -.* is less than 0") as caught:
         list(timelines(case.variant, Draws(1, "slope", 0, 50)))
-    assert "uniform or lognormal" in str(caught.value)
+    mistake = caught.value.mistake
+    assert (mistake.code, mistake.span.line) == ("SD104", 8)
+    assert "least: 0.1" in mistake.hint
 
 
 def test_hands_err_in_such_samples_as_well() -> None:
     text = SLOPE.replace("[{on: ground}]", "[{on: ground}]\n    jitter: {yaw: 30 deg}")
     case = case_of(text)
     found = varied_chunk(case.variant, "exact", Draws(3, "slope", 0, 10))
+    assert isinstance(found, Chunk)
     assert len(found.fates) == 10
     assert sum(found.ways.values()) == 10
+
+
+def test_a_brick_slides_where_a_slope_without_a_name_is_steeper_than_its_friction() -> None:
+    text = SLOPE.replace("${mu}", "normal 0.4 ± 0.2, least 0").replace('"${tilt}"', "20 deg ± 8 deg")
+    text = text.replace('ground: {friction: "${under}"}', "ground: {}")
+    case, draws = case_of(re.sub(r"uncertain:.*?(?=friction)", "", text, flags=re.DOTALL)), Draws(3, "slope", 0, 60)
+    expected = [
+        atan(float(str(values["friction"]))) > radians(values["world.tilt"])
+        for values in drawn_values(case.variant, draws)
+    ]
+    assert 5 < sum(expected) < 55
+    chunk = varied_chunk(case.variant, "exact", draws)
+    assert isinstance(chunk, Chunk)
+    assert [fate == Fate.STANDS for fate in chunk.fates] == expected
+
+
+def test_a_sample_with_a_value_that_may_not_be_written_is_a_mistake_of_the_scenario() -> None:
+    case = case_of(SLOPE.replace("0.5 ± 0.2", "{normal: 0.01 ± 1}"))
+    result = drawn_result(case, 1)
+    assert result.status is RunStatus.BLOCKED
+    assert result.mistake is not None
+    assert "mu = -" in result.mistake.message

@@ -1,0 +1,88 @@
+"""Fragility curves beside closed forms: medians within 1 %, every count's interval around the truth."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.fragility import CURVES, drawn, true_median
+from stackdsl.checking.drawn_fragility import Plan, draw
+from stackdsl.checking.gathering import cases_of
+from stackdsl.checking.memory import Memory
+from stackdsl.judging.lognormal import UndeterminedError, through_capacities, through_fates
+from stackdsl.reading.source import parse
+from stackdsl.sampling.intensities import NoIntensityError, intensity_of
+
+SMALL = {
+    "plank near an edge, over its offset": 2000,
+    "tall block, its side normal, over acceleration": 60,
+    "brick on a slope that is normal, over friction": 40,
+}
+
+
+@pytest.mark.parametrize("name", SMALL)
+def test_the_curve_is_that_of_its_closed_form(name: str) -> None:
+    found, curve = drawn(CURVES[name], SMALL[name], workers=1, points=5), CURVES[name]
+    for point in found.points:
+        assert point.within.low <= curve.truth(point.value) <= point.within.high
+    assert found.curve is not None
+    assert found.curve.median_within.low <= true_median(curve) <= found.curve.median_within.high
+    assert found.curve.median == pytest.approx(true_median(curve), rel=0.02 if SMALL[name] < 100 else 0.01)
+
+
+VALUES = np.geomspace(0.5, 2.0, 9)
+
+
+def capacities(count: int, seed: int) -> np.ndarray:
+    return np.exp(0.3 * np.random.default_rng(seed).standard_normal(count))
+
+
+def test_intervals_hold_the_truth_as_often_as_they_say_though_samples_are_the_same_at_each_point() -> None:
+    held = 0
+    for seed in range(200):
+        fell = (capacities(100, seed)[:, None] <= VALUES[None, :]).astype(float)
+        found = through_fates(VALUES, fell, 0.9)
+        held += found.median_within.low <= 1.0 <= found.median_within.high
+    assert 0.83 <= held / 200 <= 0.96  # nine of ten, within three standard deviations
+
+
+def test_capacities_give_their_median_and_dispersion() -> None:
+    found = through_capacities(capacities(20_000, 3), 0.99)
+    assert found.median == pytest.approx(1.0, rel=0.01)
+    assert found.dispersion == pytest.approx(0.3, rel=0.02)
+    assert found.dispersion_within.low <= 0.3 <= found.dispersion_within.high
+
+
+def test_what_falls_less_at_more_has_a_falling_curve() -> None:
+    fell = (capacities(2000, 5)[:, None] > VALUES[None, :]).astype(float)
+    found = through_fates(VALUES, fell, 0.95)
+    assert not found.rises
+    assert found.median == pytest.approx(1.0, rel=0.03)
+    assert found.share(0.5) > 0.9
+
+
+@pytest.mark.parametrize(
+    ("fell", "words"),
+    [
+        ([0, 0, 0, 0], "none falls"),
+        ([1, 1, 1, 1], "all fall"),
+        ([0, 0, 1, 1], "all turns between"),
+        ([1, 1, 0, 0], "all turns between"),
+    ],
+)
+def test_what_the_data_do_not_determine_is_told(fell: list[float], words: str) -> None:
+    with pytest.raises(UndeterminedError, match=words):
+        through_fates(np.array([1.0, 2.0, 3.0, 4.0]), np.array([fell] * 10, dtype=float), 0.95)
+
+
+def test_a_call_that_was_interrupted_goes_on_with_what_is_remembered(tmp_path: Path) -> None:
+    text = f"scenario: s\nsamples: 50\n{CURVES['plank near an edge, over its offset'].text}"
+    cases, _ = cases_of(parse(text + "expect: [stands: {share: '>= 1 %'}]\n", "s.yaml"))
+    intensity = intensity_of("step", cases[0].variant, cases[0].timeline)
+    plan, memory = Plan(cases[0], intensity, (0.05, 0.06), 2, 50, 1, 0.95), Memory(tmp_path)
+    first = draw(plan, 1, memory, lambda _: None)
+    asked: list[int] = []
+    again = draw(plan, 1, memory, asked.append)
+    assert (asked, again.fragility()) == ([], first.fragility())
+    with pytest.raises(NoIntensityError, match="did you mean 'step'"):
+        intensity_of("stp", cases[0].variant, cases[0].timeline)
