@@ -18,6 +18,7 @@ Feature: TypeAlias = tuple[float, float, float]  # by body axis: 1, -1 or 0
 
 # Sine by which a direction may lie outside a cone and be taken to lie on its border, and between two that are one.
 ROUNDING = 1e-9
+ALONG = 1e-3  # sine of the angle below which faces run along each other: half a millimetre of the end of a carton
 FACE, EDGE = 1, 2  # how many axes lead out of it
 
 
@@ -30,10 +31,24 @@ def common_normals(a: BoxSolid, of_a: Feature, b: BoxSolid, of_b: Feature, along
     if len(cone_a) == FACE or len(cone_b) == FACE:
         return cone_a if len(cone_a) == FACE else cone_b
     if len(cone_a) == len(cone_b) == EDGE:
-        return _of_parallel_edges(cone_a, cone_b) if along_line else _of_crossing_edges(cone_a, cone_b)
-    if len(cone_a) == EDGE:
-        return _clipped(cone_a, cone_b)
-    return _clipped(cone_b, cone_a)
+        found = _of_parallel_edges(cone_a, cone_b) if along_line else _of_crossing_edges(cone_a, cone_b)
+    elif len(cone_a) == EDGE:
+        found = _clipped(cone_a, cone_b)
+    else:
+        found = _clipped(cone_b, cone_a)
+    return that_press(found, cone_a, cone_b)
+
+
+def that_press(found: Sequence[Vec3], of_a: Sequence[Vec3], of_b: Sequence[Vec3]) -> tuple[Vec3, ...]:
+    """Of the normals of two edges or corners, those along which the bodies can press on each other.
+
+    Where all faces beside them run along each other, as those of cartons do that stand flush, no two of these faces
+    overlap. A body may lie there, by the most upright normal; but from the side, nothing is in front of it.
+    """
+    if len(of_a) != len(of_b) or not all(any(dist(one, other) < ALONG for other in of_b) for one in of_a):
+        return tuple(found)
+    upright = max((abs(normal[2]) for normal in found), default=0.0)
+    return tuple(normal for normal in found if abs(normal[2]) > upright - ALONG)
 
 
 def _cone(body: BoxSolid, feature: Feature, sign: float) -> tuple[Vec3, ...]:

@@ -75,3 +75,27 @@ def test_what_lies_in_a_groove_touches_it_if_it_need_come_down_by_no_more_than_t
     lowest = Pose((0.0, 0.0, side * slope + down * 0.02 * side), (0.0, sin(pi / 8.0), 0.0, cos(pi / 8.0)))
     verdict = assembly.add(Brick("stone", Box((side, side, side)), 1.0), lowest)
     assert verdict.stability is (Stability.STABLE if touches else Stability.UNSTABLE)
+
+
+@pytest.mark.parametrize("as_a_hull", [False, True])
+@pytest.mark.parametrize("angle", [0.0, 0.3])
+@pytest.mark.parametrize("size", [0.01, 1.0, 10.0])
+def test_a_carton_beyond_the_end_of_its_support_is_not_held_by_what_stands_flush_beside_that(
+    size: float, angle: float, as_a_hull: bool
+) -> None:
+    # Its centre is beyond the end, which two cartons of a layer share; its edge runs along the top edge of the second.
+    x, y, z = (size * side for side in CARTON)
+    shape = carton((x, y, z), as_a_hull)
+    for beyond, stands in [(-0.001, True), (0.001, False), (0.025, False)]:
+        assembly = Assembly((FLOOR,), 0.9, 9.81)
+        for row in (0.0, 1.0):
+            assembly.add(Brick(f"row {row}", shape, 1.0), turned(angle, 0.5 * x, row * y, 0.5 * z))
+        verdict = assembly.add(Brick("upper", shape, 1.0), turned(angle, -beyond * x, 0.0, 1.5 * z))
+        assert (verdict.stability is Stability.STABLE) is stands
+
+
+def test_a_beam_that_reaches_from_edge_to_edge_lies_there() -> None:
+    assembly = Assembly((FLOOR,), 0.5, 9.81)
+    for name, at in (("left", -0.4), ("right", 0.4)):
+        assembly.add(Brick(name, Box(CARTON), 1.0), Pose((at, 0.0, 0.125)))
+    assert assembly.add(Brick("beam", Box(CARTON), 1.0), Pose((0.0, 0.0, 0.375))).stability is Stability.STABLE

@@ -13,7 +13,7 @@ from stability.geometry.clipping import cut
 from stability.geometry.polyhedra import Array, Hull, vector
 from stability.geometry.vectors import add_scaled, cross, dot, norm, scale, unit
 from stability.model import Vec3
-from stability.statics.contacts.normal_cones import ROUNDING
+from stability.statics.contacts.normal_cones import ROUNDING, that_press
 
 FACE, EDGE = 2, 1  # dimensions of a feature; a corner has none
 
@@ -59,6 +59,11 @@ def common_normals(a: Feature, b: Feature, along_line: bool) -> tuple[Vec3, ...]
     """
     if FACE in (a.dimension, b.dimension):
         return tuple(a.normals(1.0) if a.dimension == FACE else b.normals(-1.0))
+    return that_press(_normals_of_rims(a, b, along_line), a.normals(1.0), b.normals(-1.0))
+
+
+def _normals_of_rims(a: Feature, b: Feature, along_line: bool) -> tuple[Vec3, ...]:
+    """Those of edges and corners."""
     if a.dimension == b.dimension == EDGE:
         way_a, way_b = vector(a.body.ways[a.number]), vector(b.body.ways[b.number])
         across = cross(way_a, way_b)
