@@ -29,6 +29,46 @@ _POINT_COLUMNS = (
 )
 
 TABLES: Mapping[str, Table] = {
+    "human-error": Table(
+        "human-error",
+        "scenes",
+        (
+            Column("scene", "{scene}"),
+            Column("errors, standard deviations", "{hands}"),
+            Column("without errors", "{without}"),
+            Column("the same with them", "{same_percent:.1f} %"),
+            Column("claim", "{claim}"),
+            Column("holds in", "{percent:.1f} % ({least_percent:.1f} .. {most_percent:.1f})"),
+            Column("falls at levels", "{fell_at}"),
+            Column("not proven", "{not_proven}"),
+            Column("ms a sample", "{cpu_ms_a_sample:sig2}"),
+        ),
+    ),
+    "fragility": Table(
+        "fragility",
+        "curves",
+        (
+            Column("curve", "{row}"),
+            Column("samples", "{samples:,}"),
+            Column("half fall at, closed form", "{true_median:sig3} {unit}"),
+            Column("lognormal median, off by", "{off_percent:+.2f} %"),
+            Column("by the points alone, off by", "{half_off_percent:+.2f} %"),
+            Column("points whose interval holds the truth", "{points_that_hold_the_truth} of {points}"),
+            Column("points that the lognormal misses", "{points_that_the_curve_misses}"),
+            Column("ms a verdict", "{cpu_ms_a_verdict:sig2}"),
+        ),
+    ),
+    "sampled-engines": Table(
+        "samples",
+        "engines",
+        (
+            Column("system", "`{row}`"),
+            Column("samples", "{samples}"),
+            Column("wrong verdicts", "{wrong}"),
+            Column("another level, or wrong", "{other_level}"),
+            Column("ms a sample", "{cpu_ms_a_sample:sig2}"),
+        ),
+    ),
     "four-stack": Table(
         "four-stack",
         "systems",
