@@ -15,7 +15,7 @@ from stackdsl.bench.summary import bench_json
 from stackdsl.bench.table import bench_text
 from stackdsl.checking.gathering import gather
 from stackdsl.checking.selection import Selection, why_nothing
-from stackdsl.commands.options import LONGEST_LIMIT, ON_KEYWORD, ON_TAGS, FilePath, SystemChoice, refuse_missing
+from stackdsl.commands.options import LONGEST_LIMIT, ON_KEYWORD, ON_TAGS, FilePath, Number, SystemChoice, refuse_missing
 from stackdsl.commands.terminal import paper, progress, tell, write
 from stackdsl.exits import ExitCode
 from stackdsl.outcome import RunStatus
@@ -81,7 +81,7 @@ def _factors(context: click.Context, parameter: click.Parameter, text: str) -> t
 )
 @click.option(
     "--time-limit",
-    type=click.FloatRange(0.001, LONGEST_LIMIT),
+    type=Number(0.001, LONGEST_LIMIT),
     default=TIME_LIMIT,
     show_default=True,
     help="Seconds a run.",

@@ -12,7 +12,7 @@ import click
 from stackdsl.checking.check import TIME_LIMIT
 from stackdsl.checking.selection import Shard
 from stackdsl.commands.formats import Output, OutputChoice
-from stackdsl.commands.options import LONGEST_LIMIT, ON_KEYWORD, ON_SYSTEMS, ON_TAGS, FilePath
+from stackdsl.commands.options import LONGEST_LIMIT, ON_KEYWORD, ON_SYSTEMS, ON_TAGS, FilePath, Number
 
 Command = TypeVar("Command", bound=Callable[..., object])
 
@@ -99,7 +99,7 @@ OPTIONS: Final = (
     ),
     click.option(
         "--time-limit",
-        type=click.FloatRange(0.001, LONGEST_LIMIT),
+        type=Number(0.001, LONGEST_LIMIT),
         callback=lambda *given: _number(given[-1]),
         default=TIME_LIMIT,
         show_default=True,

@@ -8,7 +8,7 @@ import click
 
 from stackdsl.checking.gathering import Case
 from stackdsl.checking.selection import Selection
-from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE
+from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE, Number
 from stackdsl.commands.selecting import code_without_runs, selected_of, variants_of
 from stackdsl.commands.terminal import counted, tell, write
 from stackdsl.exits import ExitCode
@@ -38,7 +38,7 @@ def _bearing(context: click.Context, parameter: click.Parameter, value: str | No
 @click.option(
     "--within",
     "accuracy",
-    type=click.FloatRange(FINEST, 0.5),
+    type=Number(FINEST, 0.5),
     default=ACCURACY,
     show_default=True,
     help="Share by which both sides of a limit may be apart.",

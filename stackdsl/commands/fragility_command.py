@@ -13,7 +13,7 @@ from stackdsl.checking.drawn_fragility import Found, Plan, draw
 from stackdsl.checking.gathering import Case
 from stackdsl.checking.memory import Memory
 from stackdsl.checking.selection import Selection
-from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath
+from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, Number
 from stackdsl.commands.selecting import code_without_runs, complain, selected_of
 from stackdsl.commands.terminal import counted, tell, write
 from stackdsl.exits import ExitCode
@@ -58,7 +58,7 @@ class _Asked:
     "--samples", type=click.IntRange(1), help="At each point. Default: the scenario's `samples`, at most 1000."
 )
 @click.option("--seed", type=click.IntRange(0), help="Default: the scenario's.")
-@click.option("--confidence", type=click.FloatRange(0.5, 0.999999), help="Of all intervals. Default: the scenario's.")
+@click.option("--confidence", type=Number(0.5, 0.999999), help="Of all intervals. Default: the scenario's.")
 @click.option(
     "--bearing", type=float, help="Of acceleration and tilt [deg]: bricks are pulled so. Default: each sample's worst."
 )

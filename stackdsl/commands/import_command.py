@@ -8,7 +8,7 @@ import click
 from pydantic import ValidationError
 
 from stackdsl.commands.import_faults import faults
-from stackdsl.commands.options import FilePath
+from stackdsl.commands.options import FilePath, Number
 from stackdsl.commands.terminal import tell, write
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.exits import ExitCode
@@ -42,7 +42,7 @@ _LENGTHS, _MASSES = (list(get_args(get_args(Units.model_fields[key].annotation)[
 @click.option("--supports", type=click.Choice(("bricks",)), help="Of a COMPAS file: take what is fixed as bricks.")
 @click.option("--origin", nargs=3, help="Shifts the load by x, y, z, such as '0 mm' '0 mm' '1 m'.")
 @click.option("--ignore", multiple=True, help="A column, key or body that is not to be taken; may be repeated.")
-@click.option("--friction", type=click.FloatRange(0.0, 10.0), default=0.5, show_default=True, help="Of box on box.")
+@click.option("--friction", type=Number(0.0, 10.0), default=0.5, show_default=True, help="Of box on box.")
 @click.option("--name", help="What the scenario is called; default: as the file.")
 @click.pass_context
 def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option

@@ -1,6 +1,7 @@
 """Options that several commands have."""
 
 from collections.abc import Iterable
+from math import isfinite
 from pathlib import Path
 
 import click
@@ -10,6 +11,17 @@ from stackdsl.checking.keywords import KeywordError, expression_of
 from stackdsl.systems.known_systems import KNOWN, needs_of
 
 FilePath = click.Path(path_type=Path)
+
+
+class Number(click.FloatRange):
+    """A number within a range; `nan`, which is neither above a bound nor below one, is none."""
+
+    def convert(self, value: float, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """The number."""
+        number = super().convert(value, param, ctx)
+        if not isfinite(number):
+            self.fail(f"'{value}' is no number that means anything", param, ctx)
+        return number
 
 
 class SystemChoice(click.Choice[str]):

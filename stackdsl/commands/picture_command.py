@@ -10,7 +10,7 @@ from stackdsl.checking.one_case import play_case
 from stackdsl.checking.results import judged
 from stackdsl.checking.selection import Selection
 from stackdsl.commands.keeping import write_file
-from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath
+from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, Number
 from stackdsl.commands.selecting import code_without_runs, selected_of
 from stackdsl.commands.terminal import tell
 from stackdsl.playing.clearance import BlockedPlacementError
@@ -33,12 +33,10 @@ MOST_FRAMES = 400
 @ONE_FILE
 @click.option("-o", "--output", type=FilePath, required=True, help="What to write: .svg, .png, or .gif, .webp or .mp4.")
 @click.option("--view", "views", multiple=True, type=click.Choice(list(VIEWS)), help="From where; default: all around.")
-@click.option("--at", "time", type=click.FloatRange(min=0.0), help="When [s]; default: at the end.")
+@click.option("--at", "time", type=Number(min=0.0), help="When [s]; default: at the end.")
 @click.option("--strip", "count", type=click.IntRange(2, 40), help="So many pictures of how it moves, side by side.")
 @click.option("--forces", is_flag=True, help="The forces of the proof too, where one holds then.")
-@click.option(
-    "--slower", type=click.FloatRange(0.01, 1000.0), default=1.0, help="Moving pictures so many times slower."
-)
+@click.option("--slower", type=Number(0.01, 1000.0), default=1.0, help="Moving pictures so many times slower.")
 @ON_SYSTEMS
 @ON_KEYWORD
 @click.pass_context

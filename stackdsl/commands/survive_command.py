@@ -7,7 +7,7 @@ import click
 
 from stackdsl.checking.gathering import Case
 from stackdsl.checking.selection import Selection
-from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath
+from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, Number
 from stackdsl.commands.selecting import code_without_runs, selected_of, variants_of
 from stackdsl.commands.terminal import counted, tell, write
 from stackdsl.judging.proofs import proofs_of
@@ -26,9 +26,7 @@ FEWEST, MOST = 4, 3600
 @click.option(
     "--bearings", type=click.IntRange(FEWEST, MOST), default=72, show_default=True, help="Directions, evenly around."
 )
-@click.option(
-    "--accuracy", type=click.FloatRange(1e-6, 0.5), default=0.01, show_default=True, help="Share that may be unproven."
-)
+@click.option("--accuracy", type=Number(1e-6, 0.5), default=0.01, show_default=True, help="Share that may be unproven.")
 @click.option("--format", "form", type=click.Choice(["text", "csv", "json"]), default="text", help="How it is written.")
 @click.option("--plot", type=FilePath, help="Draw it to this .svg or .png; of one case.")
 @click.pass_context

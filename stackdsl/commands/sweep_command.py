@@ -10,7 +10,7 @@ import click
 from stackdsl.checking.executors import TIME_LIMIT
 from stackdsl.checking.gathering import Case
 from stackdsl.checking.selection import Selection
-from stackdsl.commands.options import LONGEST_LIMIT, ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath
+from stackdsl.commands.options import LONGEST_LIMIT, ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, Number
 from stackdsl.commands.selecting import selected_of
 from stackdsl.commands.terminal import counted, tell, write
 from stackdsl.exits import ExitCode
@@ -47,7 +47,7 @@ MOST_SAMPLES = 10**12
 @click.option("--jobs", type=click.IntRange(1, 256), help="Processes of this machine; default: one a core.")
 @click.option(
     "--time-limit",
-    type=click.FloatRange(0.001, LONGEST_LIMIT),
+    type=Number(0.001, LONGEST_LIMIT),
     default=TIME_LIMIT,
     show_default=True,
     help="Seconds that a sample may take, or a case that has none.",

@@ -4,10 +4,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 
+from stability.geometry.neighbours import Neighbours
 from stability.geometry.rotations import rotate
 from stability.geometry.vectors import add, norm, scale
 from stability.model import BodyId, Pose, Quaternion
 from stability.shapes.apart import apart_from_plane, in_place, meeting
+from stability.shapes.in_pose import bounds_W
 from stackdsl.compiling.built import Built
 from stackdsl.compiling.built_bricks import BuiltBrick
 from stackdsl.compiling.fitting import OVERLAP
@@ -89,7 +91,7 @@ def hands_that_bring(built: Built, scenario: Scenario, source: Source) -> Iterat
     bricks, told = brought(built, scenario), set[int]()
     if not bricks:
         return
-    scene = scene_of(built, scenario.world.gravity, tilt_of(scenario))
+    scene, places = scene_of(built, scenario.world.gravity, tilt_of(scenario)), _places(built)
     for one in bricks:
         step = one.brick.written.step
         if step in told:
@@ -102,12 +104,20 @@ def hands_that_bring(built: Built, scenario: Scenario, source: Source) -> Iterat
             span = source.span_of((*path, miss.key) if "speed" in one.hand.model_fields_set else path)
             yield Diagnostic(miss.code, span, miss.message, miss.hint)
             continue
-        if (why := _in_the_way(one, built)) is not None:
+        if (why := _in_the_way(one, built, places)) is not None:
             told.add(step)
             yield Diagnostic("SD209", source.span_of(path), why, "let the hand come from elsewhere, by `from`")
 
 
-def _in_the_way(one: Brought, built: Built) -> str | None:
+def _places(built: Built) -> Neighbours[int]:
+    """All bricks by their number, to ask which are near the way of a hand."""
+    found: Neighbours[int] = Neighbours()
+    for number, brick in enumerate(built.bricks):
+        found.add(number, *bounds_W(brick.written.shape, brick.written.pose))
+    return found
+
+
+def _in_the_way(one: Brought, built: Built, places: Neighbours[int]) -> str | None:
     """What is in the way of a hand, of all whose place is known; what it touches in the end is not."""
     name, shape = one.brick.name, one.brick.written.shape
     for plane in built.planes:
@@ -116,7 +126,10 @@ def _in_the_way(one: Brought, built: Built) -> str | None:
             return f"the hand comes with brick '{name}' {mm(-gap)} inside {plane.id}"
     length = norm(one.hand.from_)
     along, block = scale(-1.0 / length, one.hand.from_), in_place(shape, one.came)
-    for other in built.bricks:
+    ends = (bounds_W(shape, one.came), bounds_W(shape, one.brick.written.pose))
+    (ax, ay, az), (bx, by, bz) = (map(min, *(low for low, _ in ends)), map(max, *(high for _, high in ends)))
+    for number in places.around((ax, ay, az), (bx, by, bz), OVERLAP):
+        other = built.bricks[number]
         there = other.placed < one.brick.placed and (other.gone is None or other.gone.time > one.begins)
         if other.name == name or not there or other.written.drop:
             continue

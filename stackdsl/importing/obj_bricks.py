@@ -14,6 +14,7 @@ from stackdsl.importing.load import Exact3, ImportedLoad, LoadReading
 from stackdsl.importing.measures import Measures
 from stackdsl.importing.meshes import Mesh, brick_name, density_of, merged, metre_of, solid_brick
 from stackdsl.language.imports import Import
+from stackdsl.language.obj_text import corner_number
 
 _LOOKS: Final = {"vt", "vn", "usemtl", "mtllib", "s", "usemap", "maplib", "lod", "shadow_obj", "trace_obj"}
 LEAST_PARTS: Final = 3  # of a corner, and of a face
@@ -109,9 +110,8 @@ class _Lines:
 
     def _place(self, part: str) -> int | None:
         """Of `3/1/2`, where texture and normal follow; -1 is the last corner so far."""
-        try:
-            number = int(part.partition("/")[0])
-        except ValueError:
+        number = corner_number(part)
+        if number is None:
             return None
         place = number - 1 if number > 0 else len(self._corners) + number
         return place if number != 0 and 0 <= place < len(self._corners) else None

@@ -47,8 +47,13 @@ def brick_of(reading: LoadReading, body: Body) -> ImportedBox | None:
     if not 0 < body.mass <= HEAVIEST:
         reading.wrong(body.span, f"'{body.name}' has a mass of {float(body.mass):g} kg", "write more than zero")
         return None
-    if max(map(abs, (*body.place, *body.shape_place)), default=0.0) > FURTHEST:
-        reading.wrong(body.span, f"'{body.name}' is more than 10 km away", "mend its place, or its unit")
+    if not np.isfinite([*body.turn, *body.shape_turn]).all():
+        reading.wrong(body.span, f"'{body.name}' is turned by what is no angle", "write numbers")
+        return None
+    lengths = np.array([body.place, body.shape_place, body.centre_of_mass, *body.corners])
+    if not (np.abs(lengths) <= float(FURTHEST)).all():  # nor is what is no number
+        message = f"'{body.name}' is more than 10 km away, or has its mass or a corner there"
+        reading.wrong(body.span, message, "mend its numbers, or their unit")
         return None
     whole = Rotation.from_quat(body.turn) * Rotation.from_quat(body.shape_turn)
     centre = np.array(body.place) + Rotation.from_quat(body.turn).apply(body.shape_place)

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import redirect_stderr
 from fractions import Fraction
 from io import StringIO
+from math import inf, isfinite
 from typing import TYPE_CHECKING, Any, Final
 
 from stability.model import Quaternion, Vec3
@@ -139,6 +140,9 @@ class _Links:
         if link.inertial is None or not link.inertial.mass:
             self._tell(element, f"'{link.name}' has no mass", "write its `inertial`, with a `mass`")
             return None
+        if not isfinite(link.inertial.mass):
+            self._tell(element, f"'{link.name}' has a mass of {link.inertial.mass} kg", "write a number")
+            return None
         (collision,) = link.collisions
         kind = type(collision.geometry).__name__.lower()
         corners, faces = self._mesh(element, collision.geometry) if kind == "mesh" else ((), ())
@@ -177,7 +181,7 @@ class _Links:
             self._tell(element, error.message, error.hint)
             return (), ()
         scale = _three(geometry.scale) if geometry.scale is not None else (1.0, 1.0, 1.0)
-        if min(scale) <= 0.0:
+        if not all(0.0 < each < inf for each in scale):
             self._tell(element, f"the mesh '{file}' is scaled by {scale}", "write more than zero")
             return (), ()
         sx, sy, sz = scale

@@ -140,6 +140,7 @@ ShareTolerance = Annotated[Tolerance, _tolerance(SHARE, "0.25 ± 0.02")]
 
 MAX_LEVELS: Final = 10_000  # beyond, a typo: the tallest plank towers have a few hundred levels
 MAX_BRICKS: Final = 20_000  # in one step of `build`; some seconds of computing
+MAX_STONES: Final = 200  # of one arch: each is a solid of its own, and as thin wedges all are near each other
 
 Flag = Annotated[bool, Field(strict=True)]
 MAX_SAMPLES: Final = 10_000_000  # an hour of a tower of 100 planks

@@ -1,6 +1,7 @@
 """What an author says of hands: how they bring a brick, and how they move one that is there."""
 
 from collections.abc import Mapping, Sequence
+from math import dist, hypot
 from typing import Annotated, ClassVar, TypeAlias
 
 from pydantic import AfterValidator, Field
@@ -12,19 +13,20 @@ from stackdsl.language.author_models import Shorthand, default
 from stackdsl.language.mistakes import MistakeError
 
 MOST_PLACES = 1000  # of one path
+LEAST_WAY = 1e-9  # [m] from place to place; of less, the square may be nothing
 
 Way: TypeAlias = tuple[t.Length, t.Length, t.Length]
 
 
 def _somewhere(way: Vec3) -> Vec3:
-    if not any(way):
+    if hypot(*way) < LEAST_WAY:
         raise MistakeError("SD104", "the hand goes nowhere", "write a way that is longer than zero")
     return way
 
 
 def _onwards(places: Sequence[Vec3]) -> Sequence[Vec3]:
     for number, (before, after) in enumerate(zip(((0.0, 0.0, 0.0), *places), places, strict=False), start=1):
-        if before == after:
+        if dist(before, after) < LEAST_WAY:
             message = f"place {number} of the path is where the hand is already"
             raise MistakeError("SD104", message, "leave it out; each is told from where the brick is at first")
     return places

@@ -1,5 +1,6 @@
 """The text of a Wavefront OBJ file as corners and faces: of all that such a file may hold, its `v` and `f` lines."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import isfinite
@@ -9,6 +10,7 @@ from stackdsl.language.mistakes import MistakeError, shown
 
 MOST_LINES: Final = 100_000
 LEAST_PARTS: Final = 3  # of a corner, and of a face
+_CORNER: Final = re.compile(r"[-+]?[0-9]{1,18}(?=/|$)")
 
 
 @dataclass(slots=True)
@@ -52,6 +54,8 @@ def _number(part: str) -> float:
         number = float(part)
     except ValueError:
         raise ValueError(f"{shown(part)} is no number") from None
+    if not part.isascii() or "_" in part:  # as Python would read
+        raise ValueError(f"{shown(part)} is no number")
     if not isfinite(number):
         raise ValueError(f"{shown(part)} is no number that means a place")
     return number
@@ -68,11 +72,16 @@ def _loop(parts: Sequence[str], known: int) -> tuple[int, ...]:
 
 def _corner(part: str, known: int) -> int:
     """Of `3/1/2`, where texture and normal follow; -1 is the last corner so far."""
-    try:
-        number = int(part.partition("/")[0])
-    except ValueError:
-        raise ValueError(f"{shown(part)} names no corner") from None
+    number = corner_number(part)
+    if number is None:
+        raise ValueError(f"{shown(part)} names no corner")
     index = number - 1 if number > 0 else known + number
     if number == 0 or not 0 <= index < known:
         raise ValueError(f"there is no corner {number}: {known} stand above")
     return index
+
+
+def corner_number(part: str) -> int | None:
+    """The number of a corner in a part of a face, such as 3 of `3/1/2`; None if there is none."""
+    match = _CORNER.match(part)
+    return int(match[0]) if match else None

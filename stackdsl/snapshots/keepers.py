@@ -9,6 +9,7 @@ import os
 import re
 from collections.abc import Collection
 from contextlib import suppress
+from errno import ENAMETOOLONG
 from pathlib import Path
 from typing import Final
 
@@ -44,7 +45,12 @@ def keeper_in(content: object) -> str:
 
 def is_there(keeper: str, golden: Path) -> bool:
     """Whether who keeps a file of a directory is still there, as far as one can know."""
-    return keeper == ELSEWHERE or (bool(keeper) and (golden.parent / keeper).is_file())
+    if keeper in ("", ELSEWHERE):
+        return bool(keeper)
+    try:
+        return (golden.parent / keeper).is_file()
+    except OSError as error:  # where one may not look, it may be there
+        return error.errno != ENAMETOOLONG
 
 
 def is_kept(file: Path, golden: Path, checked: Collection[str]) -> bool:

@@ -15,7 +15,7 @@ from typing import Annotated, Final
 from pydantic import Field
 
 from stability.model import Vec3
-from stackdsl.language.author_types import MAX_BRICKS, PositiveLength
+from stackdsl.language.author_types import MAX_STONES, PositiveLength
 from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Outline, Specs, layout
 from stackdsl.language.mistakes import MistakeError
 from stackdsl.wording import mm
@@ -31,7 +31,7 @@ class ArchParams(LayoutParams):
         None, description="of the crown above the springings, on the inner side; default: half the span, a semicircle"
     )
     thickness: PositiveLength = Field(description="of the ring of stones, along the joints")
-    voussoirs: Annotated[int, Field(strict=True, ge=2, le=MAX_BRICKS - 2)] = Field(description="how many stones")
+    voussoirs: Annotated[int, Field(strict=True, ge=2, le=MAX_STONES)] = Field(description="how many stones")
     depth: PositiveLength | None = Field(None, description="from front to back; default: the width of the brick")
     abutment: PositiveLength | None = Field(
         None, description="how wide each abutment is behind the arch; for one that is flatter than a semicircle"

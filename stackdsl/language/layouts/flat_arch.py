@@ -15,7 +15,7 @@ from pydantic import Field
 
 from stability.model import Vec3
 from stackdsl.language.author_models import default
-from stackdsl.language.author_types import MAX_BRICKS, PositiveLength, Slope
+from stackdsl.language.author_types import MAX_STONES, PositiveLength, Slope
 from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Outline, Specs, layout
 from stackdsl.language.mistakes import MistakeError
 
@@ -26,7 +26,7 @@ class FlatArchParams(LayoutParams):
     span: PositiveLength = Field(description="between the abutments, on the lower side")
     height: PositiveLength = Field(description="of the lower side above the ground")
     thickness: PositiveLength = Field(description="from the lower side to the upper one")
-    voussoirs: Annotated[int, Field(strict=True, ge=1, le=MAX_BRICKS - 2)] = Field(description="how many stones")
+    voussoirs: Annotated[int, Field(strict=True, ge=1, le=MAX_STONES)] = Field(description="how many stones")
     lean: Slope = default("20 deg", "of the outermost joints from upright")
     abutment: PositiveLength = Field(description="how wide each abutment is on top")
     depth: PositiveLength | None = Field(None, description="from front to back; default: the width of the brick")

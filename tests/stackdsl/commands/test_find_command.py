@@ -96,3 +96,21 @@ def test_what_no_limit_can_be_asked_of_is_told_with_why(stackdsl: Stackdsl, tmp_
 def test_nothing_is_asked_of_what_is_thrown(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, THROWN, "thrown.yaml")
     assert "largest far: has no effect on what is built" in stackdsl("find", "thrown.yaml", "--largest", "far").out
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        ("find", "--largest", "step", "--within"),
+        ("survive", "--accuracy"),
+        ("picture", "-o", "a.svg", "--at"),
+        ("picture", "-o", "a.gif", "--slower"),
+        ("import", "--friction"),
+    ],
+)
+def test_what_is_no_number_is_within_no_range(stackdsl: Stackdsl, tmp_path: Path, asked: tuple[str, ...]) -> None:
+    write(tmp_path, COLUMN, "leaning.yaml")
+    command, *options = asked
+    refused = stackdsl(command, "leaning.yaml", *options, "nan")
+    assert refused.code == ExitCode.USAGE
+    assert "'nan' is no number that means anything" in refused.err

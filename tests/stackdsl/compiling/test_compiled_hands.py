@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import pytest
 
+from stackdsl.compiling import by_hand
 from stackdsl.timeline import Action, Arrival, Hold, LetGo, Move, Placement, Timeline
 from tests.scenes import mistakes_of, timeline_of
 
@@ -137,6 +138,7 @@ def test_what_is_slid_is_free_across_the_ground_that_it_is_slid_on() -> None:
         ("at: 1 s, move: {brick: late, by: [9 mm, 0 mm, 0 mm]}", "SD204", "'late' is placed at 5 s, not before 1 s"),
         ("move: {brick: L3.1}", "SD108", "exactly one of by, path"),
         ("move: {brick: L3.1, by: [0 mm, 0 mm, 0 mm]}", "SD104", "goes nowhere"),
+        ("move: {brick: L3.1, by: [0 mm, 0 mm, 1e-300 mm]}", "SD104", "goes nowhere"),
         ("move: {brick: L3.1, path: [[9 mm, 0 mm, 0 mm], [9 mm, 0 mm, 0 mm]]}", "SD104", "place 2 of the path"),
         ("move: {brick: L3.1, by: [9 mm, 0 mm, 1 mm], slid: true}", "SD104", "goes level"),
         ("move: {brick: L3.1, by: [9 mm, 0 mm, 0 mm], speed: 0.5 m/s}", "SD104", "hits rather than pushes"),
@@ -199,6 +201,14 @@ def test_a_hand_does_not_come_through_what_stands() -> None:
     assert "'roof' is in the way of the hand that brings brick 'under'" in mistake.message
 
 
+def test_of_a_large_scene_only_what_is_near_its_way_is_held_against_a_hand(monkeypatch: pytest.MonkeyPatch) -> None:
+    met = []
+    monkeypatch.setattr(by_hand, "meeting", lambda *bodies: met.append(bodies))
+    levels = 100
+    assert not mistakes_of(f"- column: {{levels: {levels}}}\n  place: by hand")
+    assert 0 < len(met) < 10 * levels
+
+
 def test_it_may_come_from_the_side() -> None:
     timeline = timeline_of(
         "- bricks: [{at: [0 mm, 0 mm, 3.9 mm]}]\n  place: {from: [200 mm, 0 mm, 0 mm], speed: 0.2 m/s}"
@@ -224,6 +234,8 @@ def test_hands_go_on_until_it_collapses_without_being_told_how_often() -> None:
     assert len(timeline.placements) == 100
 
 
-@pytest.mark.parametrize("word", ["by foot", "3", "{}", "{speed: 1 km/h}", "{from: [0 mm, 0 mm, 0 mm]}"])
+@pytest.mark.parametrize(
+    "word", ["by foot", "3", "{}", "{speed: 1 km/h}", "{from: [0 mm, 0 mm, 0 mm]}", "{from: [0 mm, 0 mm, 1e-300 mm]}"]
+)
 def test_other_words_for_placing_are_refused(word: str) -> None:
     assert mistakes_of(f"{COLUMN}\n  place: {word}")

@@ -12,6 +12,7 @@ from stackdsl.importing.load import ImportedLoad, UnreadableLoadError
 from stackdsl.importing.load_formats import read_load
 from stackdsl.language.imports import Format, Import
 from stackdsl.language.mistakes import MistakeError
+from stackdsl.language.obj_text import obj_mesh
 from tests.stackdsl.importing.loads import SAID, TEXTS
 
 Said = Mapping[str, object]
@@ -190,3 +191,18 @@ def test_a_line_may_go_on_in_the_next() -> None:
     assert [box.size for box in read(broken, SAID["obj"]).boxes] == [
         box.size for box in read(TEXTS["obj"], SAID["obj"]).boxes
     ]
+
+
+@pytest.mark.parametrize("corner", ["٣", "0_3", "3_"])
+def test_only_plain_digits_number_a_corner(corner: str) -> None:
+    text = TEXTS["obj"].replace("f 1 2 3", f"f 1 2 {corner}", 1)
+    assert corner in text
+    assert mistakes(text, SAID["obj"])[0].message.startswith("the face names a corner that is not among")
+    with pytest.raises(MistakeError, match="names no corner"):
+        obj_mesh(f"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 {corner}\n", "a")
+
+
+@pytest.mark.parametrize("number", ["١", "1_0"])
+def test_only_plain_digits_are_a_coordinate(number: str) -> None:
+    with pytest.raises(MistakeError, match="is no number"):
+        obj_mesh(f"v 0 0 {number}\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "a")

@@ -8,6 +8,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from stackdsl.snapshots.file_names import golden_file, golden_name, old_name
+from stackdsl.snapshots.keepers import is_there
 from stackdsl.snapshots.moving import moved_to_new_names
 from stackdsl.snapshots.record import Identity
 
@@ -80,3 +81,8 @@ def test_what_says_no_name_or_has_its_place_taken_is_left_as_it_is(tmp_path: Pat
     other.write_text("<<<<<<< HEAD")
     assert list(moved_to_new_names(tmp_path)) == [(old, None), (other, None)]
     assert new.read_text() == "here already"
+
+
+@pytest.mark.parametrize("keeper", ["a" * 5000, "nobody.py", "\0"], ids=["too long", "gone", "no name"])
+def test_who_cannot_be_there_keeps_nothing(tmp_path: Path, keeper: str) -> None:
+    assert not is_there(keeper, tmp_path / "golden")

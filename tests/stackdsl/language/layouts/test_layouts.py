@@ -9,8 +9,10 @@ from hypothesis import strategies as st
 from stability.geometry.separation import block
 from stackdsl.compiling.written_bricks import pose_of
 from stackdsl.language.author_types import MAX_BRICKS
+from stackdsl.language.layouts.arch import ArchParams
 from stackdsl.language.layouts.card_house import CardHouseParams
 from stackdsl.language.layouts.column import ColumnParams
+from stackdsl.language.layouts.flat_arch import FlatArchParams
 from stackdsl.language.layouts.four_stack import FourStackParams
 from stackdsl.language.layouts.harmonic import HarmonicParams
 from stackdsl.language.layouts.registry import LAYOUTS, BrickSpec, LayoutParams, place
@@ -119,10 +121,12 @@ def test_a_layout_may_be_large(params: type[LayoutParams], size: dict[str, int])
         (TowerParams, {"levels": 10_000, "bricks": 3}),
         (TowerParams, {"levels": 1, "bricks": 2}),
         (CardHouseParams, {"levels": 116}),
+        (ArchParams, {"span": "1 m", "thickness": "0.1 m", "voussoirs": 201}),
+        (FlatArchParams, {"span": "1 m", "height": "1 m", "thickness": "0.1 m", "abutment": "1 m", "voussoirs": 201}),
         (ColumnParams, {"levels": 0}),
         (ColumnParams, {"levels": True}),
     ],
 )
-def test_a_typo_does_not_eat_the_machine(params: type[LayoutParams], size: dict[str, int]) -> None:
+def test_a_typo_does_not_eat_the_machine(params: type[LayoutParams], size: dict[str, object]) -> None:
     with pytest.raises(ValueError, match=r"bricks|less than or equal|greater than|valid integer"):
         params.model_validate(size)
