@@ -139,10 +139,7 @@ def _in_order(
         for corner in loop:
             faces_at[corner] += 1
     corners = sorted(faces_at)
-    sides = {pair for loop in loops for pair in pairwise((*loop, loop[0]))}
-    closed = all((other, one) in sides for one, other in sides)
-    euler = len(corners) + len(loops) - len(sides) // 2
-    if not closed or min(faces_at.values()) < LEAST_FACES_AT_A_CORNER or euler != 2:  # noqa: PLR2004 -- of a sphere
+    if min(faces_at.values()) < LEAST_FACES_AT_A_CORNER or not _is_a_sphere(len(corners), loops):
         raise NotASolidError(
             "its corners are so close together, or its faces so nearly flush, that they cannot be told apart",
             "leave out what differs by rounding only",
@@ -151,6 +148,13 @@ def _in_order(
     depths = np.array([normal @ scaled[on[0]] for normal, on in planes]) - scaled @ np.array([n for n, _ in planes]).T
     inside = [number for number in range(len(points)) if float(depths[number].min()) > written]
     return [_vector(points[c]) for c in corners], [tuple(new[c] for c in loop) for loop in loops], inside
+
+
+def _is_a_sphere(corners: int, loops: Sequence[Sequence[int]]) -> bool:
+    """Whether faces close up to one surface without holes (Euler's formula)."""
+    sides = {pair for loop in loops for pair in pairwise((*loop, loop[0]))}
+    closed = all((other, one) in sides for one, other in sides)
+    return closed and corners + len(loops) - len(sides) // 2 == 2  # noqa: PLR2004 -- of a sphere
 
 
 def _vector(point: Sequence[float]) -> Vec3:

@@ -6,7 +6,7 @@ from itertools import combinations
 from stability.friction_law import Friction, GivenFriction, Rule
 from stability.model import BodyId
 from stackdsl.compiling.built import Built
-from stackdsl.diagnostics import Diagnostic, did_you_mean
+from stackdsl.diagnostics import Diagnostic, Span, did_you_mean
 from stackdsl.language.bricks import BrickKind
 from stackdsl.language.catalogue import CATALOGUE
 from stackdsl.language.pair_frictions import PairOfBodies
@@ -73,10 +73,15 @@ def _said_twice(pairs: Sequence[PairOfBodies], source: Source) -> Iterator[Diagn
     for number, each in enumerate(pairs):
         earlier = first.setdefault(frozenset(each.pair), number)
         if pairs[earlier].friction != each.friction:
-            here = source.span_of(("world", "friction", "between", number))
-            there = source.span_of(("world", "friction", "between", earlier)).seen_from(here)
+            here, there = _lines(source, number, earlier)
             message = f"of this pair {pairs[earlier].friction:g} is said already, at {there}"
             yield Diagnostic("SD104", here, message, "keep one of them")
+
+
+def _lines(source: Source, number: int, earlier: int) -> tuple[Span, str]:
+    """Where one pair is said, and where another is, as seen from there."""
+    here = source.span_of(("world", "friction", "between", number))
+    return here, source.span_of(("world", "friction", "between", earlier)).seen_from(here)
 
 
 def _crossing(built: Built, scenario: Scenario, source: Source, bricks: set[BodyId]) -> Iterator[Diagnostic]:
@@ -94,7 +99,6 @@ def _crossing(built: Built, scenario: Scenario, source: Source, bricks: set[Body
         if a == b or called.get(a) != kind_of_a or called.get(b) != kind_of_b or frozenset((a, b)) in told:
             continue
         if pairs[first].friction != pairs[second].friction:
-            here = source.span_of(("world", "friction", "between", second))
-            there = source.span_of(("world", "friction", "between", first)).seen_from(here)
+            here, there = _lines(source, second, first)
             message = f"{a} and {b} are a pair of this line and of that at {there}, which say different things"
             yield Diagnostic("SD104", here, message, f"say what [{a}, {b}] have")

@@ -97,12 +97,15 @@ def find_in(case: Case, name: str, wish: Wish, told: Callable[[int], None] = lam
     whole = _is_whole(sought, wish, asking)
     guess = None if whole else sought.guess()
     found = search(asking, sought.start(whole), Aim(wish.want is not Want.LEAST, wish.accuracy, within, guess))
+    _refuse_what_was_never_a_scenario(sought, asking)
+    return _finding(name, wish, sought, found, asking)
+
+
+def _refuse_what_was_never_a_scenario(sought: Sought, asking: Asking) -> None:
     if not asking.verdicts:
         first = next(iter(asking.tried.values()))
-        raise SoughtError(
-            f"it is no scenario with any number that was tried; with {sought.text(first.value)}, {first.why}"
-        )
-    return _finding(name, wish, sought, found, asking)
+        why = f"with {sought.text(first.value)}, {first.why}"
+        raise SoughtError(f"it is no scenario with any number that was tried; {why}")
 
 
 def _range(sought: Sought, wish: Wish) -> Range:

@@ -149,12 +149,6 @@ def _is_of_time(value: object) -> bool:
 
 
 def _of_knob(knobs: Knobs, knob: Knob) -> Sought:
-    others = ""
-    if "cases" in knobs.variant.written.values and knob.name in _cases(knobs):
-        kept = [f"{name} = {value}" for name, value in _cases(knobs).items() if name != knob.name]
-        others = f"the rest of its case stays: {', '.join(kept)}" if kept else ""
-    elif _is_worked_out(knobs, knob):
-        others = "it is worked out from others there, and is set apart from them here"
     exact = replace(knob, whole=False)  # a whole number that is written may be a coefficient
     return Sought(
         knob.name,
@@ -164,8 +158,16 @@ def _of_knob(knobs: Knobs, knob: Knob) -> Sought:
         _half_a_turn(knob.unit) if _si_unit(knob.unit) == "rad" else EVERYWHERE,
         is_whole=knob.whole,
         place=str(knob.span),
-        others=others,
+        others=_others_of(knobs, knob),
     )
+
+
+def _others_of(knobs: Knobs, knob: Knob) -> str:
+    """What becomes of numbers that hang together with this one; empty if none do."""
+    if "cases" in knobs.variant.written.values and knob.name in _cases(knobs):
+        kept = [f"{name} = {value}" for name, value in _cases(knobs).items() if name != knob.name]
+        return f"the rest of its case stays: {', '.join(kept)}" if kept else ""
+    return "it is worked out from others there, and is set apart from them here" if _is_worked_out(knobs, knob) else ""
 
 
 def _half_a_turn(unit: str) -> Range:

@@ -117,12 +117,16 @@ def of_capacities(
         why = _why(error, intensity)
     points = tuple(_shaken(terms, value, capacities, ways) for value in values)
     fell = sum(each.fate > 0 for each in capacities)
-    ends = [0.0] * fell + found.tolist() + [inf] * (len(capacities) - fell - len(found))
-    half = float(np.sort(ends)[len(ends) // 2]) if ends else inf
+    half = _half_of(fell, found.tolist(), len(capacities))
     left_out = len(capacities) - fell - len(known)
-    return Fragility(
-        intensity, points, curve, why, half if 0.0 < half < inf else None, terms.seed, terms.confidence, fell, left_out
-    )
+    return Fragility(intensity, points, curve, why, half, terms.seed, terms.confidence, fell, left_out)
+
+
+def _half_of(fell: int, found: Sequence[float], count: int) -> float | None:
+    """The intensity at which half of so many samples have fallen; None if that is nowhere above zero."""
+    ends = sorted([0.0] * fell + [*found] + [inf] * (count - fell - len(found)))
+    half = ends[len(ends) // 2] if ends else inf
+    return half if 0.0 < half < inf else None
 
 
 def _shaken(terms: Terms, value: float, capacities: Sequence[Capacity], ways: Mapping[str, int]) -> Point:
