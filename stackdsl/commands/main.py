@@ -14,7 +14,6 @@ from typing import Final
 
 import click
 
-from stability.garbage import rarely_collected
 from stackdsl.commands.terminal import occupy_standard_streams, show_error, silence, tell
 from stackdsl.exits import INTERRUPTS, ExitCode
 
@@ -47,6 +46,8 @@ COMMANDS: Final[Mapping[str, str]] = {
     "sweep": "Judge every variant and every sample of FILE, and write a row for each; called again, it goes on where "
     "it was.",
 }
+
+SELDOM: Final = 20_000  # objects that are made, and stay, before the collector of garbage looks at them
 
 
 @contextmanager
@@ -108,9 +109,9 @@ def main() -> None:
             signal.signal(number, _interrupt)
     # Whatever plugins of pydantic are installed, a scenario means the same; looking for them takes time, too.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
-    with rarely_collected():
-        code = _code_of_run()
-    sys.exit(code)
+    # As `stability.garbage` does for whoever shares a process; to import that would take longer than `--help`.
+    gc.set_threshold(SELDOM, *gc.get_threshold()[1:])
+    sys.exit(_code_of_run())
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:
