@@ -82,7 +82,7 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     for note in notes:
         tell(note)
     called = slug(name or "-".join(filter(None, [file.name.split(".")[0], load])))
-    text = scenario_text(called, notes, found.load.boxes, friction)
+    text = scenario_text(called, notes, found.load, friction)
     _warn(faults(text, f"{called}.yaml", found.load.boxes), found)
     write(text)
 

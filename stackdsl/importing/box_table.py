@@ -23,7 +23,7 @@ from stackdsl.diagnostics import Span
 from stackdsl.importing.json_text import Node, Numeral, json_text
 from stackdsl.importing.likely_columns import likely_column
 from stackdsl.importing.load import ImportedBox, ImportedLoad, LoadReading
-from stackdsl.importing.measures import LONGEST_TOLD, Measures
+from stackdsl.importing.measures import LONGEST_TOLD, ROUGHEST, Measures
 from stackdsl.importing.numbers import IN_KILOGRAMS, IN_METRES, number_of
 from stackdsl.language.author_types import NAME
 from stackdsl.language.imports import Import
@@ -33,7 +33,6 @@ PLACE: Final = ("x", "y", "z")
 NEEDED: Final = (*SIDES, "mass", *PLACE)
 COLUMNS: Final = ("name", *NEEDED, "yaw", "friction")
 BARE: Final = ("name", "friction")  # columns without a unit
-ROUGHEST: Final = 10  # the friction that a brick may have
 DEGREES: Final = {"deg": Fraction(1)}
 DELIMITERS: Final = ",;\t"
 _HEADER: Final = re.compile(r"\s*(?P<name>[A-Za-z]+)\s*(?:\[(?P<a>.*)\]|\((?P<b>.*)\)|[/_](?P<c>.*))?\s*")

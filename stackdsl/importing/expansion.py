@@ -9,6 +9,7 @@ from pydantic import ValidationError
 from stackdsl.diagnostics import Diagnostic, Span, reading_order
 from stackdsl.importing.load import UnreadableLoadError
 from stackdsl.importing.load_formats import MAX_IMPORTED, read_load
+from stackdsl.importing.rubbing import disagreement
 from stackdsl.importing.settling import Settled, cannot_settle, settled
 from stackdsl.importing.written_load import written_box
 from stackdsl.language.author_types import MAX_BRICKS
@@ -123,6 +124,8 @@ def _taken(source: Source, path: Path, step: dict[str, Plain], library: Library)
     if (odd := cannot_settle(load, asked.settle)) is not None:
         hint = "write `settle: as written`, or straighten it"
         raise _MistakeError(Diagnostic("SD115", odd.span, "a box that leans, or a solid, cannot be lowered", hint))
+    if (mistake := disagreement(load, source, span)) is not None:
+        raise _MistakeError(mistake)
     return settled(load, asked.settle), file
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Final, TypeAlias
 
+from stability.friction_law import Rule
 from stackdsl.diagnostics import MOST_TOLD, Diagnostic, Page, Span, reading_order
 
 Exact3: TypeAlias = tuple[Fraction, Fraction, Fraction]
@@ -42,12 +43,21 @@ class ImportedBox:
 
 
 @dataclass(frozen=True, slots=True)
+class Surfaces:
+    """What a file says of how its bodies rub, each of which has a friction of its own then."""
+
+    rule: Rule  # what two that touch have, as its format has it
+    ground: Fraction | None = None  # Coulomb coefficient; None if the file has no ground
+
+
+@dataclass(frozen=True, slots=True)
 class ImportedLoad:
     """The boxes of a file, in the order in which it lists them."""
 
     boxes: tuple[ImportedBox, ...]
     precision: Fraction  # the unit of the last digit of its lengths [m]
     untaken: tuple[str, ...] = ()  # what the format has that says nothing of statics, and is there
+    surfaces: Surfaces | None = None  # None if the scenario says how all rub
 
 
 class UnreadableLoadError(Exception):

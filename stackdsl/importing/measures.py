@@ -13,6 +13,7 @@ from stackdsl.importing.numbers import number_of
 FURTHEST: Final = Fraction(10_000)  # [m]
 SHORTEST: Final = Fraction(1, 1_000_000)  # [m]
 HEAVIEST: Final = Fraction(1_000_000_000)  # [kg]
+ROUGHEST: Final = 10  # Coulomb coefficient
 LONGEST_TOLD: Final = 40  # [characters]
 
 

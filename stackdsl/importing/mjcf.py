@@ -1,15 +1,18 @@
 """Scenes of MuJoCo, MJCF: bodies that are free to move, each of one box or one convex mesh, read by MuJoCo itself.
 
 What MuJoCo is given are those elements that say where bodies are, what they are shaped like and how heavy they are;
-files of meshes are looked for beside the scene. A level plane at a height of 0 is the ground.
+files of meshes are looked for beside the scene. A level plane at a height of 0 is the ground. Where any shape says how
+rough it is, each has the friction that MuJoCo gives it, of which two that touch have the higher.
 """
 
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Final
 
-from stackdsl.importing.load import ImportedLoad, LoadReading, UnreadableLoadError
+from stability.friction_law import Rule
+from stackdsl.importing.load import ImportedLoad, LoadReading, Surfaces, UnreadableLoadError
 from stackdsl.importing.meshes import brick_name
 from stackdsl.importing.placed_shapes import ROUNDED, Body, brick_of
 from stackdsl.importing.xml_text import Element, taken, written, xml_text
@@ -31,7 +34,8 @@ _HARMLESS: Final = frozenset(
     {"option", "size", "visual", "statistic", "material", "texture", "light", "camera", "site", "sensor", "keyframe"}
 )
 _LOOKS: Final = frozenset({"material", "rgba", "group"})  # attributes
-_FRICTIONS: Final = frozenset({"friction", "condim", "priority", "margin", "gap", "contype", "conaffinity"})
+FRICTION: Final = "friction"
+_CONTACTS: Final = frozenset({"condim", "priority", "margin", "gap", "contype", "conaffinity"})
 _FOLDERS: Final = ("meshdir", "assetdir", "texturedir")
 
 
@@ -44,16 +48,28 @@ def read_mjcf(reading: LoadReading, _: Import) -> ImportedLoad:
     kept = taken(reading, whole, lambda parent, child: child.tag in _TAKEN.get(parent.tag, ()), _HARMLESS)
     kept = _without_ignored(reading, kept)
     for element in kept.all("geom"):
-        for key in sorted(_FRICTIONS.intersection(element.attributes)):
+        for key in sorted(_CONTACTS.intersection(element.attributes)):
             reading.leave(key, element.span, known=False)
     for option in whole.all("option"):
         if "gravity" in option.attributes:
             reading.leave("gravity", option.span, known=False)
+    rough = _says_friction(reading, kept)
     files = _files(reading, kept)
     reading.end()
-    made = [brick_of(reading, body) for body in _bodies(reading, kept, _compiled(reading, kept, files))]
+    world, *others = _compiled(reading, kept, files)
+    grounds = list(_admitted_grounds(reading, kept, world))
+    made = [brick_of(reading, body) for body in _bodies(reading, kept, others, rough)]
     reading.end()
-    return reading.load([brick for brick in made if brick is not None])
+    load = reading.load([brick for brick in made if brick is not None])
+    return replace(load, surfaces=Surfaces(Rule.HIGHER, max(grounds, default=None))) if rough else load
+
+
+def _says_friction(reading: LoadReading, scene: Element) -> bool:
+    """Whether the file says how rough anything is, and its author does not pass it over."""
+    said = [element for element in scene.all("geom") if FRICTION in element.attributes]
+    if said and FRICTION in reading.ignored:
+        reading.leave(FRICTION, said[0].span, known=False)
+    return bool(said) and FRICTION not in reading.ignored
 
 
 def _without_ignored(reading: LoadReading, element: Element) -> Element:
@@ -92,7 +108,8 @@ def _compiled(reading: LoadReading, scene: Element, files: dict[str, bytes]) -> 
         raise UnreadableLoadError(reading.mistakes) from None
 
     def attributes(element: Element) -> dict[str, str]:
-        left_out = (*_LOOKS, *_FRICTIONS, *(_FOLDERS if element.tag == "compiler" else ()))
+        ignored = (FRICTION,) if FRICTION in reading.ignored else ()
+        left_out = (*_LOOKS, *_CONTACTS, *ignored, *(_FOLDERS if element.tag == "compiler" else ()))
         return {key: value for key, value in element.attributes.items() if key not in left_out}
 
     try:
@@ -107,10 +124,8 @@ def _compiled(reading: LoadReading, scene: Element, files: dict[str, bytes]) -> 
         raise UnreadableLoadError(reading.mistakes) from error
 
 
-def _bodies(reading: LoadReading, scene: Element, compiled: "list[CompiledBody]") -> Iterator[Body]:
-    """What is free to move, as MuJoCo has it; what is not is told."""
-    world, *bodies = compiled
-    _admit_ground(reading, scene, world)
+def _bodies(reading: LoadReading, scene: Element, bodies: "list[CompiledBody]", rough: bool) -> Iterator[Body]:
+    """What is free to move, as MuJoCo has it, and how it rubs if that is asked; what is not free is told."""
     for number, (element, body) in enumerate(zip(scene.all("body"), bodies, strict=True), start=1):
         name = brick_name(element.attributes.get("name", ""), f"body-{number}")
         if body.joints != ("free",):
@@ -119,7 +134,7 @@ def _bodies(reading: LoadReading, scene: Element, compiled: "list[CompiledBody]"
         elif len(body.geoms) != 1:
             _not_taken(reading, element, f"'{name}' is of {len(body.geoms)} shapes, and a brick is of one")
         else:
-            yield _body(element, name, body)
+            yield _body(element, name, body, rough)
 
 
 def _not_taken(reading: LoadReading, element: Element, message: str) -> None:
@@ -128,8 +143,8 @@ def _not_taken(reading: LoadReading, element: Element, message: str) -> None:
     reading.open(element.span, message, hint)
 
 
-def _admit_ground(reading: LoadReading, scene: Element, world: "CompiledBody") -> None:
-    """Of what belongs to the world itself, the ground is what every scenario has."""
+def _admitted_grounds(reading: LoadReading, scene: Element, world: "CompiledBody") -> Iterator[Fraction]:
+    """How rough the ground is: of what belongs to the world itself, it is what every scenario has."""
     within = scene.first("worldbody")
     elements = [child for child in within.children if child.tag == "geom"] if within is not None else []
     for element, geom in zip(elements, world.geoms, strict=True):
@@ -137,9 +152,11 @@ def _admit_ground(reading: LoadReading, scene: Element, world: "CompiledBody") -
         if geom.kind != "plane" or off > ROUNDED:
             message = "a shape of the world itself never moves, and there is ground at z = 0 only"
             _not_taken(reading, element, message)
+        else:
+            yield Fraction(repr(geom.friction))
 
 
-def _body(element: Element, name: str, body: "CompiledBody") -> Body:
+def _body(element: Element, name: str, body: "CompiledBody", rough: bool) -> Body:
     (geom,) = body.geoms
     x, y, z = geom.size
     return Body(
@@ -155,4 +172,5 @@ def _body(element: Element, name: str, body: "CompiledBody") -> Body:
         shape_place=geom.place,
         shape_turn=geom.turn,
         centre_of_mass=body.centre_of_mass,
+        friction=Fraction(repr(geom.friction)) if rough else None,
     )

@@ -2,7 +2,7 @@
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Final
 
@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from stability.model import Quaternion, Vec3
 from stackdsl.diagnostics import Span
 from stackdsl.importing.load import Exact3, ImportedBox, LoadReading
-from stackdsl.importing.measures import FURTHEST, HEAVIEST, SHORTEST
+from stackdsl.importing.measures import FURTHEST, HEAVIEST, ROUGHEST, SHORTEST
 from stackdsl.importing.meshes import Mesh, merged, solid_brick
 
 ROUNDED: Final = 1e-9  # of a size: what of a centre of mass, or of a turn [deg], is rounding
@@ -36,6 +36,7 @@ class Body:
     shape_place: Vec3  # of the shape in the body
     shape_turn: Quaternion
     centre_of_mass: Vec3  # in the body
+    friction: Fraction | None = None  # Coulomb coefficient of its own
 
 
 def brick_of(reading: LoadReading, body: Body) -> ImportedBox | None:
@@ -58,7 +59,12 @@ def brick_of(reading: LoadReading, body: Body) -> ImportedBox | None:
     whole = Rotation.from_quat(body.turn) * Rotation.from_quat(body.shape_turn)
     centre = np.array(body.place) + Rotation.from_quat(body.turn).apply(body.shape_place)
     mass_at = np.array(body.place) + Rotation.from_quat(body.turn).apply(body.centre_of_mass)
-    return _box(reading, body, whole, centre, mass_at) if body.size else _solid(reading, body, whole, centre, mass_at)
+    if body.friction is not None and not 0 <= body.friction <= ROUGHEST:
+        message = f"'{body.name}' has a friction of {float(body.friction):g}"
+        reading.wrong(body.span, message, f"write from 0 to {ROUGHEST}")
+        return None
+    made = (_box if body.size else _solid)(reading, body, whole, centre, mass_at)
+    return made and replace(made, friction=body.friction)
 
 
 def _box(

@@ -16,6 +16,7 @@ class CompiledGeom:
     size: Vec3  # half the sides of a box
     place: Vec3
     turn: Quaternion
+    friction: float  # Coulomb coefficient of sliding
     corners: tuple[Vec3, ...] = ()  # of a mesh, in the frame of the shape
     faces: tuple[tuple[int, ...], ...] = ()
 
@@ -59,8 +60,9 @@ def _body(model: Any, number: int) -> CompiledBody:  # noqa: ANN401 -- the engin
 def _geom(model: Any, number: int) -> CompiledGeom:  # noqa: ANN401 -- likewise
     kind = _word(mujoco.mjtGeom(model.geom_type[number]), "mjGEOM_")
     place, turn = _three(model.geom_pos[number]), _turn(model.geom_quat[number])
+    friction = float(model.geom_friction[number][0])
     if kind != "mesh":
-        return CompiledGeom(kind, _three(model.geom_size[number]), place, turn)
+        return CompiledGeom(kind, _three(model.geom_size[number]), place, turn, friction)
     mesh = int(model.geom_dataid[number])
     corners, faces = (
         of[first[mesh] : first[mesh] + count[mesh]]
@@ -70,7 +72,8 @@ def _geom(model: Any, number: int) -> CompiledGeom:  # noqa: ANN401 -- likewise
         )
     )
     loops = tuple(tuple(map(int, face)) for face in faces)
-    return CompiledGeom(kind, _three(model.geom_size[number]), place, turn, tuple(map(_three, corners)), loops)
+    size = _three(model.geom_size[number])
+    return CompiledGeom(kind, size, place, turn, friction, tuple(map(_three, corners)), loops)
 
 
 def _word(named: Any, prefix: str) -> str:  # noqa: ANN401 -- likewise

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from stability.friction_law import Friction, law_of
+from stability.model import Plane
 from stackdsl.checking.gathering import gather
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.exits import ExitCode
@@ -99,10 +101,17 @@ def test_what_a_scene_has_beside_bodies_is_named_and_may_be_passed_over(added: s
     assert len(read(text, {"ignore": [SECTIONS[added]]}).boxes) == 3
 
 
-def test_friction_of_a_scene_is_said_by_the_scenario() -> None:
+def test_friction_of_a_scene_may_be_passed_over() -> None:
     text = MJCF.replace('mass="24"', 'mass="24" friction="0.2"')
-    assert [found.message for found in mistakes(text)] == ["'friction' is nothing that is taken"]
-    assert read(text, {"ignore": ["friction"]}).boxes
+    load = read(text, {"ignore": ["friction"]})
+    assert load.surfaces is None
+    assert {box.friction for box in load.boxes} == {None}
+
+
+def test_ways_of_touching_are_named_until_they_are_passed_over() -> None:
+    text = MJCF.replace('mass="24"', 'mass="24" condim="1"')
+    assert [found.message for found in mistakes(text)] == ["'condim' is nothing that is taken"]
+    assert read(text, {"ignore": ["condim"]}).boxes
 
 
 def test_a_shape_of_the_world_itself_is_the_ground_or_named() -> None:
@@ -241,3 +250,61 @@ def test_the_command_tells_what_of_a_scene_is_not_taken(stackdsl: Stackdsl, tmp_
     printed = stackdsl("import", "scene.xml")
     assert (printed.code, printed.out) == (ExitCode.INVALID, "")
     assert "SD115 'actuator' is nothing that is taken" in printed.err
+
+
+ROUGH = MJCF.replace('mass="24"', 'mass="24" friction="0.2"')
+KEPT = "{ground: {friction: 0.7}, friction: {rule: higher}}"
+
+
+def played(scene: str, world: str, folder: Path) -> list[Diagnostic] | Friction:
+    skip_without_parser("mjcf")
+    (folder / "scene.xml").write_text(scene, encoding="utf-8")
+    steps = "build: [{every: 1 s, import: {file: scene.xml, format: mjcf}}]\n"
+    text = f"scenario: rough\nworld: {world}\n{steps}systems: [exact]\nexpect: [stands: all]\n"
+    (folder / "rough.yaml").write_text(text, encoding="utf-8")
+    found = gather([folder / "rough.yaml"])
+    return list(found.diagnostics) or law_of(found.cases[0].timeline.world.friction)
+
+
+def test_bodies_of_a_scene_rub_as_mujoco_has_it(tmp_path: Path) -> None:
+    law = played(ROUGH, KEPT, tmp_path)
+    assert isinstance(law, Friction)
+    # MuJoCo gives a shape that says nothing 1.0, and two that touch the larger of both.
+    assert law.of("base", "base") == pytest.approx(0.2)
+    assert law.of("base", "crate") == pytest.approx(1.0)
+    assert law.on("base", Plane("ground", (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.7)) == pytest.approx(0.7)
+
+
+@pytest.mark.parametrize(
+    ("world", "message", "hint"),
+    [
+        (
+            "{ground: {friction: 0.7}}",
+            "the higher counts, and of the scenario's the lower",
+            "{friction: {rule: higher}}",
+        ),
+        ("{friction: {rule: higher}}", "the ground of this file has a friction of 1,", "{ground: {friction: 1}}"),
+    ],
+)
+def test_a_scenario_that_takes_frictions_otherwise_is_told(tmp_path: Path, world: str, message: str, hint: str) -> None:
+    told = played(ROUGH, world, tmp_path)
+    assert isinstance(told, list)
+    assert [each.code for each in told] == ["SD115"]
+    assert message in told[0].message
+    assert hint in told[0].hint
+
+
+def test_a_scene_with_frictions_is_written_with_what_keeps_them(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    skip_without_parser("mjcf")
+    (tmp_path / "scene.xml").write_text(ROUGH, encoding="utf-8")
+    done = stackdsl("import", "scene.xml")
+    assert done.code == 0
+    assert "world: {ground: {friction: 1.0}, friction: {rule: higher}}" in done.out
+    assert "mass: 24 kg}, friction: 0.2}" in done.out
+    (tmp_path / "made.yaml").write_text(done.out, encoding="utf-8")
+    assert stackdsl("check", "made.yaml", "--no-golden").code == 0
+
+
+def test_a_friction_that_no_brick_may_have_is_told_where_it_stands() -> None:
+    (found,) = mistakes(MJCF.replace('mass="24"', 'mass="24" friction="12"'))
+    assert found.message == "'base' has a friction of 12"
