@@ -55,7 +55,12 @@ def what_happened(timeline: Timeline, system: str) -> Trace:
 
 @pytest.mark.skipif(not MEMORY.exists(), reason="only Linux tells the memory of a process there")
 @pytest.mark.parametrize(
-    ("system", "build", "stepped"), [("exact", TOWER, 0.0), ("exact", TOWER_AND_DROP, 0.05), ("tuned", LOW_TOWER, 0.05)]
+    ("system", "build", "stepped"),
+    [
+        pytest.param("exact", TOWER, 0.0, marks=pytest.mark.slow),
+        ("exact", TOWER_AND_DROP, 0.05),
+        ("tuned", LOW_TOWER, 0.05),
+    ],
 )
 def test_a_tower_rebuilt_fifty_times_repeats_to_the_last_bit_and_leaves_nothing(
     system: str, build: str, stepped: float

@@ -21,7 +21,7 @@ from tests.stability.statics.random_piles import FRICTION, SEED, random_pile
 pytestmark = pytest.mark.xdist_group("random piles")
 
 PILES, CHUNKS = 1000, 10
-QUICK = 2  # of the chunks are judged on every run, the others where there is time
+QUICK = 1  # of the chunks is judged on every run, the others where there is time
 in_each_chunk = pytest.mark.parametrize(
     "chunk", [pytest.param(chunk, marks=[] if chunk < QUICK else [pytest.mark.slow]) for chunk in range(CHUNKS)]
 )
