@@ -7,9 +7,9 @@ from typing import Final
 from pydantic import ValidationError
 
 from stackdsl.diagnostics import Diagnostic, Span, reading_order
+from stackdsl.importing.kept_surfaces import disagreement
 from stackdsl.importing.load import UnreadableLoadError
 from stackdsl.importing.load_formats import MAX_IMPORTED, read_load
-from stackdsl.importing.rubbing import disagreement
 from stackdsl.importing.settling import Settled, cannot_settle, settled
 from stackdsl.importing.written_load import written_box
 from stackdsl.language.author_types import MAX_BRICKS

@@ -47,12 +47,7 @@ def read_mjcf(reading: LoadReading, _: Import) -> ImportedLoad:
         reading.end()
     kept = taken(reading, whole, lambda parent, child: child.tag in _TAKEN.get(parent.tag, ()), _HARMLESS)
     kept = _without_ignored(reading, kept)
-    for element in kept.all("geom"):
-        for key in sorted(_CONTACTS.intersection(element.attributes)):
-            reading.leave(key, element.span, known=False)
-    for option in whole.all("option"):
-        if "gravity" in option.attributes:
-            reading.leave("gravity", option.span, known=False)
+    _leave_what_matters(reading, whole, kept)
     rough = _says_friction(reading, kept)
     files = _files(reading, kept)
     reading.end()
@@ -62,6 +57,16 @@ def read_mjcf(reading: LoadReading, _: Import) -> ImportedLoad:
     reading.end()
     load = reading.load([brick for brick in made if brick is not None])
     return replace(load, surfaces=Surfaces(Rule.HIGHER, max(grounds, default=None))) if rough else load
+
+
+def _leave_what_matters(reading: LoadReading, whole: Element, kept: Element) -> None:
+    """Tell what changes how bodies touch or fall, and is not taken."""
+    for element in kept.all("geom"):
+        for key in sorted(_CONTACTS.intersection(element.attributes)):
+            reading.leave(key, element.span, known=False)
+    for option in whole.all("option"):
+        if "gravity" in option.attributes:
+            reading.leave("gravity", option.span, known=False)
 
 
 def _says_friction(reading: LoadReading, scene: Element) -> bool:

@@ -45,26 +45,33 @@ def brick_of(reading: LoadReading, body: Body) -> ImportedBox | None:
     if body.shape not in {"box", "mesh"}:
         reading.open(body.span, f"'{body.name}' is a {body.shape}, and a brick is a box or a convex mesh", hint)
         return None
-    if not 0 < body.mass <= HEAVIEST:
-        reading.wrong(body.span, f"'{body.name}' has a mass of {float(body.mass):g} kg", "write more than zero")
-        return None
-    if not np.isfinite([*body.turn, *body.shape_turn]).all():
-        reading.wrong(body.span, f"'{body.name}' is turned by what is no angle", "write numbers")
-        return None
-    lengths = np.array([body.place, body.shape_place, body.centre_of_mass, *body.corners])
-    if not (np.abs(lengths) <= float(FURTHEST)).all():  # nor is what is no number
-        message = f"'{body.name}' is more than 10 km away, or has its mass or a corner there"
-        reading.wrong(body.span, message, "mend its numbers, or their unit")
+    if not _is_within_reason(reading, body):
         return None
     whole = Rotation.from_quat(body.turn) * Rotation.from_quat(body.shape_turn)
     centre = np.array(body.place) + Rotation.from_quat(body.turn).apply(body.shape_place)
     mass_at = np.array(body.place) + Rotation.from_quat(body.turn).apply(body.centre_of_mass)
+    made = (_box if body.size else _solid)(reading, body, whole, centre, mass_at)
+    return made and replace(made, friction=body.friction)
+
+
+def _is_within_reason(reading: LoadReading, body: Body) -> bool:
+    """Whether its numbers are such as a brick may have; told if they are not."""
+    if not 0 < body.mass <= HEAVIEST:
+        reading.wrong(body.span, f"'{body.name}' has a mass of {float(body.mass):g} kg", "write more than zero")
+        return False
+    if not np.isfinite([*body.turn, *body.shape_turn]).all():
+        reading.wrong(body.span, f"'{body.name}' is turned by what is no angle", "write numbers")
+        return False
+    lengths = np.array([body.place, body.shape_place, body.centre_of_mass, *body.corners])
+    if not (np.abs(lengths) <= float(FURTHEST)).all():  # nor is what is no number
+        message = f"'{body.name}' is more than 10 km away, or has its mass or a corner there"
+        reading.wrong(body.span, message, "mend its numbers, or their unit")
+        return False
     if body.friction is not None and not 0 <= body.friction <= ROUGHEST:
         message = f"'{body.name}' has a friction of {float(body.friction):g}"
         reading.wrong(body.span, message, f"write from 0 to {ROUGHEST}")
-        return None
-    made = (_box if body.size else _solid)(reading, body, whole, centre, mass_at)
-    return made and replace(made, friction=body.friction)
+        return False
+    return True
 
 
 def _box(

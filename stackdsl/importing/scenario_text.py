@@ -5,8 +5,8 @@ from collections.abc import Iterator, Sequence
 
 import yaml
 
+from stackdsl.importing.kept_surfaces import written_world
 from stackdsl.importing.load import ImportedLoad
-from stackdsl.importing.rubbing import written_world
 from stackdsl.importing.written_load import written_box
 from stackdsl.reading.source import Plain
 
