@@ -1,19 +1,22 @@
 """`stackdsl import`: the boxes of a file that another program wrote, as a scenario."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Final, get_args
 
 import click
 from pydantic import ValidationError
 
+from stability.friction_law import Rule
 from stackdsl.commands.import_faults import faults
 from stackdsl.commands.options import FilePath, Number
 from stackdsl.commands.terminal import tell, write
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.exits import ExitCode
 from stackdsl.importing.expansion import file_beside
-from stackdsl.importing.load import ImportedLoad, UnreadableLoadError
+from stackdsl.importing.kept_surfaces import left_open
+from stackdsl.importing.load import ImportedLoad, Surfaces, UnreadableLoadError
 from stackdsl.importing.load_formats import MAX_IMPORTED, read_load
 from stackdsl.importing.moved_text import moved_lines
 from stackdsl.importing.scenario_text import scenario_text, slug
@@ -43,6 +46,9 @@ _LENGTHS, _MASSES = (list(get_args(get_args(Units.model_fields[key].annotation)[
 @click.option("--origin", nargs=3, help="Shifts the load by x, y, z, such as '0 mm' '0 mm' '1 m'.")
 @click.option("--ignore", multiple=True, help="A column, key or body that is not to be taken; may be repeated.")
 @click.option("--friction", type=Number(0.0, 10.0), default=0.5, show_default=True, help="Of box on box.")
+@click.option(
+    "--rule", type=click.Choice([each.value for each in Rule]), help="What two have that touch, of frictions in FILE."
+)
 @click.option("--name", help="What the scenario is called; default: as the file.")
 @click.pass_context
 def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
@@ -60,6 +66,7 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     origin: tuple[str, str, str] | None,
     ignore: tuple[str, ...],
     friction: float,
+    rule: str | None,
     name: str | None,
 ) -> None:
     """Print a scenario with the boxes of FILE, which another program wrote; tell what was moved or is wrong."""
@@ -73,7 +80,7 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     shown = visible(file.as_posix())
     try:
         read = read_load(data, shown, asked, lambda named: Path(file_beside(named, str(file))).read_bytes())
-        found = _settled(read, asked)
+        found = _settled(_with_rule(read, Rule(rule) if rule else None), asked)
     except UnreadableLoadError as error:
         for mistake in error.diagnostics:
             tell(diagnostic_text(mistake))
@@ -111,6 +118,15 @@ def _asked(**written: object) -> Import:
         cause = first.get("ctx", {}).get("error")
         said = f"{cause.message}; {cause.hint}" if isinstance(cause, MistakeError) else first["msg"]
         raise click.UsageError(said) from error
+
+
+def _with_rule(load: ImportedLoad, rule: Rule | None) -> ImportedLoad:
+    """The load, of whose frictions it is known what two have that touch. Raises UnreadableLoadError."""
+    if rule is not None:
+        return replace(load, surfaces=replace(load.surfaces or Surfaces(rule), rule=rule))
+    if load.surfaces is not None and load.surfaces.rule is None:
+        raise UnreadableLoadError([left_open(load.boxes[0].span, "--rule lower", "--ignore contact")])
+    return load
 
 
 def _settled(load: ImportedLoad, asked: Import) -> Settled:

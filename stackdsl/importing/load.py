@@ -46,7 +46,7 @@ class ImportedBox:
 class Surfaces:
     """What a file says of how its bodies rub, each of which has a friction of its own then."""
 
-    rule: Rule  # what two that touch have, as its format has it
+    rule: Rule | None  # what two that touch have, as its format has it; None if that leaves it open
     ground: Fraction | None = None  # Coulomb coefficient; None if the file has no ground
 
 

@@ -6,14 +6,16 @@ into the one link that is in no other and has no shape: the world.
 
 from collections.abc import Iterator, Mapping
 from contextlib import redirect_stderr
+from dataclasses import replace
 from fractions import Fraction
 from io import StringIO
 from math import inf, isfinite
 from typing import TYPE_CHECKING, Any, Final
 
 from stability.model import Quaternion, Vec3
-from stackdsl.importing.load import ImportedLoad, LoadReading, UnreadableLoadError
+from stackdsl.importing.load import ImportedLoad, LoadReading, Surfaces, UnreadableLoadError
 from stackdsl.importing.meshes import brick_name
+from stackdsl.importing.numbers import number_of
 from stackdsl.importing.placed_shapes import Body, brick_of
 from stackdsl.importing.xml_text import Element, taken, written, xml_text
 from stackdsl.language.imports import Import
@@ -26,13 +28,15 @@ if TYPE_CHECKING:
 MISSING: Final = "URDF is read by urdf_parser_py, which is not installed"
 _TAKEN: Final[Mapping[str, frozenset[str]]] = {
     "robot": frozenset({"link", "joint"}),
-    "link": frozenset({"inertial", "collision"}),
+    "link": frozenset({"inertial", "collision", "contact"}),
+    "contact": frozenset({"lateral_friction"}),
     "inertial": frozenset({"origin", "mass"}),
     "collision": frozenset({"origin", "geometry"}),
     "geometry": frozenset({"box", "mesh", "cylinder", "sphere", "capsule"}),
     "joint": frozenset({"parent", "child", "origin", "axis", "limit"}),
 }
 _HARMLESS: Final = frozenset({"visual", "material", "inertia", "dynamics", "safety_controller", "calibration"})
+_MAY_BE_IGNORED: Final = frozenset({"contact", "lateral_friction"})
 NOWHERE: Final[Vec3] = (0.0, 0.0, 0.0)
 
 
@@ -42,13 +46,19 @@ def read_urdf(reading: LoadReading, _: Import) -> ImportedLoad:
     if whole.tag != "robot":
         reading.wrong(whole.span, f"this is <{whole.tag}>, and no URDF", "name a file that is")
         reading.end()
-    kept = taken(reading, whole, lambda parent, child: child.tag in _TAKEN.get(parent.tag, ()), _HARMLESS)
+    passed_over = _MAY_BE_IGNORED & reading.ignored
+
+    def is_taken(parent: Element, child: Element) -> bool:
+        return child.tag in _TAKEN.get(parent.tag, ()) and child.tag not in passed_over
+
+    kept = taken(reading, whole, is_taken, _HARMLESS)
     kept = _without_ignored(reading, kept)
     reading.end()
     robot = _parsed(reading, kept)
     made = [brick_of(reading, body) for body in _Links(reading, kept, robot).bodies()]
     reading.end()
-    return reading.load([brick for brick in made if brick is not None])
+    load = reading.load([brick for brick in made if brick is not None])
+    return replace(load, surfaces=Surfaces(None)) if any(box.friction is not None for box in load.boxes) else load
 
 
 def _without_ignored(reading: LoadReading, robot: Element) -> Element:
@@ -165,7 +175,18 @@ class _Links:
             shape_place=shape_place,
             shape_turn=shape_turn,
             centre_of_mass=at,
+            friction=self._friction(element),
         )
+
+    def _friction(self, element: Element) -> Fraction | None:
+        """What a link says of its own."""
+        said = next(iter(element.all("lateral_friction")), None)
+        if said is None:
+            return None
+        found = number_of(said.attributes.get("value", "").strip())
+        if found is None:
+            self._tell(said, "a friction that is no number", 'write it so: <lateral_friction value="0.5"/>')
+        return found[0] if found is not None else None
 
     def _mesh(self, element: Element, geometry: Any) -> tuple[tuple[Vec3, ...], tuple[tuple[int, ...], ...]]:  # noqa: ANN401
         file = str(geometry.filename)

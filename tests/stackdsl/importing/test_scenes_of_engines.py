@@ -256,10 +256,10 @@ ROUGH = MJCF.replace('mass="24"', 'mass="24" friction="0.2"')
 KEPT = "{ground: {friction: 0.7}, friction: {rule: higher}}"
 
 
-def played(scene: str, world: str, folder: Path) -> list[Diagnostic] | Friction:
-    skip_without_parser("mjcf")
+def played(scene: str, world: str, folder: Path, format_: str = "mjcf") -> list[Diagnostic] | Friction:
+    skip_without_parser(format_)
     (folder / "scene.xml").write_text(scene, encoding="utf-8")
-    steps = "build: [{every: 1 s, import: {file: scene.xml, format: mjcf}}]\n"
+    steps = f"build: [{{every: 1 s, import: {{file: scene.xml, format: {format_}}}}}]\n"
     text = f"scenario: rough\nworld: {world}\n{steps}systems: [exact]\nexpect: [stands: all]\n"
     (folder / "rough.yaml").write_text(text, encoding="utf-8")
     found = gather([folder / "rough.yaml"])
@@ -308,3 +308,51 @@ def test_a_scene_with_frictions_is_written_with_what_keeps_them(stackdsl: Stackd
 def test_a_friction_that_no_brick_may_have_is_told_where_it_stands() -> None:
     (found,) = mistakes(MJCF.replace('mass="24"', 'mass="24" friction="12"'))
     assert found.message == "'base' has a friction of 12"
+
+
+ROUGH_LINK = """<robot name="crate">
+  <link name="crate">
+    <contact>
+      <lateral_friction value="0.3"/>
+    </contact>
+    <inertial>
+      <origin xyz="0 0 0.1"/>
+      <mass value="24"/>
+    </inertial>
+    <collision>
+      <origin xyz="0 0 0.1"/>
+      <geometry>
+        <box size="0.4 0.3 0.2"/>
+      </geometry>
+    </collision>
+  </link>
+</robot>
+"""
+
+
+def test_a_link_has_the_friction_that_it_says_and_the_scenario_says_what_two_have(tmp_path: Path) -> None:
+    law = played(ROUGH_LINK, "{friction: {rule: mean}}", tmp_path, "urdf")
+    assert isinstance(law, Friction)
+    assert law.of("crate", "another") == pytest.approx(0.5 * (0.3 + 0.5))
+    told = played(ROUGH_LINK, "{}", tmp_path, "urdf")
+    assert isinstance(told, list)
+    assert [each.code for each in told] == ["SD115"]
+    assert told[0].message.startswith("the file says how rough each body is, and not what two have that touch")
+
+
+def test_a_rule_that_is_asked_for_is_written(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    skip_without_parser("urdf")
+    (tmp_path / "things.urdf").write_text(ROUGH_LINK, encoding="utf-8")
+    left_open = stackdsl("import", "things.urdf")
+    assert left_open.code == 2
+    assert "write --rule lower, or another rule, or --ignore contact" in left_open.err
+    assert "world: {friction: {rule: mean}}" in stackdsl("import", "things.urdf", "--rule", "mean").out
+    passed_over = stackdsl("import", "things.urdf", "--ignore", "contact").out
+    assert "rule" not in passed_over
+    assert "friction: 0.3" not in passed_over
+
+
+@pytest.mark.parametrize("value", ["rough", "", "nan"])
+def test_a_friction_of_a_link_that_is_no_number_is_told_in_its_line(value: str) -> None:
+    (found,) = mistakes(ROUGH_LINK.replace('value="0.3"', f'value="{value}"'))
+    assert found.message == "a friction that is no number"
