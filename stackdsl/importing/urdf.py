@@ -35,7 +35,9 @@ _TAKEN: Final[Mapping[str, frozenset[str]]] = {
     "geometry": frozenset({"box", "mesh", "cylinder", "sphere", "capsule"}),
     "joint": frozenset({"parent", "child", "origin", "axis", "limit"}),
 }
-_HARMLESS: Final = frozenset({"visual", "material", "inertia", "dynamics", "safety_controller", "calibration"})
+_HARMLESS: Final = frozenset(
+    {"visual", "material", "inertia", "inertia_scaling", "dynamics", "safety_controller", "calibration"}
+)
 _MAY_BE_IGNORED: Final = frozenset({"contact", "lateral_friction"})
 NOWHERE: Final[Vec3] = (0.0, 0.0, 0.0)
 
