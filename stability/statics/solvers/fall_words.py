@@ -11,6 +11,7 @@ from stability.statics.facts import ZERO, Contact, Motion, Problem
 
 STUCK = 1e-2  # of the speed of a group: a point that moves less against another body is what the group turns about
 TURNING = 1e-3  # of the speed of a group: what its spin may add to that without being called a turn
+ROUNDED = 1e-5  # of the fastest brick: what moves less is a remainder of the solver, and stands
 MOST_NAMES = 6  # names that are written out; more are counted
 
 
@@ -37,8 +38,15 @@ class _Slip:
 
 def described(problem: Problem, motion: Motion) -> str:
     """What moves, and how: "L5.1, L5.2 tip over L4.1", "plank slides on ground", "top falls: nothing is under it"."""
+    motion = _without_remainders(problem, motion)
     groups = _groups(problem, motion)
     return "; ".join(_of_group(problem, motion, group) for group in groups)
+
+
+def _without_remainders(problem: Problem, motion: Motion) -> Motion:
+    speeds = {name: _speed(problem, motion, name) for name in motion.velocity}
+    least = ROUNDED * max(speeds.values(), default=0.0)
+    return Motion({name: velocity for name, velocity in motion.velocity.items() if speeds[name] >= least})
 
 
 def _groups(problem: Problem, motion: Motion) -> list[list[BodyId]]:

@@ -58,6 +58,15 @@ def test_a_column_at_its_limit_tips_as_one() -> None:
     assert words == "p02, p03, p04, p05 tip over p01"
 
 
+def test_what_a_solver_leaves_to_bricks_that_stand_is_not_told_as_a_fall() -> None:
+    problem = stepped(4, 0.0303)
+    motion = balance(problem).motion
+    assert motion is not None
+    least = smallest_mechanism(problem, motion, EXACT)
+    remainder = dict.fromkeys(names(1, 1), ((1e-9, 3e-9, 4e-9), (2e-9, 0.0, 1e-9)))
+    assert described(problem, Motion({**least.velocity, **remainder})) == described(problem, least)
+
+
 def test_of_two_stacks_only_the_one_that_falls_moves() -> None:
     standing, falling = stepped(4, 0.0299), stepped(4, 0.0303)
     assert fall_of(side_by_side(standing, falling, 1.0))[0] == names(2, 4, "q")
