@@ -29,6 +29,8 @@ from stackdsl.systems.systems import Method
 
 TOGETHER = 500  # samples of a chunk that are judged together, by arithmetic
 APART = 25  # that are compiled, solved or played one by one
+NARROW = 0.5  # of the most that any sample survives: where all survive more, points go to where they differ
+FEW = 3  # points
 TIME_LIMIT = 3600.0  # [s] of wall time a chunk
 
 
@@ -166,10 +168,13 @@ def _of_capacities(found: Found, terms: Terms) -> Fragility | None:
 
 
 def _reached(plan: Plan, capacities: Sequence[Capacity]) -> tuple[float, ...]:
-    """Intensities from none to that at which nothing stands."""
+    """None, and from where the first falls to where the last does; evenly from none where that is most of the way."""
     ends = [each.fails for each in capacities if each.survived > 0.0 and each.fails < float("inf")]
-    most = plan.intensity.of_acceleration(max(ends, default=1.0))
-    return tuple(float(value) for value in spaced(0.0, most, plan.points))
+    least, most = (plan.intensity.of_acceleration(end) for end in (min(ends, default=1.0), max(ends, default=1.0)))
+    if least <= NARROW * most or least == most or plan.points <= FEW:
+        return tuple(float(value) for value in spaced(0.0, most, plan.points))
+    before = least - (most - least) / (plan.points - FEW)
+    return (0.0, *(float(value) for value in spaced(before, most, plan.points - 1)))
 
 
 def draw(
