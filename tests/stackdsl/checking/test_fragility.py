@@ -90,7 +90,7 @@ def test_a_call_that_was_interrupted_goes_on_with_what_is_remembered(tmp_path: P
 
 
 def test_points_that_nobody_chose_go_to_where_samples_fall_apart() -> None:
-    """A block of 100 mm ± 0.5 mm by 500 mm tips at 0.2 g ± 0.5 %: eleven points up to there would find all or nothing."""
+    """A block of 100 mm ± 0.5 mm by 500 mm tips at 0.2 g ± 0.5 %: even points would find all or none."""
     block = "{on: ground, brick: {size: [normal 100 mm ± 0.5 mm, 300 mm, 500 mm], mass: 6 kg}}"
     shares = "expect: [{stands: {share: '>= 1 %'}}]"
     text = f"scenario: block\nsamples: 40\nbuild:\n  - bricks: [{block}]\n{shares}\n"
