@@ -69,10 +69,11 @@ class Structure:
         self._neighbours.add(own.id, own.low_W, own.high_W)
 
     def put(self, placed: Placed) -> None:
-        """Set a brick in its place, with its contacts and its core."""
+        """Set a brick in its place, with its contacts and its core; what touches across a gap that it fills is parted."""
         name, (x, y, _) = placed.brick.id, placed.pose.position_W
         own = solid(placed)
         found = self._found(own)
+        filled = self._filled_by(own, found)
         self.bricks[name] = placed
         self.weights[name] = VerticalLoad(placed.brick.mass * self.gravity, (x, y))
         self.touching[name], self.supports[name], self.carried[name] = {}, [], []
@@ -80,6 +81,10 @@ class Structure:
         for contact in self._unfilled(found, found):
             self._join(contact)
         self.find_core(name)
+        for contact in filled:
+            self._part(contact)
+        for above in self._above(filled):
+            self.find_core(above)
 
     def _found(self, own: Solid) -> list[Contact]:
         """Where a body is as near to others as what touches is."""
@@ -107,15 +112,23 @@ class Structure:
     def parted_by(self, placed: Placed) -> list[BodyId]:
         """Bricks that touch something across a gap which this one, that is to come, will fill; and all above them."""
         own = solid(placed)
+        return self._above(self._filled_by(own, self._found(own)))
+
+    def _filled_by(self, own: Solid, coming: Sequence[Contact]) -> list[Contact]:
+        """The contacts across gaps that a body fills, which is to come with these contacts."""
         if own.shortest > ROOM * self.tolerances.gap * self._thickest:
             return []
-        coming, self._thinnest = self._found(own), min(self._thinnest, own.shortest)
+        self._thinnest = min(self._thinnest, own.shortest)
         self._solids[own.id] = own
         touched = {body for c in coming for body in (c.lower, c.upper) if body in self.bricks}
-        known = [c for body in sorted(touched) for c in self.touching[body].values()]
-        still = self._unfilled(known, coming)
+        known = {(c.lower, c.upper): c for body in sorted(touched) for c in self.touching[body].values()}
+        still = self._unfilled(known.values(), coming)
         del self._solids[own.id]
-        return self.upwards(self.with_all_above({c.upper for c in known if c not in still} & self.bricks.keys()))
+        return [c for c in known.values() if c not in still]
+
+    def _above(self, contacts: Iterable[Contact]) -> list[BodyId]:
+        """The upper bricks of contacts, and all above them."""
+        return self.upwards(self.with_all_above({c.upper for c in contacts} & self.bricks.keys()))
 
     def _reach(self, body: Solid) -> float:
         """As far away as this, something may still touch it [m]."""
@@ -130,6 +143,16 @@ class Structure:
             self.supports[upper] = [*self.supports[upper], contact]
             if lower in self.bricks:
                 self.carried[lower] = [*self.carried[lower], upper]
+
+    def _part(self, contact: Contact) -> None:
+        lower, upper = contact.lower, contact.upper
+        for body, other in ((lower, upper), (upper, lower)):
+            if body in self.bricks:
+                self.touching[body] = {each: c for each, c in self.touching[body].items() if each != other}
+        if upper in self.bricks:
+            self.supports[upper] = [c for c in self.supports[upper] if c.lower != lower]
+        if lower in self.bricks:
+            self.carried[lower] = [each for each in self.carried[lower] if each != upper]
 
     def find_core(self, brick: BodyId) -> None:
         """Find the core of a brick anew from the bricks whose core is known by now."""

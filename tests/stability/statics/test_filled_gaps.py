@@ -10,7 +10,8 @@ from stability.geometry.rotations import multiply, rotate
 from stability.model import GROUND, Brick, Plane, Pose, Vec3
 from stability.shapes.box import Box
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Placed, Stability
+from stability.statics.facts import Placed, Stability, Tolerances
+from stability.statics.structure import Structure
 from tests.stability.statics.closed_forms import level_ground
 
 CARTON, SHEET = (0.3, 0.2, 0.15), (0.4, 0.3, 0.001)  # a sheet is much thinner than 2 % of a carton [m]
@@ -37,6 +38,22 @@ def test_a_carton_on_a_sheet_touches_the_sheet_alone_whichever_came_first(order:
     assert assembly.forces() is not None
     assert assembly.remove(["sheet"]).stability is Stability.STABLE
     assert touching(assembly) == {(GROUND, "low"), ("low", "top")}  # a millimetre is contact where nothing is in it
+
+
+@pytest.mark.parametrize("order", list(permutations((LOW, THIN, TOP))), ids=lambda o: "-".join(p.brick.id for p in o))
+def test_so_it_does_in_a_bare_structure_also_after_the_sheet_was_taken_and_put_back(order: tuple[Placed, ...]) -> None:
+    structure = Structure((level_ground(),), (), 0.5, 9.81, Tolerances())
+    for placed in order:
+        structure.put(placed)
+    touched = {GROUND: {"low"}, "low": {GROUND, "sheet"}, "sheet": {"low", "top"}, "top": {"sheet"}}
+    for _ in range(2):
+        assert {name: set(structure.touching[name]) for name in structure.bricks} == {
+            name: touched[name] for name in structure.bricks
+        }
+        assert [contact.lower for contact in structure.supports["top"]] == ["sheet"]
+        assert structure.carried["low"] == ["sheet"]
+        structure.take("sheet")
+        structure.put(THIN)
 
 
 def test_two_sheets_on_each_other_keep_a_carton_off_the_ground() -> None:
