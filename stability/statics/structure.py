@@ -69,7 +69,7 @@ class Structure:
         self._neighbours.add(own.id, own.low_W, own.high_W)
 
     def put(self, placed: Placed) -> None:
-        """Set a brick in its place, with its contacts and its core; what touches across a gap that it fills is parted."""
+        """Set a brick in its place, with its contacts and its core; where it fills a gap others touch no more."""
         name, (x, y, _) = placed.brick.id, placed.pose.position_W
         own = solid(placed)
         found = self._found(own)
@@ -81,23 +81,20 @@ class Structure:
         for contact in self._unfilled(found, found):
             self._join(contact)
         self.find_core(name)
-        for contact in filled:
-            self._part(contact)
-        for above in self._above(filled):
-            self.find_core(above)
+        self._part(filled)
 
     def _found(self, own: Solid) -> list[Contact]:
         """Where a body is as near to others as what touches is."""
         law, near = self._law, self.tolerances
         found = [contact_with_plane(own, plane, near, law.on(own.id, plane)) for plane in self.planes]
-        for other in self._neighbours.around(own.low_W, own.high_W, self._reach(own)):
+        for other in self._neighbours.around(own.low_W, own.high_W, reach_between(own.shortest, share=near.gap)):
             if other != own.id:
                 found.append(contact_between(own, self._solids[other], law.of(own.id, other), near))
         return [contact for contact in found if contact is not None]
 
     def _unfilled(self, contacts: Iterable[Contact], coming: Sequence[Contact]) -> list[Contact]:
         """Those whose gaps nothing fills, of what touches by now and of what is coming to."""
-        if not self._has_thin():
+        if not self._may_fill(self._thinnest):
             return list(contacts)
 
         def contacts_of(body: BodyId) -> Iterable[Contact]:
@@ -105,18 +102,19 @@ class Structure:
 
         return [c for c in contacts if not is_filled(c, self._solids, contacts_of, self.tolerances.gap)]
 
-    def _has_thin(self) -> bool:
-        """Whether something is so thin that it may fill a gap that counts as contact of others."""
-        return self._thinnest <= ROOM * self.tolerances.gap * self._thickest
+    def _may_fill(self, thickness: float) -> bool:
+        """Whether something is so thin [m] that it may fill a gap that counts as contact of others."""
+        return thickness <= ROOM * self.tolerances.gap * self._thickest
 
     def parted_by(self, placed: Placed) -> list[BodyId]:
         """Bricks that touch something across a gap which this one, that is to come, will fill; and all above them."""
         own = solid(placed)
-        return self._above(self._filled_by(own, self._found(own)))
+        filled = self._filled_by(own, self._found(own)) if self._may_fill(own.shortest) else ()
+        return self.upwards(self.with_all_above({c.upper for c in filled} & self.bricks.keys()))
 
     def _filled_by(self, own: Solid, coming: Sequence[Contact]) -> list[Contact]:
         """The contacts across gaps that a body fills, which is to come with these contacts."""
-        if own.shortest > ROOM * self.tolerances.gap * self._thickest:
+        if not self._may_fill(own.shortest):
             return []
         self._thinnest = min(self._thinnest, own.shortest)
         self._solids[own.id] = own
@@ -125,14 +123,6 @@ class Structure:
         still = self._unfilled(known.values(), coming)
         del self._solids[own.id]
         return [c for c in known.values() if c not in still]
-
-    def _above(self, contacts: Iterable[Contact]) -> list[BodyId]:
-        """The upper bricks of contacts, and all above them."""
-        return self.upwards(self.with_all_above({c.upper for c in contacts} & self.bricks.keys()))
-
-    def _reach(self, body: Solid) -> float:
-        """As far away as this, something may still touch it [m]."""
-        return reach_between(body.shortest, share=self.tolerances.gap)
 
     def _join(self, contact: Contact) -> None:
         lower, upper = contact.lower, contact.upper
@@ -144,15 +134,19 @@ class Structure:
             if lower in self.bricks:
                 self.carried[lower] = [*self.carried[lower], upper]
 
-    def _part(self, contact: Contact) -> None:
-        lower, upper = contact.lower, contact.upper
-        for body, other in ((lower, upper), (upper, lower)):
-            if body in self.bricks:
-                self.touching[body] = {each: c for each, c in self.touching[body].items() if each != other}
-        if upper in self.bricks:
-            self.supports[upper] = [c for c in self.supports[upper] if c.lower != lower]
-        if lower in self.bricks:
-            self.carried[lower] = [each for each in self.carried[lower] if each != upper]
+    def _part(self, contacts: Sequence[Contact]) -> None:
+        """Let these touch no more, as something fills their gaps."""
+        for contact in contacts:
+            lower, upper = contact.lower, contact.upper
+            for body, other in ((lower, upper), (upper, lower)):
+                if body in self.bricks:
+                    self.touching[body] = {each: c for each, c in self.touching[body].items() if each != other}
+            if upper in self.bricks:
+                self.supports[upper] = [c for c in self.supports[upper] if c.lower != lower]
+            if lower in self.bricks:
+                self.carried[lower] = [each for each in self.carried[lower] if each != upper]
+        for brick in self.upwards(self.with_all_above({c.upper for c in contacts} & self.bricks.keys())):
+            self.find_core(brick)
 
     def find_core(self, brick: BodyId) -> None:
         """Find the core of a brick anew from the bricks whose core is known by now."""
@@ -165,7 +159,9 @@ class Structure:
         fixed = {placed.brick.id: placed for placed in self.tables}
         return [
             self.bricks.get(name) or fixed[name]
-            for name in self._neighbours.near(brick, self._reach(self._solids[brick]))
+            for name in self._neighbours.near(
+                brick, reach_between(self._solids[brick].shortest, share=self.tolerances.gap)
+            )
         ]
 
     def within(self, low_W: Vec3, high_W: Vec3) -> list[Placed]:
@@ -188,17 +184,12 @@ class Structure:
             del record[brick]
         self._neighbours.remove(brick)
         del self._solids[brick]
-        if self._has_thin():
-            self._close_gaps(beside)
-
-    def _close_gaps(self, bricks: Iterable[BodyId]) -> None:
-        """Let bricks touch again what they are near to, where what filled the gap is gone."""
-        for brick in bricks:
-            again = [
-                c for c in self._found(self._solids[brick]) if not {c.lower, c.upper} & self.touching[brick].keys()
-            ]
-            for contact in self._unfilled(again, again):
-                self._join(contact)
+        if self._may_fill(self._thinnest):  # then others may touch again across the gap that it filled
+            for other in beside:
+                near = self._found(self._solids[other])
+                again = [c for c in near if not {c.lower, c.upper} & self.touching[other].keys()]
+                for contact in self._unfilled(again, again):
+                    self._join(contact)
 
     def state(self) -> StructureState:
         """All that changes, as it is now."""
