@@ -144,9 +144,13 @@ def over_an_edge(rng: Rng) -> Structure | None:
     bar = plank(rng, "plank", radians(rng.uniform(12.0, 60.0)), twist)
     if bar.size[1] > 0.8 * size[1]:
         return None
-    point, normal = face(bar, np.array([0.0, 0.0, -1.0]))  # the lower face; the edge of the block must lie on it
-    edge = np.array([[0.0, side * 0.5 * size[1], size[2]] for side in (-1.0, 1.0)])
-    bar = bar.shifted(float(((edge - point) @ normal).max() / normal[0]), 0.0, 0.0)
+    # The edge runs across the lower face, and a twisted plank meets it with one of its own long edges.
+    along, across, _ = bar.turn.T
+    shifts = []
+    for side in (-0.5, 0.5):
+        below = bar.centre + side * bar.size[1] * across - 0.5 * bar.size[2] * bar.turn[:, 2]
+        shifts.append(-float((below + (size[2] - below[2]) / along[2] * along)[0]))
+    bar = bar.shifted(min(shifts), 0.0, 0.0)
     where = (np.array([0.0, 0.0, size[2]]) - bar.centre) @ bar.turn[:, 0] / bar.size[0]
     if not EDGE_AT[0] <= where < EDGE_AT[1]:
         return None

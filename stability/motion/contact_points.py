@@ -63,6 +63,10 @@ class Touching:
         gaps = [gap - self.offsets.get((c.lower, c.upper), 0.0) for c in moving for gap in _gaps(c, place)]
         return np.array(gaps + [0.0] * sum(cones_in(contact) for contact in self.resting))
 
+    def deepest(self, place: Place) -> float:
+        """How far one body is in another, as a gap [m]; 0 if none is."""
+        return float(self.gaps([alternatives(contact)[0] for contact in self.moving], place).min(initial=0.0))
+
 
 def touching(place: Place, falling: Collection[BodyId]) -> Touching | None:
     """What touches as things begin to fall; that is taken to touch, whatever rounding or an engine has left between."""

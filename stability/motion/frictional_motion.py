@@ -8,8 +8,10 @@ friction takes. It ends where a brick lands, where one that is to stand begins t
 """
 
 from collections.abc import Collection, Iterator, Sequence, Set
+from copy import copy
 from dataclasses import dataclass, field
 from itertools import islice, product
+from math import isclose
 from statistics import median
 from typing import NamedTuple
 
@@ -29,6 +31,10 @@ from stability.statics.solvers.wrench_matrix import Cones, cones_of
 
 MOST_POINTS = 150  # of contact: a step takes tens of milliseconds
 LANDS = 3.0  # times what gravity gives in a step: what meets faster than that lands
+GENTLY = 0.3  # the same of what touches elsewhere already
+# A step in which something lands is taken in so many: what a landing leaves is found to the first order only.
+PARTS_OF_A_LANDING = 16
+JOLTED = 1e-4  # share of its least thickness by which landings may move what stands, before it stands again
 AT_REST = 1e-6  # the same: what is slower has come to rest, and may be frozen
 STANDS = 1e-5  # share of the speed of what moves: what is to stand and is faster does not
 GAINED, ROUNDING = 1e-3, 1e-9  # shares of the potential energy lost, and of all: more kinetic energy is an error
@@ -51,6 +57,8 @@ class FrictionalMotion:
     _forces_W: dict[tuple[BodyId, BodyId], Array] = field(default_factory=dict, init=False)  # [N]
     _energy: float = field(init=False)  # at rest [J]
     _lands: bool = field(default=False, init=False)  # whether a corner comes down on what it touches elsewhere already
+    _deepest: float = field(default=0.0, init=False)  # how far one body is in another, as a gap [m]
+    _jolted: float = field(default=0.0, init=False)  # by how much landings have moved what stands, at most [m]
 
     def __post_init__(self) -> None:
         """All is at rest."""
@@ -59,6 +67,16 @@ class FrictionalMotion:
 
     def goes_on(self, duration: float) -> bool:
         """Move for a short time [s]; False, and not at all, if it is not known how."""
+        finer, part = copy(self), duration / PARTS_OF_A_LANDING
+        if not self._steps(duration):
+            return False
+        unseen = self._deepest < finer._deepest - duration * self._drift().max()
+        if (self._lands or unseen) and all(finer._steps(part) for _ in range(PARTS_OF_A_LANDING)):
+            vars(self).update(vars(finer))
+        return True
+
+    def _steps(self, duration: float) -> bool:
+        """Take one step of so many seconds; False, and none, if it is not known how."""
         found = self.next_velocities(duration)
         if found is None or np.abs(found).max() <= AT_REST * self.gravity * duration:
             return False
@@ -66,10 +84,11 @@ class FrictionalMotion:
         touches = None if place is None else self.touching.then(place)
         if place is None or touches is None or self._gains(found, place):
             return False
-        smoothly = self._last > 0.0 and not self._lands
+        smoothly = not self._lands and isclose(self._last, duration)
         self._velocities = [found, *(self._velocities if smoothly else ())][: max(ONWARD)]
         self._last = duration
         self.place, self.touching = place, touches
+        self._deepest = touches.deepest(place)
         return True
 
     def states(self) -> dict[BodyId, BodyState]:
@@ -121,12 +140,13 @@ class FrictionalMotion:
             return None
         bricks, time = self.place.bricks.values(), 0.5 * (self._last + duration)
         units = _units(bricks, self.gravity * time)
+        out = self._drift()[np.stack([cones.lower, cones.upper])].max(axis=0)
         free = self._velocities[0] + time * accelerations(bricks, self._velocities[0], self.gravity)
         meeting = Meeting(
             slip_matrix(cones, self.place) * units.columns / units.speed,
             inverse_mass(bricks) * (units.mass * units.speed**2) / np.outer(units.columns, units.columns),
             free / units.columns,
-            self.touching.gaps(moving, self.place) / (duration * units.speed),
+            np.maximum(self.touching.gaps(moving, self.place) / duration, -out) / units.speed,
             cones.friction,
         )
         impulse = units.mass * units.speed
@@ -134,21 +154,39 @@ class FrictionalMotion:
         if found is None:
             return None
         before = (meeting.slips @ (self._velocities[0] / units.columns))[0::3]
-        landing = (found.impulses[:, 0] > 0.0) & (before < -LANDS)
-        if any(landing[i] and not self.touching.touched(*pair) for i, pair in enumerate(_pairs(contacts))):
+        meets = np.where(found.impulses[:, 0] > 0.0, -before, 0.0)
+        if any(meets[i] > LANDS and not self.touching.touched(*pair) for i, pair in enumerate(_pairs(contacts))):
             return None
-        self._lands = bool(landing.any())
+        self._lands = bool(meets.max(initial=0.0) > GENTLY)
         velocities: Array = found.velocities * units.columns
-        if self._others_move(velocities):
+        if not self._others_stand(velocities, duration):
             return None
         self._remember(contacts, cones, found.impulses * (impulse / time))
         return velocities
 
-    def _others_move(self, velocities: Array) -> bool:
+    def _drift(self) -> Array:
+        """How fast points of each brick, and of the ground, may be pushed out of what they are in [m/s].
+
+        By as much as turning has brought them there within the last step. What landed unseen is deeper, and would jump.
+        """
+        velocities = self._velocities[0].reshape(-1, 6)
+        spins = np.linalg.norm(velocities[:, 3:], axis=1)
+        radii = np.array([placed.brick.shape.bounding_radius for placed in self.place.bricks.values()])
+        return np.append(self._last * spins * (np.linalg.norm(velocities[:, :3], axis=1) + spins * radii), 0.0)
+
+    def _others_stand(self, velocities: Array, duration: float) -> bool:
+        """Whether what is to stand does, but for what landings move it by."""
+        bricks = self.place.bricks.values()
         speeds = np.abs(velocities.reshape(-1, 6))
-        speeds[:, 3:] *= [[placed.brick.shape.bounding_radius] for placed in self.place.bricks.values()]
+        speeds[:, 3:] *= [[placed.brick.shape.bounding_radius] for placed in bricks]
         others = [name not in self.falling for name in self.place.bricks]
-        return bool(speeds[others].max(initial=0.0) > STANDS * speeds.max(initial=0.0))
+        fastest = float(speeds[others].max(initial=0.0))
+        if fastest <= STANDS * speeds.max(initial=0.0):
+            return True
+        if not self._lands and not self._jolted:
+            return False
+        self._jolted += fastest * duration
+        return self._jolted <= JOLTED * min(placed.brick.shape.least_thickness for placed in bricks)
 
     def _guess(self, contacts: Sequence[Contact], cones: Cones, share: float) -> Array | None:
         """Impulses like the forces of the last step."""
