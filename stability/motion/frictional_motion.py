@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterator, Sequence, Set
 from copy import copy
 from dataclasses import dataclass, field
 from itertools import islice, product
-from math import isclose
+from math import inf, isclose
 from statistics import median
 from typing import NamedTuple
 
@@ -58,6 +58,7 @@ class FrictionalMotion:
     _energy: float = field(init=False)  # at rest [J]
     _lands: bool = field(default=False, init=False)  # whether a corner comes down on what it touches elsewhere already
     _deepest: float = field(default=0.0, init=False)  # how far one body is in another, as a gap [m]
+    _falls_by: float = field(default=inf, init=False)  # what is faster falls until it is there, and stops then [m/s]
     _jolted: float = field(default=0.0, init=False)  # by how much landings have moved what stands, at most [m]
 
     def __post_init__(self) -> None:
@@ -71,8 +72,10 @@ class FrictionalMotion:
         if not self._steps(duration):
             return False
         unseen = self._deepest < finer._deepest - duration * self._drift().max()
-        if (self._lands or unseen) and all(finer._steps(part) for _ in range(PARTS_OF_A_LANDING)):
-            vars(self).update(vars(finer))
+        if self._lands or unseen:
+            finer._falls_by = GENTLY * self.gravity * duration
+            if all(finer._steps(part) for _ in range(PARTS_OF_A_LANDING)):
+                vars(self).update(vars(finer), _falls_by=inf)
         return True
 
     def _steps(self, duration: float) -> bool:
@@ -142,18 +145,21 @@ class FrictionalMotion:
         units = _units(bricks, self.gravity * time)
         out = self._drift()[np.stack([cones.lower, cones.upper])].max(axis=0)
         free = self._velocities[0] + time * accelerations(bricks, self._velocities[0], self.gravity)
+        slips = slip_matrix(cones, self.place) * units.columns / units.speed
+        before = (slips @ (self._velocities[0] / units.columns))[0::3]
+        gaps = np.maximum(self.touching.gaps(moving, self.place) / duration, -out) / units.speed
+        gaps[(gaps > 0.0) & (before * units.speed < -self._falls_by)] += 10.0 * np.abs(before).max(initial=0.0)
         meeting = Meeting(
-            slip_matrix(cones, self.place) * units.columns / units.speed,
+            slips,
             inverse_mass(bricks) * (units.mass * units.speed**2) / np.outer(units.columns, units.columns),
             free / units.columns,
-            np.maximum(self.touching.gaps(moving, self.place) / duration, -out) / units.speed,
+            gaps,
             cones.friction,
         )
         impulse = units.mass * units.speed
         found = pressed(meeting, self._guess(contacts, cones, time / impulse))
         if found is None:
             return None
-        before = (meeting.slips @ (self._velocities[0] / units.columns))[0::3]
         meets = np.where(found.impulses[:, 0] > 0.0, -before, 0.0)
         if any(meets[i] > LANDS and not self.touching.touched(*pair) for i, pair in enumerate(_pairs(contacts))):
             return None

@@ -1,13 +1,14 @@
 """Bricks that slip and fall: closed forms at the beginning and on the way, and an integration written apart."""
 
-from collections.abc import Sequence
-from math import atan2, cos, degrees, hypot, radians, sin, tan
+from collections.abc import Callable, Sequence
+from itertools import combinations
+from math import acos, asin, atan, atan2, cos, degrees, dist, hypot, radians, sin, tan
 
 import numpy as np
 import pytest
 
 from benchmarks.leaning_slips import placed, planes
-from benchmarks.leaning_structures import Structure, mirrored, structure, unlike_v
+from benchmarks.leaning_structures import LEANING, Structure, askew_v, mirrored, over_an_edge, structure, unlike_v
 from benchmarks.slipping import Leaning, centre, gives_way, needed_friction, slides, slip, time_to_slide
 from benchmarks.slips import leaning_pose, towards
 from stability.exact.release import release_until_stable
@@ -17,7 +18,9 @@ from stability.model import GROUND, Brick, Plane, Pose, Vec3
 from stability.motion.frictional_motion import FrictionalMotion, frictional_motion_of
 from stability.motion.onset import as_it_begins
 from stability.motion.toppling import toppling_of
+from stability.shapes.apart import apart
 from stability.shapes.box import Box
+from stability.shapes.in_pose import corners_W
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed
 from tests.planks import GRAVITY, LENGTH, MASS, SIZE, THICKNESS
@@ -281,6 +284,65 @@ def test_a_v_without_friction_keeps_its_energy() -> None:
         spin = hypot(*state.angular_velocity_W)  # about the width
         gained += 0.5 * MASS * (hypot(*state.velocity_W) ** 2 + (LENGTH**2 + THICKNESS**2) / 12.0 * spin**2)
     assert gained == pytest.approx(lost, rel=1e-3)
+
+
+@pytest.mark.parametrize(("width", "tilt"), [(0.03, 4.0), (0.05, 2.0)])
+def test_a_block_that_rocks_rises_beyond_its_landing_as_housner_says(width: float, tilt: float) -> None:
+    floor, height, start = Plane(GROUND, (0.0, 0.0, 0.0), UP, 1.0), 0.1, radians(tilt)
+    middle = (0.0, 0.0, 0.5 * (height * cos(start) + width * sin(start)))
+    block = Placed(Brick("block", Box((width, 0.03, height)), MASS), Pose(middle, about((0.0, 1.0, 0.0), start)))
+    assembly = Assembly((floor,), 1.0, GRAVITY)
+    assembly.add_all([block])
+    found = frictional_motion_of(assembly.problem(), {"block"}, GRAVITY, (), (floor,), assembly.friction)
+    assert found is not None
+    tilts = [start]
+    while tilts[-1] > 0.0 or tilts[-1] < tilts[-2]:
+        assert found.goes_on(STEP)
+        tilts.append(2.0 * asin(found.states()["block"].pose.orientation[1]))
+    slender = atan(width / height)
+    kept = 1.0 - 1.5 * sin(slender) ** 2  # of the angular velocity, as about the other edge (Housner, 1963)
+    risen = slender - acos(cos(slender) + kept**2 * (cos(slender - start) - cos(slender)))
+    assert -min(tilts) == pytest.approx(risen, rel=0.01)
+
+
+def test_a_landing_may_jolt_what_stands_by_less_than_a_micrometre() -> None:
+    of, friction, step = structure(over_an_edge, 8), 0.65108, 0.25 * STEP
+    found = begun(placed(of), planes(of, friction), friction)
+    assert found is not None
+    assert found.states().keys() == {"plank"}
+    assert all(found.goes_on(step) for _ in range(110))  # its other long edge meets the block after 22 ms
+
+
+def test_a_slip_on_which_corners_land_does_not_depend_on_the_step() -> None:
+    of, friction = structure(askew_v, 3), 0.29294
+
+    def time_to(way: float, step: float) -> float:
+        found, steps = begun(placed(of), planes(of, friction), friction), 0
+        assert found is not None
+        starts = {one.brick.id: corners_W(one.brick.shape, one.pose) for one in placed(of)}
+        shapes = {one.brick.id: one.brick.shape for one in placed(of)}
+        far = before = 0.0
+        while far < way:
+            assert found.goes_on(step)
+            steps, before = steps + 1, far
+            corners = {name: corners_W(shapes[name], state.pose) for name, state in found.states().items()}
+            far = max(dist(a, b) for n in starts for a, b in zip(starts[n], corners[n], strict=True))
+        return step * (steps - (far - way) / (far - before))
+
+    assert time_to(0.005, STEP) == pytest.approx(time_to(0.005, 0.5 * STEP), rel=0.01)
+
+
+@pytest.mark.parametrize("family", LEANING)
+def test_random_structures_that_lean_touch_and_are_not_inside_each_other(
+    family: Callable[[np.random.Generator], Structure | None],
+) -> None:
+    for number in range(12):
+        bricks = placed(structure(family, number))
+        gaps = [
+            apart(one.brick.shape, one.pose, other.brick.shape, other.pose).gap
+            for one, other in combinations(bricks, 2)
+        ]
+        assert min(gaps, default=0.0) == pytest.approx(0.0, abs=1e-9)
 
 
 def test_a_structure_seen_in_a_mirror_rises_the_other_way() -> None:
