@@ -42,7 +42,8 @@ WAYS = (0.005, 0.010, 0.020)  # [m]
 STEPS, AGREE = (4e-4, 2e-4, 1e-4, 5e-5, 2.5e-5), 0.002
 GRAVITY = 9.81  # [m/s2]
 LONGEST = 0.8  # [s] what has not got so far by then does not count
-STAYS = 0.02  # [s] so long it is seen whether a structure with a little more friction stays
+# [s] so long it is seen whether a structure with a little more friction stays; how far it may get in that time [mm].
+STAYS, STIRS_MM = 0.02, 0.001
 MOST_FRICTION, CLOSE = 3.0, 1e-4  # a structure that needs more does not count; how closely what it needs is found
 WANTED = 3.0  # [%] of a time
 SHARES = (0.5, 0.99)  # of the friction that it needs
@@ -175,7 +176,7 @@ def played(found: Structure, friction: float, system: System, until: float) -> t
         )
         time.append(now)
         moved.append([far])
-        known_way = far if known else known_way
+        known_way = max(known_way, far) if known else known_way
         if far > WAYS[-1] or now > until:
             break
     return reached(np.array(time), np.array(moved)), known_way
@@ -279,7 +280,7 @@ def values(rows: Sequence[Mapping[str, Any]]) -> dict[str, float]:
         "handed_over_early": sum(row["known_mm"] < 1e3 * _last_way(row["due"]) for row in rows),
         "reference_apart_percent": max(100.0 * a for row in rows for a in row["apart"] if a <= 0.01 * WANTED),
         "reference_step_us": 1e6 * min(row["step"] for row in rows),
-        "stays_mm": max(row["stays_mm"] for row in rows),
+        "moves_with_more": sum(row["stays_mm"] > STIRS_MM for row in rows),
     }
 
 

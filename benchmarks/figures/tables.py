@@ -338,11 +338,14 @@ TABLES: Mapping[str, Table] = {
         (
             Column("", "{row}"),
             Column("cases", "{cases}"),
+            Column("times", "{times}"),
+            Column("without a truth", "{without_truth}"),
             Column("median", "{median_percent:sig2} %"),
             Column("worst", "{worst_percent:sig2} %"),
             Column("over 3 %", "{over_3_percent}"),
             Column("to an engine before the last way", "{handed_over_early}"),
             Column("two steps of the reference apart", "{reference_apart_percent:sig2} %"),
+            Column("reference moves with 1 % more friction", "{moves_with_more}"),
         ),
     ),
     **{
