@@ -61,7 +61,7 @@ bench-motion: $(READY) ## hits, collapses and slips of exact against converged r
 	$(BIN)/python -m benchmarks.collapse
 	$(BIN)/python -m benchmarks.slips
 
-bench-leaning: $(READY) ## 200 random leaning structures against rigid boxes stepped apart (half an hour); goes on where it stopped
+bench-leaning: $(READY) ## 200 random leaning structures against rigid boxes stepped apart (some minutes); goes on where it stopped
 	$(BIN)/python -m benchmarks.leaning_slips --keep leaning-slips.jsonl
 
 bench-energy: $(READY) ## how much energy the engines of exact and tuned add to 500 random heaps (a quarter of an hour)

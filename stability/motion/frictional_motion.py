@@ -2,7 +2,8 @@
 
 Gauss' principle of least constraint with Coulomb's cone at every point of contact says how they accelerate
 (coulomb.py). It is asked anew at each step, for velocities in the middle of steps and places at their ends (leapfrog),
-so that errors are of second order in the step; contacts and their gaps follow from the places alone. It goes on for as
+so that errors are of second order in the step; contacts and their gaps follow from the places alone. A step in which a
+corner lands on what its brick touches elsewhere is taken in parts, and what lands stops in one blow. It goes on for as
 long as every step is found and checked: momentum by construction, cones and slips by arithmetic, energy that only
 friction takes. It ends where a brick lands, where one that is to stand begins to move, and where nothing is found.
 """
