@@ -7,8 +7,8 @@ on: one without which nothing falls is needed in every smaller set too. Last, of
 left, the one that they would start with is taken (Gauss: of least energy for what the loads gain).
 """
 
-from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Iterator, Sequence, Set
+from dataclasses import dataclass, field, replace
 from math import hypot
 
 import numpy as np
@@ -77,6 +77,7 @@ class _Search:
     problem: Problem
     tolerances: Tolerances
     solver: Solver
+    standing: list[Set[BodyId]] = field(default_factory=list)  # no part of these falls while the rest is held fixed
 
     def alone(self, motion: Motion) -> Motion:
         """The smallest part of a motion that is proven by itself."""
@@ -147,9 +148,11 @@ class _Search:
     def _without(self, motion: Motion, fixed: Sequence[BodyId]) -> Motion | None:
         """A proven motion of the bricks that are not held fixed."""
         rest = set(motion.velocity) - set(fixed)
-        if not rest:
+        if not rest or any(rest <= standing for standing in self.standing):
             return None
         found = falling_motion(self.of(rest), self.tolerances, self.solver)
+        if found is None:
+            self.standing.append(rest)
         return self.alone(found) if found is not None and self._proven(found) else None
 
     def upwards(self, motion: Motion) -> list[BodyId]:
