@@ -173,6 +173,6 @@ def test_without_a_solver_the_motion_stays_proven() -> None:
     problem = side_by_side(stepped(4, 0.0299), stepped(4, 0.0303), 1.0)
     motion = balance(problem).motion
     assert motion is not None
-    least = smallest_mechanism(problem, motion, EXACT, dies)
+    least = smallest_mechanism(problem, motion, EXACT, dies, dies)
     assert check_motion(problem, least, EXACT).holds
     assert set(least.velocity) <= set(names(1, 4, "q"))
