@@ -45,7 +45,10 @@ def contact_between(a: Solid, b: Solid, friction: float, tolerances: Tolerances)
     if a.id > b.id:
         a, b = b, a
     side = side_patch(a, b, reach)
-    return Contact(a.id, b.id, side[0], (side[1],), friction) if side else _general_contact(a, b, friction, reach)
+    if side is None:
+        return _general_contact(a, b, friction, reach)
+    points, normal = side
+    return Contact(a.id, b.id, points, (normal,), friction) if points else None
 
 
 def contact_with_plane(a: Solid, plane: Plane, tolerances: Tolerances, friction: float | None = None) -> Contact | None:
