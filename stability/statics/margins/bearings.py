@@ -23,9 +23,11 @@ from stability.statics.margins.acceleration_cut import (
     shaken,
 )
 from stability.statics.margins.groups import groups_apart
+from stability.statics.margins.rough_headings import rough_headings
 
 NOTHING = 1e-7  # [g] a margin below is none
 ALIKE = 1e-6  # share by which of two groups one must give way sooner: rounding does not choose which is named
+ROUGHLY = 1e-7  # asked of the solver for forces at rest, which need not be the deepest in their cones
 ALONG = 1e-12  # cosine below which a cut bounds nothing in a direction
 
 
@@ -67,7 +69,7 @@ def along_bearings(
     weakest = [Survived(bearing, inf, inf, None) for bearing in bearings]
     parts = groups_apart(problem)
     for number, part in enumerate(parts):
-        case = shaken(part, gravity, Tolerances())
+        case = shaken(part, gravity, Tolerances(), ROUGHLY) or shaken(part, gravity, Tolerances())
         if case is None:
             return None
         found = _Found(case)
@@ -110,8 +112,9 @@ class _Found:
 
     def solve(self, bearings: Sequence[float], tolerance: float, known: Callable[[int], None]) -> None:
         """Solve directions until every bearing is known to a relative tolerance."""
+        headings = rough_headings(self.case, tolerance)
         for quarter in range(4):
-            self.add(heading(self.case, quarter * pi / 2.0))
+            self.add(headings.solve(quarter * pi / 2.0))
         left = set(bearings)
         while True:
             left -= {one.angle for one in self.solved}
@@ -120,7 +123,7 @@ class _Found:
             known(len(bearings) - sum(each > tolerance for each, _ in open_ones))
             if share <= tolerance:
                 return
-            self.add(heading(self.case, bearing))
+            self.add(headings.solve(bearing))
 
     def add(self, one: Heading) -> None:
         """Take a direction in that was solved."""

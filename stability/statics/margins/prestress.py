@@ -26,8 +26,8 @@ class Prestress:
     sliding: float  # power of tangential forces on slips; never positive
 
 
-def least_prestress(system: WrenchMatrix) -> Prestress:
-    """The least prestress with which the loads are balanced."""
+def least_prestress(system: WrenchMatrix, accuracy: float = ACCURACY) -> Prestress:
+    """The least prestress with which the loads are balanced; `accuracy` is asked of the solver."""
     from scipy.sparse import csc_matrix, vstack  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
 
     normal = np.zeros(len(system.row_scale))
@@ -43,7 +43,7 @@ def least_prestress(system: WrenchMatrix) -> Prestress:
         [3] * len(system.round),
         len(system.flat) + 1,
     )
-    point = clarabel_solve(program, ACCURACY)
+    point = clarabel_solve(program, accuracy)
     pressed, least = point.dual[:-1], float(point.dual[-1]) - 1.0
     slips = system.matrix @ point.x
     sliding = float(np.where(normal > 0.0, 0.0, pressed * slips).sum())
