@@ -24,6 +24,7 @@ from stability.statics.margins.acceleration_cut import (
 )
 from stability.statics.margins.groups import groups_apart
 from stability.statics.margins.rough_headings import rough_headings
+from stability.statics.margins.sliding_all_ways import slide
 
 NOTHING = 1e-7  # [g] a margin below is none
 ALIKE = 1e-6  # share by which of two groups one must give way sooner: rounding does not choose which is named
@@ -109,21 +110,24 @@ class _Found:
     case: Shaken
     solved: list[Heading] = field(default_factory=list)  # by angle, counter-clockwise
     cuts: list[tuple[float, Cut]] = field(default_factory=list)  # with the distance that each is proven for [g]
+    sliding: tuple[float, Cut] | None = None  # of bricks that slide alike in all directions
 
     def solve(self, bearings: Sequence[float], tolerance: float, known: Callable[[int], None]) -> None:
         """Solve directions until every bearing is known to a relative tolerance."""
         headings = rough_headings(self.case, tolerance)
+        sliding = slide(self.case, 0.0)
+        self.sliding = (proven_distance(self.case, sliding), sliding) if sliding is not None else None
         for quarter in range(4):
             self.add(headings.solve(quarter * pi / 2.0))
         left = set(bearings)
         while True:
             left -= {one.angle for one in self.solved}
-            open_ones = [(self._unknown(bearing), bearing) for bearing in sorted(left)]
-            share, bearing = max(open_ones, default=(0.0, 0.0))
-            known(len(bearings) - sum(each > tolerance for each, _ in open_ones))
-            if share <= tolerance:
+            shares = {bearing: self._unknown(bearing) for bearing in sorted(left)}
+            known(len(bearings) - sum(share > tolerance for share in shares.values()))
+            worst = max(shares, key=shares.__getitem__, default=0.0)
+            if shares.get(worst, 0.0) <= tolerance:
                 return
-            self.add(headings.solve(bearing))
+            self.add(headings.solve(self._furthest(worst, sorted(left), tolerance)))
 
     def add(self, one: Heading) -> None:
         """Take a direction in that was solved."""
@@ -132,14 +136,33 @@ class _Found:
             self.cuts.append((proven_distance(self.case, one.cut), one.cut))
 
     def survived(self, bearing: float) -> Survived:
-        value, (upper, cut) = self._proven(bearing), self._bound(bearing)
+        """What is known of one bearing."""
+        value, (upper, motion) = self._proven(bearing), self._bound(bearing)
         if value >= 0.5 * FURTHEST:
             return Survived(bearing, inf, inf, None)
-        return Survived(bearing, value if upper > NOTHING else 0.0, upper, cut.motion if cut is not None else None)
+        return Survived(bearing, value if upper > NOTHING else 0.0, upper, motion)
 
-    def _unknown(self, bearing: float) -> float:
+    def _furthest(self, bearing: float, left: Sequence[float], tolerance: float) -> float:
+        """How far on from the direction that was solved before a bearing one may go to solve the next.
+
+        If that reaches as far as it may, the chord to it leaves nothing between unknown: along an edge one so goes on
+        to its end, and about an arc in even steps.
+        """
+        before = max((one for one in self.solved if one.angle <= bearing), key=_angle, default=self.solved[-1])
+        turn = min(((one.angle - before.angle) % (2.0 * pi) or 2.0 * pi for one in self.solved if one is not before))
+        between = [each for each in left if 0.0 < (each - before.angle) % (2.0 * pi) < turn]
+        between.sort(key=lambda each: (each - before.angle) % (2.0 * pi))
+        furthest = between[0]
+        for number, end in enumerate(between):
+            at_best = replace(before, angle=end, reach=self._bound(end)[0])
+            if any(self._unknown(each, _chord(before, at_best, each)) > tolerance for each in between[:number]):
+                break
+            furthest = end
+        return furthest
+
+    def _unknown(self, bearing: float, proven: float | None = None) -> float:
         """The share of the upper bound that is not proven to be survived."""
-        value, (upper, _) = self._proven(bearing), self._bound(bearing)
+        value, (upper, _) = self._proven(bearing) if proven is None else proven, self._bound(bearing)
         if upper <= NOTHING or value >= 0.5 * FURTHEST:
             return 0.0
         return 1.0 if upper == inf else 1.0 - value / upper
@@ -148,23 +171,34 @@ class _Found:
         """How far along a bearing the points that are solved reach: to the chord of the two on either side."""
         if len(self.solved) == 1:
             return self.solved[0].reach if self.solved[0].angle == bearing else 0.0
-        along = (cos(bearing), sin(bearing))
-        return max(_chord(one, other, along) for one, other in pairwise([*self.solved, self.solved[0]]))
+        return max(_chord(one, other, bearing) for one, other in pairwise([*self.solved, self.solved[0]]))
 
-    def _bound(self, bearing: float) -> tuple[float, Cut | None]:
-        """The nearest half-plane along a bearing, and how far off it is [g]."""
+    def _bound(self, bearing: float) -> tuple[float, Motion | None]:
+        """The nearest half-plane along a bearing, how far off it is [g], and the motion that proves it."""
         x, y = cos(bearing), sin(bearing)
-        nearest: tuple[float, Cut | None] = (inf, None)
+        nearest: tuple[float, Motion | None] = (inf, None)
         for distance, cut in self.cuts:
             share = cut.normal[0] * x + cut.normal[1] * y
             if share > ALONG and distance / share < nearest[0]:
-                nearest = (distance / share, cut)
+                nearest = (distance / share, cut.motion)
+        if self.sliding is not None and self.sliding[0] <= nearest[0]:
+            return self.sliding[0], _turned(self.sliding[1], bearing)
         return nearest
 
 
-def _chord(one: Heading, other: Heading, along: tuple[float, float]) -> float:
-    """How far along a direction the chord between two points is [g]; 0 if the direction is not between them."""
-    (ax, ay), (bx, by), (x, y) = one.point, other.point, along
+def _angle(one: Heading) -> float:
+    return one.angle
+
+
+def _turned(cut: Cut, bearing: float) -> Motion:
+    """The motion of bricks that slide alike in all directions, along one of them."""
+    x, y = cos(bearing), sin(bearing)
+    return Motion({name: ((x, y, velocity[2]), spin) for name, (velocity, spin) in cut.motion.velocity.items()})
+
+
+def _chord(one: Heading, other: Heading, bearing: float) -> float:
+    """How far along a bearing the chord between two points is [g]; 0 if the direction is not between them."""
+    (ax, ay), (bx, by), (x, y) = one.point, other.point, (cos(bearing), sin(bearing))
     turn = ax * by - ay * bx
     a, b = ax * y - ay * x, x * by - y * bx  # neither is negative for a direction between the two
     if turn <= 0.0 or a < 0.0 or b < 0.0:
