@@ -23,12 +23,14 @@ from stability.statics.margins.acceleration_cut import (
     shaken,
 )
 from stability.statics.margins.groups import groups_apart
-from stability.statics.margins.rough_headings import rough_headings
+from stability.statics.margins.rough_headings import RoughHeadings, rough_headings
 from stability.statics.margins.sliding_all_ways import slide
+from stability.statics.margins.symmetries import Symmetry, symmetries
 
 NOTHING = 1e-7  # [g] a margin below is none
 ALIKE = 1e-6  # share by which of two groups one must give way sooner: rounding does not choose which is named
 ROUGHLY = 1e-7  # asked of the solver for forces at rest, which need not be the deepest in their cones
+SAME = 1e-9  # [rad] bearings as near as this are one
 ALONG = 1e-12  # cosine below which a cut bounds nothing in a direction
 
 
@@ -117,8 +119,9 @@ class _Found:
         headings = rough_headings(self.case, tolerance)
         sliding = slide(self.case, 0.0)
         self.sliding = (proven_distance(self.case, sliding), sliding) if sliding is not None else None
+        images = symmetries(self.case)
         for quarter in range(4):
-            self.add(headings.solve(quarter * pi / 2.0))
+            self._solve(quarter * pi / 2.0, headings, images, bearings)
         left = set(bearings)
         while True:
             left -= {one.angle for one in self.solved}
@@ -127,7 +130,25 @@ class _Found:
             worst = max(shares, key=shares.__getitem__, default=0.0)
             if shares.get(worst, 0.0) <= tolerance:
                 return
-            self.add(headings.solve(self._furthest(worst, sorted(left), tolerance)))
+            self._solve(self._furthest(worst, sorted(left), tolerance), headings, images, bearings)
+
+    def _solve(
+        self, angle: float, headings: RoughHeadings, images: Sequence[Symmetry], bearings: Sequence[float]
+    ) -> None:
+        """Solve a direction that is not known yet, and take its images in that hold."""
+        if self._is_solved(angle):
+            return
+        one = headings.solve(angle)
+        self.add(one)
+        for symmetry in images:
+            turned = symmetry.angle(angle)
+            turned = next((bearing for bearing in bearings if _apart(bearing, turned) <= SAME), turned)
+            image = None if self._is_solved(turned) else symmetry.image(self.case, one, turned)
+            if image is not None:
+                self.add(image)
+
+    def _is_solved(self, angle: float) -> bool:
+        return any(_apart(one.angle, angle) <= SAME for one in self.solved)
 
     def add(self, one: Heading) -> None:
         """Take a direction in that was solved."""
@@ -184,6 +205,11 @@ class _Found:
         if self.sliding is not None and self.sliding[0] <= nearest[0]:
             return self.sliding[0], _turned(self.sliding[1], bearing)
         return nearest
+
+
+def _apart(one: float, other: float) -> float:
+    """The angle between two bearings [rad]."""
+    return abs((one - other + pi) % (2.0 * pi) - pi)
 
 
 def _angle(one: Heading) -> float:
