@@ -15,7 +15,7 @@ import numpy as np
 from stability.model import BodyId
 from stability.statics.facts import ZERO, Motion, Problem, Tolerances, Wrench
 from stability.statics.margins.prestress import least_prestress
-from stability.statics.proof import check_forces, check_motion
+from stability.statics.proof import MotionCheck, ProofCones, check_forces, check_motion, proof_cones
 from stability.statics.solvers.conic_program import ConicProgram, clarabel_solve
 from stability.statics.solvers.equilibrium import proven_forces, proven_motion
 from stability.statics.solvers.wrench_matrix import Array, WrenchMatrix, wrench_matrix
@@ -41,6 +41,7 @@ class Shaken:
     system: WrenchMatrix
     rest: Array  # (rows,) forces that balance the loads alone
     tolerances: Tolerances
+    cones: ProofCones | None  # for checks, whatever the acceleration
 
     def pull(self, x: float, y: float) -> dict[BodyId, Wrench]:
         """The forces of an acceleration."""
@@ -58,6 +59,14 @@ class Shaken:
     def at(self, x: float, y: float) -> WrenchMatrix:
         """The system with an acceleration added."""
         return replace(self.system, loads=self.system.wrench_of(self.loaded(x, y).loads))
+
+    def holds(self, x: float, y: float, rows: Array) -> bool:
+        """Whether forces, in units of the rows, are proven to hold against an acceleration."""
+        return check_forces(self.loaded(x, y), self.system.forces(rows), self.tolerances, self.cones).holds
+
+    def falls(self, x: float, y: float, motion: Motion) -> MotionCheck:
+        """Whether a motion is proven to lower what an acceleration pulls at."""
+        return check_motion(self.loaded(x, y), motion, self.tolerances, self.cones)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -102,7 +111,7 @@ def shaken(
         system, least_prestress(system, accuracy).rows
     )  # deep inside the cones, so that a share of it brings others inside
     stands = proven_forces(problem, system, rest, tolerances) is not None
-    return Shaken(problem, weights, system, rest, tolerances) if stands else None
+    return Shaken(problem, weights, system, rest, tolerances, proof_cones(problem)) if stands else None
 
 
 def heading(case: Shaken, angle: float) -> Heading:
@@ -145,8 +154,7 @@ def proven_reach(case: Shaken, along: tuple[float, float], value: float, rows: A
     for share in _shares(case, balanced):
         mixed = balanced + share * (case.rest - balanced)
         reach = value * (1.0 - share)
-        loaded = case.loaded(reach * along[0], reach * along[1])
-        if check_forces(loaded, system.forces(mixed), case.tolerances).holds:
+        if case.holds(reach * along[0], reach * along[1], mixed):
             return reach, mixed
     return 0.0, case.rest
 
@@ -217,10 +225,10 @@ def proven_distance(case: Shaken, cut: Cut) -> float:
     furthest = cut.distance + cut.further
     if cut.further == 0.0:
         return furthest
-    gained = check_motion(case.loaded(furthest * x, furthest * y), cut.motion, case.tolerances).gain
+    gained = case.falls(furthest * x, furthest * y, cut.motion).gain
     for multiple in CLOSER if gained > 0.0 else ():
         distance = cut.distance + cut.further * min(1.0, multiple * case.tolerances.gain / gained)
-        if check_motion(case.loaded(distance * x, distance * y), cut.motion, case.tolerances).holds:
+        if case.falls(distance * x, distance * y, cut.motion).holds:
             return distance
     return furthest
 

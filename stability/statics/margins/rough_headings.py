@@ -21,7 +21,6 @@ from stability.statics.margins.acceleration_cut import (
     program_along,
     proven_reach,
 )
-from stability.statics.proof import check_motion
 from stability.statics.solvers.conic_program import quick_solve
 from stability.statics.solvers.separating_motion import separating_velocities
 from stability.statics.solvers.wrench_matrix import Array
@@ -118,6 +117,6 @@ def proven_cut(case: Shaken, motion: Motion) -> Cut | None:
     for times in FURTHER:
         further = times * case.tolerances.gain * size * (1.0 + distance) / along
         proven = distance + further
-        if check_motion(case.loaded(proven * normal[0], proven * normal[1]), motion, case.tolerances).holds:
+        if case.falls(proven * normal[0], proven * normal[1], motion).holds:
             return Cut(normal, proven, 0.0, motion)
     return None

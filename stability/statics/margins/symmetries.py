@@ -15,7 +15,6 @@ from stability.geometry.rotations import rotate
 from stability.statics.facts import Motion, Problem
 from stability.statics.margins.acceleration_cut import Heading, Shaken
 from stability.statics.margins.rough_headings import proven_cut
-from stability.statics.proof import check_forces
 from stability.statics.solvers.wrench_matrix import Array, Indices, wrench_array
 
 ALIKE = 1e-9  # of the size of a structure, and of its loads: by so much an image may be off
@@ -36,7 +35,7 @@ class Symmetry:
         """What was found in one direction as it holds in its image, at this angle; None if it is not proven there."""
         x, y = one.reach * cos(angle), one.reach * sin(angle)
         rows = self._rows(case, one.rows)
-        if not check_forces(case.loaded(x, y), case.system.forces(rows), case.tolerances).holds:
+        if not case.holds(x, y, rows):
             return None
         cut = None if one.cut is None else proven_cut(case, self._motion(case, one.cut.motion))
         return None if cut is None and one.cut is not None else Heading(angle, one.reach, rows, one.slips, cut)
