@@ -68,7 +68,7 @@ def along_bearings(
     known: Callable[[int], None] = lambda _: None,
 ) -> tuple[Survived, ...] | None:
     """The same of some bearings [rad], each from x towards y."""
-    count = len(bearings)
+    count, around = len(bearings), [bearing % (2.0 * pi) for bearing in bearings]
     weakest = [Survived(bearing, inf, inf, None) for bearing in bearings]
     parts = groups_apart(problem)
     for number, part in enumerate(parts):
@@ -76,7 +76,7 @@ def along_bearings(
         if case is None:
             return None
         found = _Found(case)
-        found.solve(bearings, tolerance, partial(_told, known, number * count, len(parts)))
+        found.solve(around, tolerance, partial(_told, known, number * count, len(parts)))
         own = [found.survived(bearing) for bearing in bearings]
         weakest = [_weaker(one, other) for one, other in zip(weakest, own, strict=True)]
     return tuple(weakest)
@@ -122,15 +122,15 @@ class _Found:
         images = symmetries(self.case)
         for quarter in range(4):
             self._solve(quarter * pi / 2.0, headings, images, bearings)
-        left = set(bearings)
+        left = sorted(bearings)
         while True:
-            left -= {one.angle for one in self.solved}
-            shares = {bearing: self._unknown(bearing) for bearing in sorted(left)}
+            left = [bearing for bearing in left if not self._is_solved(bearing)]
+            shares = {bearing: self._unknown(bearing) for bearing in left}
             known(len(bearings) - sum(share > tolerance for share in shares.values()))
             worst = max(shares, key=shares.__getitem__, default=0.0)
             if shares.get(worst, 0.0) <= tolerance:
                 return
-            self._solve(self._furthest(worst, sorted(left), tolerance), headings, images, bearings)
+            self._solve(self._furthest(worst, left, tolerance), headings, images, bearings)
 
     def _solve(
         self, angle: float, headings: RoughHeadings, images: Sequence[Symmetry], bearings: Sequence[float]
@@ -158,9 +158,11 @@ class _Found:
 
     def survived(self, bearing: float) -> Survived:
         """What is known of one bearing."""
-        value, (upper, motion) = self._proven(bearing), self._bound(bearing)
+        value, (upper, cut) = self._proven(bearing), self._bound(bearing)
         if value >= 0.5 * FURTHEST:
             return Survived(bearing, inf, inf, None)
+        slides = self.sliding is not None and cut is self.sliding[1]
+        motion = None if cut is None else _turned(cut, bearing) if slides else cut.motion
         return Survived(bearing, value if upper > NOTHING else 0.0, upper, motion)
 
     def _furthest(self, bearing: float, left: Sequence[float], tolerance: float) -> float:
@@ -170,7 +172,7 @@ class _Found:
         to its end, and about an arc in even steps.
         """
         before = max((one for one in self.solved if one.angle <= bearing), key=_angle, default=self.solved[-1])
-        turn = min(((one.angle - before.angle) % (2.0 * pi) or 2.0 * pi for one in self.solved if one is not before))
+        turn = min((one.angle - before.angle) % (2.0 * pi) or 2.0 * pi for one in self.solved if one is not before)
         between = [each for each in left if 0.0 < (each - before.angle) % (2.0 * pi) < turn]
         between.sort(key=lambda each: (each - before.angle) % (2.0 * pi))
         furthest = between[0]
@@ -194,17 +196,15 @@ class _Found:
             return self.solved[0].reach if self.solved[0].angle == bearing else 0.0
         return max(_chord(one, other, bearing) for one, other in pairwise([*self.solved, self.solved[0]]))
 
-    def _bound(self, bearing: float) -> tuple[float, Motion | None]:
-        """The nearest half-plane along a bearing, how far off it is [g], and the motion that proves it."""
+    def _bound(self, bearing: float) -> tuple[float, Cut | None]:
+        """How far off the nearest cut is along a bearing [g]; that of what slides is as far off in all directions."""
         x, y = cos(bearing), sin(bearing)
-        nearest: tuple[float, Motion | None] = (inf, None)
+        nearest: tuple[float, Cut | None] = (inf, None)
         for distance, cut in self.cuts:
             share = cut.normal[0] * x + cut.normal[1] * y
             if share > ALONG and distance / share < nearest[0]:
-                nearest = (distance / share, cut.motion)
-        if self.sliding is not None and self.sliding[0] <= nearest[0]:
-            return self.sliding[0], _turned(self.sliding[1], bearing)
-        return nearest
+                nearest = (distance / share, cut)
+        return self.sliding if self.sliding is not None and self.sliding[0] <= nearest[0] else nearest
 
 
 def _apart(one: float, other: float) -> float:

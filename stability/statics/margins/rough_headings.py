@@ -38,38 +38,41 @@ class RoughHeadings:
     """A case, and how its directions are solved to a relative tolerance."""
 
     case: Shaken
-    accuracy: float
+    tolerance: float
     opening: Array | None  # (columns,) a motion that opens every contact; without one directions are solved finely
 
     def solve(self, angle: float) -> Heading:
         """How far the assembly can be accelerated in one direction."""
         if self.opening is None:
             return heading(self.case, angle)
-        point = quick_solve(program_along(self.case, angle), self.accuracy)
+        accuracy = min(ROUGHEST, max(FINEST, OF_TOLERANCE * self.tolerance))
+        point = quick_solve(program_along(self.case, angle), accuracy)
         if not (np.isfinite(point.x).all() and np.isfinite(point.dual).all()):
             return heading(self.case, angle)
         value, columns = max(0.0, -float(point.dual[0])), point.x[:-1]
-        cut = self._cut(angle, columns) if value < 0.5 * FURTHEST else None
+        cut = self._cut(self.opening, columns) if value < 0.5 * FURTHEST else None
         if cut is None:
             return heading(self.case, angle)
         reach, rows = proven_reach(self.case, (cos(angle), sin(angle)), value, point.dual[1:-1])
+        share = cut.normal[0] * cos(angle) + cut.normal[1] * sin(angle)
+        if share <= 0.0 or reach < (1.0 - self.tolerance) * cut.distance / share:
+            return heading(self.case, angle)
         return Heading(angle, reach, rows, self.case.system.matrix @ columns, cut)
 
-    def _cut(self, angle: float, columns: Array) -> Cut | None:
-        """The half-plane that a motion proves once it is opened; None if it then proves none across the direction."""
+    def _cut(self, opening: Array, columns: Array) -> Cut | None:
+        """The half-plane that a motion proves once it is opened."""
         for share in QUIET:
-            opened = self._opened(self.case.system.motion(columns, share))
+            opened = self._opened(opening, self.case.system.motion(columns, share))
             cut = proven_cut(self.case, opened) if opened is not None else None
             if cut is not None:
-                x, y = cut.normal
-                return cut if x * cos(angle) + y * sin(angle) > 0.0 else None
+                return cut
         return None
 
-    def _opened(self, motion: Motion) -> Motion | None:
+    def _opened(self, opening: Array, motion: Motion) -> Motion | None:
         """A motion with as much of the opening one added, to the bricks that move, as leaves no contact closed."""
         system = self.case.system
         columns = system.columns_of(motion)
-        opening = np.where(self._moves(motion), self.opening, 0.0)
+        opening = np.where(self._moves(motion), opening, 0.0)
         spare, gained = self._spare(system.matrix @ columns), self._spare(system.matrix @ opening)
         closed = spare < 0.0
         if (closed & (gained <= 0.0)).any():
@@ -92,13 +95,12 @@ class RoughHeadings:
 
 
 def rough_headings(case: Shaken, tolerance: float) -> RoughHeadings:
-    """Directions of a case, solved to a share of a relative tolerance."""
-    accuracy = min(ROUGHEST, max(FINEST, OF_TOLERANCE * tolerance))
+    """Directions of a case, solved to a relative tolerance."""
     velocities = separating_velocities(case.problem, case.problem.bricks)
     if velocities is None:
-        return RoughHeadings(case, accuracy, None)
+        return RoughHeadings(case, tolerance, None)
     opening = Motion({name: (velocity, ZERO) for name, velocity in velocities.items()})
-    return RoughHeadings(case, accuracy, case.system.columns_of(opening))
+    return RoughHeadings(case, tolerance, case.system.columns_of(opening))
 
 
 def proven_cut(case: Shaken, motion: Motion) -> Cut | None:

@@ -1,7 +1,7 @@
-"""Turns and mirrors about an upright axis that map a structure onto itself: what holds along one bearing holds along others.
+"""Turns and mirrors about an upright axis that map a structure onto itself: so one bearing tells of others.
 
-Bricks are piled in grids and rings, so many a load is its own mirror image. What forces hold and which motion rules out
-along one bearing is then known along its images, without a solver. Nothing is taken for granted: the images are checked
+Bricks are piled in grids, so many a load is its own mirror image. What forces hold along one bearing, and what a motion
+rules out, is then known along its images without a solver. Nothing is taken for granted: the images are checked
 by the arithmetic that checks what is solved, so that a structure that is only nearly its own image proves no less.
 """
 
@@ -18,7 +18,7 @@ from stability.statics.margins.rough_headings import proven_cut
 from stability.statics.solvers.wrench_matrix import Array, Indices, wrench_array
 
 ALIKE = 1e-9  # of the size of a structure, and of its loads: by so much an image may be off
-FEWEST = 12  # bricks: what is smaller is solved as soon as its images are found
+FEWEST = 12  # bricks: what is smaller is solved as soon as it is mirrored
 EIGHTH = pi / 4.0
 
 
@@ -111,9 +111,7 @@ def _symmetry(case: Shaken, matrix: Array, places: Array, centre: Array, size: f
     image = np.append(bricks, len(names))
     body = {"lower": cones.lower[:, None], "upper": cones.upper[:, None]}
     friction = cones.friction[:, None]
-    mapped = np.hstack(
-        [points @ matrix.T, normals @ matrix.T, image[body["lower"]], image[body["upper"]], friction]
-    )
+    mapped = np.hstack([points @ matrix.T, normals @ matrix.T, image[body["lower"]], image[body["upper"]], friction])
     as_they_are = np.hstack([points, normals, body["lower"], body["upper"], friction])
     turned_over = np.hstack([points, -normals, body["upper"], body["lower"], friction])
     onto = _onto(mapped, np.vstack([as_they_are, turned_over]))

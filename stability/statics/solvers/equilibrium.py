@@ -19,7 +19,15 @@ from stability.geometry.vectors import add_scaled
 from stability.statics.facts import Forces, Motion, Problem, Tolerances
 from stability.statics.held_upright import is_held_upright
 from stability.statics.proof import check_forces, check_motion
-from stability.statics.solvers.conic_program import SOLVED, Array, ConicProgram, Solver, clarabel_solve, quick_solve, solve
+from stability.statics.solvers.conic_program import (
+    SOLVED,
+    Array,
+    ConicProgram,
+    Solver,
+    clarabel_solve,
+    quick_solve,
+    solve,
+)
 from stability.statics.solvers.separating_motion import separating_velocities
 from stability.statics.solvers.wrench_matrix import Sparse, WrenchMatrix, wrench_matrix
 
