@@ -6,7 +6,7 @@ points and the nearest cut. The bearing where these are furthest apart is solved
 What does not touch is solved apart: together it survives what each part does.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import pairwise
@@ -75,7 +75,7 @@ def along_bearings(
         case = shaken(part, gravity, Tolerances(), ROUGHLY) or shaken(part, gravity, Tolerances())
         if case is None:
             return None
-        found = _Found(case)
+        found = _Found(case, {bearing: one.upper for bearing, one in zip(around, weakest, strict=True)})
         found.solve(around, tolerance, partial(_told, known, number * count, len(parts)))
         own = [found.survived(bearing) for bearing in bearings]
         weakest = [_weaker(one, other) for one, other in zip(weakest, own, strict=True)]
@@ -110,6 +110,7 @@ class _Found:
     """What is known of the accelerations that one group survives."""
 
     case: Shaken
+    enough: Mapping[float, float] = field(default_factory=dict)  # [g] by bearing: others are proven to survive no more
     solved: list[Heading] = field(default_factory=list)  # by angle, counter-clockwise
     cuts: list[tuple[float, Cut]] = field(default_factory=list)  # with the distance that each is proven for [g]
     sliding: tuple[float, Cut] | None = None  # of bricks that slide alike in all directions
@@ -169,15 +170,17 @@ class _Found:
         """How far on from the direction that was solved before a bearing one may go to solve the next.
 
         If that reaches as far as it may, the chord to it leaves nothing between unknown: along an edge one so goes on
-        to its end, and about an arc in even steps.
+        to its end, and about an arc in even steps. Where nothing is known to give way, halfway does.
         """
         before = max((one for one in self.solved if one.angle <= bearing), key=_angle, default=self.solved[-1])
         turn = min((one.angle - before.angle) % (2.0 * pi) or 2.0 * pi for one in self.solved if one is not before)
         between = [each for each in left if 0.0 < (each - before.angle) % (2.0 * pi) < turn]
         between.sort(key=lambda each: (each - before.angle) % (2.0 * pi))
+        if self._asked(bearing) == inf:
+            return between[len(between) // 2]
         furthest = between[0]
         for number, end in enumerate(between):
-            at_best = replace(before, angle=end, reach=self._bound(end)[0])
+            at_best = replace(before, angle=end, reach=self._asked(end))
             if any(self._unknown(each, _chord(before, at_best, each)) > tolerance for each in between[:number]):
                 break
             furthest = end
@@ -185,10 +188,14 @@ class _Found:
 
     def _unknown(self, bearing: float, proven: float | None = None) -> float:
         """The share of the upper bound that is not proven to be survived."""
-        value, (upper, _) = self._proven(bearing) if proven is None else proven, self._bound(bearing)
+        value, upper = self._proven(bearing) if proven is None else proven, self._asked(bearing)
         if upper <= NOTHING or value >= 0.5 * FURTHEST:
             return 0.0
         return 1.0 if upper == inf else 1.0 - value / upper
+
+    def _asked(self, bearing: float) -> float:
+        """No more than this is asked for [g]: it is proven not to be survived."""
+        return min(self._bound(bearing)[0], self.enough.get(bearing, inf))
 
     def _proven(self, bearing: float) -> float:
         """How far along a bearing the points that are solved reach: to the chord of the two on either side."""
