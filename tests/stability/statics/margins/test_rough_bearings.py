@@ -11,11 +11,12 @@ import pytest
 from stability.model import GROUND, Brick, Plane, Pose
 from stability.shapes.box import Box
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Placed, Problem, Stability, Tolerances
+from stability.statics.facts import Motion, Placed, Problem, Stability, Tolerances
 from stability.statics.margins import bearings
+from stability.statics.margins import rough_headings as rough_headings_module
 from stability.statics.margins.acceleration_cut import Heading, Shaken, heading, shaken
 from stability.statics.margins.bearings import Survived, along_bearing, by_bearing
-from stability.statics.margins.rough_headings import RoughHeadings, rough_headings
+from stability.statics.margins.rough_headings import RoughHeadings, proven_cut, rough_headings
 from stability.statics.margins.symmetries import Symmetry, symmetries
 from stability.statics.proof import check_motion
 from tests.stability.statics.random_piles import random_pile
@@ -86,6 +87,35 @@ def test_a_direction_that_is_solved_roughly_is_proven_all_the_same(angle: float,
     assert case.falls(rough.cut.distance * x, rough.cut.distance * y, rough.cut.motion).holds
 
 
+def test_a_grid_needs_no_direction_solved_finely(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rough_headings_module, "heading", None)  # calling it is an error
+    headings = rough_headings(shaken_grid(), TOLERANCE)
+    assert all(headings.solve(angle).reach > 0.0 for angle in (0.0, 0.7, 1.5))
+
+
+def test_motions_that_a_poor_solution_closes_are_opened(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rough_headings_module, "heading", None)  # calling it is an error
+    monkeypatch.setattr(rough_headings_module, "ROUGHEST", 1e-4)
+    headings = rough_headings(shaken_grid(), 1.0)
+    for angle in (0.0, 0.7, 1.5):
+        one, exact = headings.solve(angle), heading(shaken_grid(), angle)
+        assert one.cut is not None
+        share = one.cut.normal[0] * cos(angle) + one.cut.normal[1] * sin(angle)
+        assert exact.reach <= one.cut.distance / share <= 1.1 * exact.reach
+
+
+@pytest.mark.parametrize("rise", [0.49, 0.51, 0.8])
+def test_what_is_lifted_along_a_slope_rules_out_the_slope_if_friction_is_less(rise: float) -> None:
+    case = shaken_grid()
+    cut = proven_cut(case, Motion(dict.fromkeys(case.system.names, ((1.0, 0.0, rise), (0.0, 0.0, 0.0)))))
+    if rise < 0.5:
+        assert cut is None
+    else:
+        assert cut is not None
+        assert cut.normal == (1.0, 0.0)
+        assert cut.distance == pytest.approx(rise, rel=1e-8)
+
+
 def solved_for(monkeypatch: pytest.MonkeyPatch, problem: Problem, count: int) -> tuple[int, tuple[Survived, ...]]:
     """How many directions the solver is asked for, and what is found."""
     asked: list[float] = []
@@ -119,8 +149,8 @@ def test_of_a_grid_a_quarter_tells_of_all_four(monkeypatch: pytest.MonkeyPatch) 
 def test_a_grid_is_its_own_image_in_three_ways_one_of_squares_in_seven_and_one_that_is_uneven_in_one() -> None:
     assert len(symmetries(shaken_grid())) == 3
     assert len(symmetries(shaken_grid(length=0.2))) == 7
-    assert len(symmetries(shaken_grid(heavy=1.001))) == 0
-    assert len(symmetries(shaken_grid(heavy=1.001, length=0.2))) == 1  # about the diagonal through the heavy box
+    assert len(symmetries(shaken_grid(heavy=1.00001))) == 0
+    assert len(symmetries(shaken_grid(heavy=1.00001, length=0.2))) == 1  # about the diagonal through the heavy box
 
 
 def test_an_image_that_is_none_proves_nothing() -> None:
