@@ -105,20 +105,25 @@ def rough_headings(case: Shaken, tolerance: float) -> RoughHeadings:
 
 def proven_cut(case: Shaken, motion: Motion) -> Cut | None:
     """The half-plane that a motion proves, as near as it does: where it gains no more than a proof must."""
-    momentum, resisted, size = np.zeros(2), 0.0, 0.0
-    for name, (velocity, spin) in sorted(motion.velocity.items()):
-        weight, load = case.weights.get(name, 0.0), case.problem.loads.get(name, Wrench(ZERO))
-        momentum += weight * np.array(velocity[:2])
-        resisted -= float(np.dot(load.force_W, velocity) + np.dot(load.torque_W, spin))
-        size += (hypot(*load.force_W) + weight) * hypot(*velocity) + hypot(*load.torque_W) * hypot(*spin)
+    momentum, resisted, size = _powers(case, motion)
     along = hypot(*momentum)
     if not along > 0.0:
         return None
-    normal = (float(momentum[0]) / along, float(momentum[1]) / along)
+    x, y = momentum[0] / along, momentum[1] / along
     distance = max(0.0, resisted / along)
     for times in FURTHER:
-        further = times * case.tolerances.gain * size * (1.0 + distance) / along
-        proven = distance + further
-        if case.falls(proven * normal[0], proven * normal[1], motion).holds:
-            return Cut(normal, proven, 0.0, motion)
+        proven = distance + times * case.tolerances.gain * size * (1.0 + distance) / along
+        if case.falls(proven * x, proven * y, motion).holds:
+            return Cut((x, y), proven, 0.0, motion)
     return None
+
+
+def _powers(case: Shaken, motion: Motion) -> tuple[tuple[float, float], float, float]:
+    """What an acceleration of 1 g along x and y gains by a motion, what loads lose, and the sum of all sizes [W]."""
+    gained, resisted, size = np.zeros(2), 0.0, 0.0
+    for name, (velocity, spin) in sorted(motion.velocity.items()):
+        weight, load = case.weights.get(name, 0.0), case.problem.loads.get(name, Wrench(ZERO))
+        gained += weight * np.array(velocity[:2])
+        resisted -= float(np.dot(load.force_W, velocity) + np.dot(load.torque_W, spin))
+        size += (hypot(*load.force_W) + weight) * hypot(*velocity) + hypot(*load.torque_W) * hypot(*spin)
+    return (float(gained[0]), float(gained[1])), resisted, size

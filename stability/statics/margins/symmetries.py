@@ -15,7 +15,7 @@ from stability.geometry.rotations import rotate
 from stability.statics.facts import Motion, Problem
 from stability.statics.margins.acceleration_cut import Heading, Shaken
 from stability.statics.margins.rough_headings import proven_cut
-from stability.statics.solvers.wrench_matrix import Array, Indices, wrench_array
+from stability.statics.solvers.wrench_matrix import Array, Cones, Indices, wrench_array
 
 ALIKE = 1e-9  # of the size of a structure, and of its loads: by so much an image may be off
 FEWEST = 12  # bricks: what is smaller is solved as soon as it is mirrored
@@ -95,32 +95,40 @@ def _candidates(problem: Problem) -> Iterator[Array]:
 
 def _symmetry(case: Shaken, matrix: Array, places: Array, centre: Array, size: float) -> Symmetry | None:
     """The symmetry of this matrix; None if it maps some brick, load or cone onto none."""
-    names, cones = case.system.names, case.system.cones
+    forces, torques, weights = _loads(case, size)
     turn = float(np.linalg.det(matrix)) * matrix
-    loads = wrench_array(names, case.problem.loads)
-    loads = np.hstack([loads, np.array([[case.weights.get(name, 0.0)] for name in names])])
-    unit = float(np.abs(loads).max(initial=0.0)) or 1.0
-    forces, torques, weights = loads[:, :3] / unit, loads[:, 3:6] / (unit * size), loads[:, 6:] / unit
     bricks = _onto(
         np.hstack([places @ matrix.T, forces @ matrix.T, torques @ turn.T, weights]),
         np.hstack([places, forces, torques, weights]),
     )
     if bricks is None:
         return None
-    points, normals = (cones.points_W - centre) / size, cones.axes_W[:, 0]
-    image = np.append(bricks, len(names))
-    body = {"lower": cones.lower[:, None], "upper": cones.upper[:, None]}
-    friction = cones.friction[:, None]
-    mapped = np.hstack([points @ matrix.T, normals @ matrix.T, image[body["lower"]], image[body["upper"]], friction])
-    as_they_are = np.hstack([points, normals, body["lower"], body["upper"], friction])
-    turned_over = np.hstack([points, -normals, body["upper"], body["lower"], friction])
-    onto = _onto(mapped, np.vstack([as_they_are, turned_over]))
-    if onto is None:
+    points = (case.system.cones.points_W - centre) / size
+    onto = _cones_onto(case.system.cones, matrix, points, np.append(bricks, len(bricks)))
+    if onto is None or len(np.unique(onto % len(points))) < len(points):
         return None
-    count = len(points)
-    if len(np.unique(onto % count)) < count:
-        return None
-    return Symmetry(matrix, bricks, onto % count, np.where(onto < count, 1.0, -1.0))
+    return Symmetry(matrix, bricks, onto % len(points), np.where(onto < len(points), 1.0, -1.0))
+
+
+def _loads(case: Shaken, size: float) -> tuple[Array, Array, Array]:
+    """Forces, torques and weights of the bricks, in shares of the largest; lengths in those of the structure."""
+    names = case.system.names
+    loads = wrench_array(names, case.problem.loads) / np.array([1.0, 1.0, 1.0, size, size, size])
+    weights = np.array([[case.weights.get(name, 0.0)] for name in names])
+    unit = float(max(np.abs(loads).max(initial=0.0), np.abs(weights).max(initial=0.0))) or 1.0
+    return loads[:, :3] / unit, loads[:, 3:] / unit, weights / unit
+
+
+def _cones_onto(cones: Cones, matrix: Array, points: Array, image: Indices) -> Indices | None:
+    """Which cone each is mapped onto; further on by the number of cones where lower and upper body are exchanged.
+
+    `image` is the image of each brick, and of what is fixed, which has the number after the last.
+    """
+    normals, lower, upper, friction = cones.axes_W[:, 0], cones.lower, cones.upper, cones.friction
+    mapped = np.column_stack([points @ matrix.T, normals @ matrix.T, image[lower], image[upper], friction])
+    as_they_are = np.column_stack([points, normals, lower, upper, friction])
+    exchanged = np.column_stack([points, -normals, upper, lower, friction])
+    return _onto(mapped, np.vstack([as_they_are, exchanged]))
 
 
 def _onto(rows: Array, others: Array) -> Indices | None:
