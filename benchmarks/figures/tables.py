@@ -176,6 +176,19 @@ TABLES: Mapping[str, Table] = {
             Column("one placement, 99 of 100, ms", "{placement_99_ms:sig2}"),
         ),
     ),
+    "survived": Table(
+        "survived",
+        "loads",
+        (
+            Column("144 boxes", "{row}"),
+            Column("contacts", "{contacts:,.0f}"),
+            Column("groups that do not touch", "{groups}"),
+            Column("directions solved", "{directions}"),
+            Column("72 bearings, s", "{seconds:sig2}"),
+            Column("unproven, %", "{unproven_percent:sig2}"),
+            Column("survives, g", "{worst_g:.3f}"),
+        ),
+    ),
     "compas-samples": Table(
         "compas-samples",
         "samples",

@@ -190,13 +190,16 @@ def _passed_down(structure: Structure, group: set[BodyId]) -> Answer | Failure |
 
 def _cones(structure: Structure, group: Sequence[BodyId], last: bool) -> Answer | _Falling | None:
     """The exact problem of a group: proven to stand on cores, or to fall though all the rest is held fixed."""
-    from stability.statics.solvers.equilibrium import balance  # noqa: PLC0415 -- it brings numpy
+    from stability.statics.solvers.equilibrium import balance, falling_motion  # noqa: PLC0415 -- it brings numpy
 
-    contacts = structure.contacts_of(group)
+    members, contacts = frozenset(group), structure.contacts_of(group)
     fixed = structure.problem(group, contacts)  # all the rest held fixed: more than there is to stand on
-    optimistic = balance(fixed, structure.tolerances)
-    if optimistic.motion is not None:
-        return _Falling(fixed, optimistic.motion)
+    # What leans on others is only asked whether it falls: forces on what would be held fixed are of no use.
+    alone = all(_is_within(contact, members, structure) for contact in contacts)
+    optimistic = balance(fixed, structure.tolerances) if alone else None
+    motion = optimistic.motion if optimistic is not None else falling_motion(fixed, structure.tolerances)
+    if motion is not None:
+        return _Falling(fixed, motion)
     careful = _proven_in_cones(structure, group, optimistic)
     if careful.group is not None:
         return Answer(careful.group)

@@ -51,8 +51,11 @@ class MotionCheck:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Cones:
-    """Every friction cone: by contact, point and normal. A body that is fixed has the number after the last brick's."""
+class ProofCones:
+    """Every friction cone: by contact, point and normal. A body that is fixed has the number after the last brick's.
+
+    Loads are no part of it: problems that differ in nothing else may share it.
+    """
 
     names: Sequence[BodyId]
     bodies: tuple[Indices, Indices]  # lower and upper of each cone
@@ -65,10 +68,12 @@ FORCES_FAIL = ForceCheck(holds=False, residual=inf, brick="", cone=inf)
 MOTION_FAILS = MotionCheck(holds=False, gain=-inf, violation=inf)
 
 
-def check_forces(problem: Problem, forces: Forces, tolerances: Tolerances) -> ForceCheck:
-    """Whether `forces` lie in their cones and balance the loads on every brick."""
+def check_forces(
+    problem: Problem, forces: Forces, tolerances: Tolerances, known: ProofCones | None = None
+) -> ForceCheck:
+    """Whether `forces` lie in their cones and balance the loads on every brick; `known` are the problem's cones."""
     names = sorted(problem.bricks)
-    cones = _cones(problem, names)
+    cones = known or proof_cones(problem)
     pressed = _pressed(problem, forces)
     if cones is None or pressed is None:
         return FORCES_FAIL
@@ -89,10 +94,12 @@ def check_forces(problem: Problem, forces: Forces, tolerances: Tolerances) -> Fo
     return ForceCheck(holds, largest, names[worst] if names else "", cone)
 
 
-def check_motion(problem: Problem, motion: Motion, tolerances: Tolerances) -> MotionCheck:
-    """Whether the loads gain by `motion` although no contact resists it."""
+def check_motion(
+    problem: Problem, motion: Motion, tolerances: Tolerances, known: ProofCones | None = None
+) -> MotionCheck:
+    """Whether the loads gain by `motion` although no contact resists it; `known` are the problem's cones."""
     names = sorted(problem.bricks)
-    cones = _cones(problem, names)
+    cones = known or proof_cones(problem)
     velocity = _velocity(names, motion)
     if cones is None or velocity is None:
         return MOTION_FAILS
@@ -115,7 +122,7 @@ def least_separating_speed(problem: Problem, motion: Motion) -> float:
     Where this is positive, all forces of contacts gain by the motion: none but no forces at all balance each other.
     """
     names = sorted(problem.bricks)
-    cones, velocity = _cones(problem, names), _velocity(names, motion)
+    cones, velocity = proof_cones(problem), _velocity(names, motion)
     if cones is None or velocity is None:
         return -inf
     shortfall, speed = _shortfall(cones, velocity)
@@ -128,8 +135,9 @@ def power(loads: Mapping[BodyId, Wrench], motion: Motion) -> float:
     return sum(dot(loads[name].force_W, v) + dot(loads[name].torque_W, w) for name, v, w in loaded)
 
 
-def _cones(problem: Problem, names: Sequence[BodyId]) -> _Cones | None:
+def proof_cones(problem: Problem) -> ProofCones | None:
     """Every friction cone; None if a number of the problem is not one, or a normal not of unit length."""
+    names = sorted(problem.bricks)
     index = {name: i for i, name in enumerate(names)}
     rows = [
         (index.get(c.lower, -1), index.get(c.upper, -1), *point, *normal, c.friction)
@@ -145,7 +153,7 @@ def _cones(problem: Problem, names: Sequence[BodyId]) -> _Cones | None:
     lower, upper = (np.where(body < 0, len(names), body) for body in (bodies[:, 0], bodies[:, 1]))
     centres = np.array([problem.bricks[name].pose.position_W for name in names] + [ZERO])
     arms = (table[:, 2:5] - centres[lower], table[:, 2:5] - centres[upper])
-    return _Cones(names, (lower, upper), arms, normals, friction)
+    return ProofCones(names, (lower, upper), arms, normals, friction)
 
 
 def _pressed(problem: Problem, forces: Forces) -> Array | None:
@@ -179,7 +187,7 @@ def _finite(rows: Sequence[Sequence[float]], width: int) -> Array | None:
     return array if np.isfinite(array).all() else None
 
 
-def _cone_violation(cones: _Cones, pressed: Array, carried: Array) -> float:
+def _cone_violation(cones: ProofCones, pressed: Array, carried: Array) -> float:
     """The largest violation of a cone, relative to its force and to what the lighter of its bricks carries."""
     normal = np.einsum("ij,ij->i", cones.normals, pressed)
     tangential = _size(pressed - normal[:, None] * cones.normals)
@@ -187,7 +195,7 @@ def _cone_violation(cones: _Cones, pressed: Array, carried: Array) -> float:
     return float(_ratio(outside, _size(pressed) + np.where(carried < inf, carried, 0.0)).max(initial=0.0))
 
 
-def _shortfall(cones: _Cones, velocity: Array) -> tuple[Array, Array]:
+def _shortfall(cones: ProofCones, velocity: Array) -> tuple[Array, Array]:
     """By how much each slip falls short of the dual of its cone, and the speed of the bodies there [m/s]."""
     (lower, upper), (lower_arms, upper_arms) = cones.bodies, cones.arms
     below, above = velocity[lower], velocity[upper]

@@ -48,7 +48,8 @@ def level_patch(lower: BoxSolid, upper: BoxSolid, reach: float) -> tuple[Vec3, .
 def side_patch(a: BoxSolid, b: BoxSolid, reach: float) -> tuple[tuple[Vec3, ...], Vec3] | None:
     """The corners of the patch on the side of `a` that `b` stands beside, and the normal of that side.
 
-    None unless both are level, their sides are parallel, and they touch well away from their edges.
+    The corners are APART if the gap beside it is too wide for contact. None unless both are level, their sides are
+    parallel, and they face each other well away from their edges.
     """
     if a.plan is None or b.plan is None:
         return None
@@ -64,11 +65,13 @@ def side_patch(a: BoxSolid, b: BoxSolid, reach: float) -> tuple[tuple[Vec3, ...]
         ux, uy, x, y = -uy, ux, y, -x
         half_u, half_v, other_u, other_v = half_v, half_u, other_v, other_u
     gap = abs(x) - half_u - other_u
-    if gap > gap_bridged(reach, 0.0) or gap < -reach or half_v + other_v - abs(y) <= reach:
+    if gap < -reach or half_v + other_v - abs(y) <= reach:
         return None
     if a.rise + b.rise - abs(dz) <= reach:
         return None
     sign = 1.0 if x > 0.0 else -1.0
+    if gap > gap_bridged(reach, 0.0):
+        return APART, (sign * ux, sign * uy, 0.0)
     left, right = max(-half_v, sign * y - other_v), min(half_v, sign * y + other_v)
     low, high = max(-a.rise, dz - b.rise), min(a.rise, dz + b.rise)
     ux, uy = sign * ux, sign * uy

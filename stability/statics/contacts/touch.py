@@ -42,10 +42,11 @@ def contact_between(a: Solid, b: Solid, friction: float, tolerances: Tolerances)
     points = level_patch(lower, upper, reach)
     if points is not None:
         return Contact(lower.id, upper.id, points, UP_ONLY, friction) if points else None
-    if a.id > b.id:
-        a, b = b, a
+    a, b = (b, a) if a.id > b.id else (a, b)
     side = side_patch(a, b, reach)
-    return Contact(a.id, b.id, side[0], (side[1],), friction) if side else _general_contact(a, b, friction, reach)
+    if side is None:
+        return _general_contact(a, b, friction, reach)
+    return Contact(a.id, b.id, side[0], (side[1],), friction) if side[0] else None
 
 
 def contact_with_plane(a: Solid, plane: Plane, tolerances: Tolerances, friction: float | None = None) -> Contact | None:

@@ -6,7 +6,7 @@ bounds all directions: what accelerates the masses by a gains p.a, with p the mo
 forces hold against more than the loads resist.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from math import cos, hypot, inf, sin
 
@@ -15,7 +15,7 @@ import numpy as np
 from stability.model import BodyId
 from stability.statics.facts import ZERO, Motion, Problem, Tolerances, Wrench
 from stability.statics.margins.prestress import least_prestress
-from stability.statics.proof import check_forces, check_motion
+from stability.statics.proof import MotionCheck, ProofCones, check_forces, check_motion, proof_cones
 from stability.statics.solvers.conic_program import ConicProgram, clarabel_solve
 from stability.statics.solvers.equilibrium import proven_forces, proven_motion
 from stability.statics.solvers.wrench_matrix import Array, WrenchMatrix, wrench_matrix
@@ -24,6 +24,7 @@ ACCURACY = 1e-11  # asked of the solver
 FURTHEST = 1e3  # [g] what can be accelerated so much is held on all sides
 # Shares of the forces at rest that are tried in turn to bring others into their cones.
 SHARES = (0.0, *(2.0**exponent for exponent in range(-40, 0)))
+SHARPER = 0.1  # of a share: the least one is not looked for any nearer
 FAINT = 1e-3  # of usual forces: by so much even contacts that do not press share in mending
 MENDINGS = 2  # the second mends what the first left of rounding
 # [g] by which a cut is first put further out than the solver has it; then by multiples of the gain that a proof needs.
@@ -40,6 +41,7 @@ class Shaken:
     system: WrenchMatrix
     rest: Array  # (rows,) forces that balance the loads alone
     tolerances: Tolerances
+    cones: ProofCones | None  # for checks, whatever the acceleration
 
     def pull(self, x: float, y: float) -> dict[BodyId, Wrench]:
         """The forces of an acceleration."""
@@ -58,6 +60,14 @@ class Shaken:
         """The system with an acceleration added."""
         return replace(self.system, loads=self.system.wrench_of(self.loaded(x, y).loads))
 
+    def holds(self, x: float, y: float, rows: Array) -> bool:
+        """Whether forces, in units of the rows, are proven to hold against an acceleration."""
+        return check_forces(self.loaded(x, y), self.system.forces(rows), self.tolerances, self.cones).holds
+
+    def falls(self, x: float, y: float, motion: Motion) -> MotionCheck:
+        """Whether a motion is proven to lower what an acceleration pulls at."""
+        return check_motion(self.loaded(x, y), motion, self.tolerances, self.cones)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cut:
@@ -65,7 +75,7 @@ class Cut:
 
     normal: tuple[float, float]  # unit, outward
     distance: float  # from no acceleration, as the solver has it [g]
-    further: float  # by which it is proven for certain, and `proven_distance` may find less [g]
+    further: float  # by which it is proven for certain, and `proven_distance` may find less [g]; 0 where it lies
     motion: Motion
 
 
@@ -85,10 +95,12 @@ class Heading:
         return (self.reach * cos(self.angle), self.reach * sin(self.angle))
 
 
-def shaken(problem: Problem, gravity: float | None, tolerances: Tolerances) -> Shaken | None:
+def shaken(
+    problem: Problem, gravity: float | None, tolerances: Tolerances, accuracy: float = ACCURACY
+) -> Shaken | None:
     """The problem ready to be accelerated; None if it is not proven to stand.
 
-    Without `gravity` every brick is taken to weigh what its load pulls down with.
+    Without `gravity` every brick is taken to weigh what its load pulls down with. `accuracy` is asked of the solver.
     """
     if gravity is None:
         weights = {name: -load.force_W[2] for name, load in sorted(problem.loads.items())}
@@ -96,22 +108,32 @@ def shaken(problem: Problem, gravity: float | None, tolerances: Tolerances) -> S
         weights = {name: gravity * placed.brick.mass for name, placed in sorted(problem.bricks.items())}
     system = wrench_matrix(problem, whole=True)
     rest = mended(
-        system, least_prestress(system).rows
+        system, least_prestress(system, accuracy).rows
     )  # deep inside the cones, so that a share of it brings others inside
     stands = proven_forces(problem, system, rest, tolerances) is not None
-    return Shaken(problem, weights, system, rest, tolerances) if stands else None
+    return Shaken(problem, weights, system, rest, tolerances, proof_cones(problem)) if stands else None
 
 
 def heading(case: Shaken, angle: float) -> Heading:
     """How far the assembly can be accelerated in one direction."""
+    point = clarabel_solve(program_along(case, angle), ACCURACY)
+    if not (np.isfinite(point.x).all() and np.isfinite(point.dual).all()):
+        return Heading(angle, 0.0, case.rest, np.zeros(len(case.rest)), None)
+    along = (cos(angle), sin(angle))
+    value = max(0.0, -float(point.dual[0]))
+    reach, rows = proven_reach(case, along, value, point.dual[1:-1])
+    return Heading(angle, reach, rows, case.system.matrix @ point.x[:-1], _cut(case, along, value, point.x[:-1]))
+
+
+def program_along(case: Shaken, angle: float) -> ConicProgram:
+    """The program of one direction: minus its first dual is the reach [g], the others but the last are the forces."""
     from scipy.sparse import bmat  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
 
     system = case.system
-    x, y = cos(angle), sin(angle)
-    along = system.wrench_of(case.pull(x, y))
+    along = system.wrench_of(case.pull(cos(angle), sin(angle)))
     # Whatever is left of the unit gain may be bought at the highest price: no reach is infinite.
     matrix = bmat([[along[None, :], [[1.0]]], [-system.matrix, None], [None, [[-1.0]]]], format="csc")
-    program = ConicProgram(
+    return ConicProgram(
         np.append(-system.loads, FURTHEST),
         matrix,
         np.append(1.0, np.zeros(len(system.row_scale) + 1)),
@@ -119,15 +141,9 @@ def heading(case: Shaken, angle: float) -> Heading:
         [3] * len(system.round),
         len(system.flat) + 1,
     )
-    point = clarabel_solve(program, ACCURACY)
-    if not (np.isfinite(point.x).all() and np.isfinite(point.dual).all()):
-        return Heading(angle, 0.0, case.rest, np.zeros(len(case.rest)), None)
-    value = max(0.0, -float(point.dual[0]))
-    reach, rows = _proven_reach(case, (x, y), value, point.dual[1:-1])
-    return Heading(angle, reach, rows, system.matrix @ point.x[:-1], _cut(case, (x, y), value, point.x[:-1]))
 
 
-def _proven_reach(case: Shaken, along: tuple[float, float], value: float, rows: Array) -> tuple[float, Array]:
+def proven_reach(case: Shaken, along: tuple[float, float], value: float, rows: Array) -> tuple[float, Array]:
     """The reach that forces prove, a little below the solver's value if need be, and these forces.
 
     At the reach itself some contacts are about to open, so whatever rounding is mended puts others out of their cones.
@@ -135,15 +151,30 @@ def _proven_reach(case: Shaken, along: tuple[float, float], value: float, rows: 
     """
     system = case.at(value * along[0], value * along[1])
     balanced = mended(system, rows)
-    for share in SHARES:
+    for share in _shares(case, balanced):
         mixed = balanced + share * (case.rest - balanced)
-        if not inside(mixed, len(system.round)):
-            continue
         reach = value * (1.0 - share)
-        loaded = case.loaded(reach * along[0], reach * along[1])
-        if check_forces(loaded, system.forces(mixed), case.tolerances).holds:
+        if case.holds(reach * along[0], reach * along[1], mixed):
             return reach, mixed
     return 0.0, case.rest
+
+
+def _shares(case: Shaken, balanced: Array) -> Iterator[float]:
+    """Shares of the forces at rest that bring others into their cones, nearly the least of them first."""
+    held, outside = len(case.system.round), 0.0
+    for share in SHARES:
+        if not inside(balanced + share * (case.rest - balanced), held):
+            outside = share
+            continue
+        enough = share
+        while 0.0 < outside < (1.0 - SHARPER) * enough:
+            middle = 0.5 * (outside + enough)
+            if inside(balanced + middle * (case.rest - balanced), held):
+                enough = middle
+            else:
+                outside = middle
+        yield enough
+        outside = share
 
 
 def mended(system: WrenchMatrix, rows: Array) -> Array:
@@ -192,10 +223,12 @@ def proven_distance(case: Shaken, cut: Cut) -> float:
     """The least distance of a cut that its motion proves [g]; the gain that this takes is known only by trial."""
     x, y = cut.normal
     furthest = cut.distance + cut.further
-    gained = check_motion(case.loaded(furthest * x, furthest * y), cut.motion, case.tolerances).gain
+    if cut.further == 0.0:
+        return furthest
+    gained = case.falls(furthest * x, furthest * y, cut.motion).gain
     for multiple in CLOSER if gained > 0.0 else ():
         distance = cut.distance + cut.further * min(1.0, multiple * case.tolerances.gain / gained)
-        if check_motion(case.loaded(distance * x, distance * y), cut.motion, case.tolerances).holds:
+        if case.falls(distance * x, distance * y, cut.motion).holds:
             return distance
     return furthest
 

@@ -6,7 +6,7 @@ points and the nearest cut. The bearing where these are furthest apart is solved
 What does not touch is solved apart: together it survives what each part does.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import pairwise
@@ -23,9 +23,14 @@ from stability.statics.margins.acceleration_cut import (
     shaken,
 )
 from stability.statics.margins.groups import groups_apart
+from stability.statics.margins.rough_headings import RoughHeadings, rough_headings
+from stability.statics.margins.sliding_all_ways import slide
+from stability.statics.margins.symmetries import Symmetry, symmetries
 
 NOTHING = 1e-7  # [g] a margin below is none
 ALIKE = 1e-6  # share by which of two groups one must give way sooner: rounding does not choose which is named
+ROUGHLY = 1e-7  # asked of the solver for forces at rest, which need not be the deepest in their cones
+SAME = 1e-9  # [rad] bearings as near as this are one
 ALONG = 1e-12  # cosine below which a cut bounds nothing in a direction
 
 
@@ -63,15 +68,15 @@ def along_bearings(
     known: Callable[[int], None] = lambda _: None,
 ) -> tuple[Survived, ...] | None:
     """The same of some bearings [rad], each from x towards y."""
-    count = len(bearings)
+    count, around = len(bearings), [bearing % (2.0 * pi) for bearing in bearings]
     weakest = [Survived(bearing, inf, inf, None) for bearing in bearings]
     parts = groups_apart(problem)
     for number, part in enumerate(parts):
-        case = shaken(part, gravity, Tolerances())
+        case = shaken(part, gravity, Tolerances(), ROUGHLY) or shaken(part, gravity, Tolerances())
         if case is None:
             return None
-        found = _Found(case)
-        found.solve(bearings, tolerance, partial(_told, known, number * count, len(parts)))
+        found = _Found(case, {bearing: one.upper for bearing, one in zip(around, weakest, strict=True)})
+        found.solve(around, tolerance, partial(_told, known, number * count, len(parts)))
         own = [found.survived(bearing) for bearing in bearings]
         weakest = [_weaker(one, other) for one, other in zip(weakest, own, strict=True)]
     return tuple(weakest)
@@ -105,22 +110,46 @@ class _Found:
     """What is known of the accelerations that one group survives."""
 
     case: Shaken
+    enough: Mapping[float, float] = field(default_factory=dict)  # [g] by bearing: others are proven to survive no more
     solved: list[Heading] = field(default_factory=list)  # by angle, counter-clockwise
     cuts: list[tuple[float, Cut]] = field(default_factory=list)  # with the distance that each is proven for [g]
+    sliding: tuple[float, Cut] | None = None  # of bricks that slide alike in all directions
 
     def solve(self, bearings: Sequence[float], tolerance: float, known: Callable[[int], None]) -> None:
         """Solve directions until every bearing is known to a relative tolerance."""
+        headings = rough_headings(self.case, tolerance)
+        sliding = slide(self.case, 0.0)
+        self.sliding = (proven_distance(self.case, sliding), sliding) if sliding is not None else None
+        images = symmetries(self.case)
         for quarter in range(4):
-            self.add(heading(self.case, quarter * pi / 2.0))
-        left = set(bearings)
+            self._solve(quarter * pi / 2.0, headings, images, bearings)
+        left = sorted(bearings)
         while True:
-            left -= {one.angle for one in self.solved}
-            open_ones = [(self._unknown(bearing), bearing) for bearing in sorted(left)]
-            share, bearing = max(open_ones, default=(0.0, 0.0))
-            known(len(bearings) - sum(each > tolerance for each, _ in open_ones))
-            if share <= tolerance:
+            left = [bearing for bearing in left if not self._is_solved(bearing)]
+            shares = {bearing: self._unknown(bearing) for bearing in left}
+            known(len(bearings) - sum(share > tolerance for share in shares.values()))
+            worst = max(shares, key=shares.__getitem__, default=0.0)
+            if shares.get(worst, 0.0) <= tolerance:
                 return
-            self.add(heading(self.case, bearing))
+            self._solve(self._furthest(worst, left, tolerance), headings, images, bearings)
+
+    def _solve(
+        self, angle: float, headings: RoughHeadings, images: Sequence[Symmetry], bearings: Sequence[float]
+    ) -> None:
+        """Solve a direction that is not known yet, and take its images in that hold."""
+        if self._is_solved(angle):
+            return
+        one = headings.solve(angle)
+        self.add(one)
+        for symmetry in images:
+            turned = symmetry.angle(angle)
+            turned = next((bearing for bearing in bearings if _apart(bearing, turned) <= SAME), turned)
+            image = None if self._is_solved(turned) else symmetry.image(self.case, one, turned)
+            if image is not None:
+                self.add(image)
+
+    def _is_solved(self, angle: float) -> bool:
+        return any(_apart(one.angle, angle) <= SAME for one in self.solved)
 
     def add(self, one: Heading) -> None:
         """Take a direction in that was solved."""
@@ -129,39 +158,80 @@ class _Found:
             self.cuts.append((proven_distance(self.case, one.cut), one.cut))
 
     def survived(self, bearing: float) -> Survived:
+        """What is known of one bearing."""
         value, (upper, cut) = self._proven(bearing), self._bound(bearing)
         if value >= 0.5 * FURTHEST:
             return Survived(bearing, inf, inf, None)
-        return Survived(bearing, value if upper > NOTHING else 0.0, upper, cut.motion if cut is not None else None)
+        slides = self.sliding is not None and cut is self.sliding[1]
+        motion = None if cut is None else _turned(cut, bearing) if slides else cut.motion
+        return Survived(bearing, value if upper > NOTHING else 0.0, upper, motion)
 
-    def _unknown(self, bearing: float) -> float:
+    def _furthest(self, bearing: float, left: Sequence[float], tolerance: float) -> float:
+        """How far on from the direction that was solved before a bearing one may go to solve the next.
+
+        If that reaches as far as it may, the chord to it leaves nothing between unknown: along an edge one so goes on
+        to its end, and about an arc in even steps. Where nothing is known to give way, halfway does.
+        """
+        before = max((one for one in self.solved if one.angle <= bearing), key=_angle, default=self.solved[-1])
+        turn = min((one.angle - before.angle) % (2.0 * pi) or 2.0 * pi for one in self.solved if one is not before)
+        between = [each for each in left if 0.0 < (each - before.angle) % (2.0 * pi) < turn]
+        between.sort(key=lambda each: (each - before.angle) % (2.0 * pi))
+        if self._asked(bearing) == inf:
+            return between[len(between) // 2]
+        furthest = between[0]
+        for number, end in enumerate(between):
+            at_best = replace(before, angle=end, reach=self._asked(end))
+            if any(self._unknown(each, _chord(before, at_best, each)) > tolerance for each in between[:number]):
+                break
+            furthest = end
+        return furthest
+
+    def _unknown(self, bearing: float, proven: float | None = None) -> float:
         """The share of the upper bound that is not proven to be survived."""
-        value, (upper, _) = self._proven(bearing), self._bound(bearing)
+        value, upper = self._proven(bearing) if proven is None else proven, self._asked(bearing)
         if upper <= NOTHING or value >= 0.5 * FURTHEST:
             return 0.0
         return 1.0 if upper == inf else 1.0 - value / upper
+
+    def _asked(self, bearing: float) -> float:
+        """No more than this is asked for [g]: it is proven not to be survived."""
+        return min(self._bound(bearing)[0], self.enough.get(bearing, inf))
 
     def _proven(self, bearing: float) -> float:
         """How far along a bearing the points that are solved reach: to the chord of the two on either side."""
         if len(self.solved) == 1:
             return self.solved[0].reach if self.solved[0].angle == bearing else 0.0
-        along = (cos(bearing), sin(bearing))
-        return max(_chord(one, other, along) for one, other in pairwise([*self.solved, self.solved[0]]))
+        return max(_chord(one, other, bearing) for one, other in pairwise([*self.solved, self.solved[0]]))
 
     def _bound(self, bearing: float) -> tuple[float, Cut | None]:
-        """The nearest half-plane along a bearing, and how far off it is [g]."""
+        """How far off the nearest cut is along a bearing [g]; that of what slides is as far off in all directions."""
         x, y = cos(bearing), sin(bearing)
         nearest: tuple[float, Cut | None] = (inf, None)
         for distance, cut in self.cuts:
             share = cut.normal[0] * x + cut.normal[1] * y
             if share > ALONG and distance / share < nearest[0]:
                 nearest = (distance / share, cut)
-        return nearest
+        return self.sliding if self.sliding is not None and self.sliding[0] <= nearest[0] else nearest
 
 
-def _chord(one: Heading, other: Heading, along: tuple[float, float]) -> float:
-    """How far along a direction the chord between two points is [g]; 0 if the direction is not between them."""
-    (ax, ay), (bx, by), (x, y) = one.point, other.point, along
+def _apart(one: float, other: float) -> float:
+    """The angle between two bearings [rad]."""
+    return abs((one - other + pi) % (2.0 * pi) - pi)
+
+
+def _angle(one: Heading) -> float:
+    return one.angle
+
+
+def _turned(cut: Cut, bearing: float) -> Motion:
+    """The motion of bricks that slide alike in all directions, along one of them."""
+    x, y = cos(bearing), sin(bearing)
+    return Motion({name: ((x, y, velocity[2]), spin) for name, (velocity, spin) in cut.motion.velocity.items()})
+
+
+def _chord(one: Heading, other: Heading, bearing: float) -> float:
+    """How far along a bearing the chord between two points is [g]; 0 if the direction is not between them."""
+    (ax, ay), (bx, by), (x, y) = one.point, other.point, (cos(bearing), sin(bearing))
     turn = ax * by - ay * bx
     a, b = ax * y - ay * x, x * by - y * bx  # neither is negative for a direction between the two
     if turn <= 0.0 or a < 0.0 or b < 0.0:

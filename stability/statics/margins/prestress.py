@@ -10,10 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stability.statics.solvers.conic_program import Array, ConicProgram, clarabel_solve
+from stability.statics.solvers.conic_program import Array, ConicProgram, clarabel_solve, quick_solve
 from stability.statics.solvers.wrench_matrix import WrenchMatrix
 
 ACCURACY = 1e-11  # asked of the solver
+ROUGH = 1e-8  # an accuracy for which steps need not be refined
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -26,8 +27,8 @@ class Prestress:
     sliding: float  # power of tangential forces on slips; never positive
 
 
-def least_prestress(system: WrenchMatrix) -> Prestress:
-    """The least prestress with which the loads are balanced."""
+def least_prestress(system: WrenchMatrix, accuracy: float = ACCURACY) -> Prestress:
+    """The least prestress with which the loads are balanced; `accuracy` is asked of the solver."""
     from scipy.sparse import csc_matrix, vstack  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
 
     normal = np.zeros(len(system.row_scale))
@@ -43,7 +44,7 @@ def least_prestress(system: WrenchMatrix) -> Prestress:
         [3] * len(system.round),
         len(system.flat) + 1,
     )
-    point = clarabel_solve(program, ACCURACY)
+    point = (clarabel_solve if accuracy < ROUGH else quick_solve)(program, accuracy)
     pressed, least = point.dual[:-1], float(point.dual[-1]) - 1.0
     slips = system.matrix @ point.x
     sliding = float(np.where(normal > 0.0, 0.0, pressed * slips).sum())

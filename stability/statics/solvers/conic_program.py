@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -48,16 +49,20 @@ Solver: TypeAlias = Callable[[ConicProgram, float], Point]  # takes the accuracy
 def clarabel_solve(program: ConicProgram, accuracy: float) -> Point:
     """Clarabel's point, by an interior point method."""
     if len(program.offset) > LARGE:
-        quick = _solved(program, accuracy, refined=False)
+        quick = quick_solve(program, accuracy)
         # What asks for more than can be had is nearly solved with refined steps too: the check tells if it is enough.
         if quick.status == SOLVED or (quick.status == NEARLY_SOLVED and accuracy < FINE):
             return quick
     return _solved(program, accuracy, refined=True)
 
 
+def quick_solve(program: ConicProgram, accuracy: float) -> Point:
+    """The same without refined steps, which are a third of the work: enough where little is asked for."""
+    return _solved(program, accuracy, refined=False)
+
+
 def _solved(program: ConicProgram, accuracy: float, *, refined: bool) -> Point:
     import clarabel  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
-    from scipy.sparse import csc_matrix  # noqa: PLC0415 -- likewise
 
     settings = clarabel.DefaultSettings()
     settings.verbose = False
@@ -67,14 +72,22 @@ def _solved(program: ConicProgram, accuracy: float, *, refined: bool) -> Point:
     settings.iterative_refinement_enable = refined
     settings.tol_feas = settings.tol_gap_abs = settings.tol_gap_rel = accuracy
     settings.tol_infeas_abs = settings.tol_infeas_rel = accuracy
-    columns = len(program.cost)
     cones = [clarabel.ZeroConeT(program.equal)] if program.equal else []
-    cones += [clarabel.SecondOrderConeT(size) for size in program.round]
+    kinds = {size: clarabel.SecondOrderConeT(size) for size in set(program.round)}
+    cones += [kinds[size] for size in program.round]
     cones += [clarabel.NonnegativeConeT(program.positive)] if program.positive else []
-    curvature = csc_matrix((columns, columns)) if program.curvature is None else program.curvature
+    curvature = _flat(len(program.cost)) if program.curvature is None else program.curvature
     solver = clarabel.DefaultSolver(curvature, program.cost, program.matrix, program.offset, cones, settings)
     solution = solver.solve()
     return Point(np.array(solution.x), np.array(solution.z), str(solution.status))
+
+
+@lru_cache(maxsize=64)
+def _flat(columns: int) -> Any:  # noqa: ANN401 -- scipy's matrices have no types
+    """No curvature: a matrix that the solver only reads."""
+    from scipy.sparse import csc_matrix  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
+
+    return csc_matrix((columns, columns))
 
 
 def solve(program: ConicProgram, accuracy: float, solver: Solver) -> Point | str:

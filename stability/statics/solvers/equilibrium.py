@@ -17,8 +17,17 @@ import numpy as np
 
 from stability.geometry.vectors import add_scaled
 from stability.statics.facts import Forces, Motion, Problem, Tolerances
+from stability.statics.held_upright import is_held_upright
 from stability.statics.proof import check_forces, check_motion
-from stability.statics.solvers.conic_program import SOLVED, Array, ConicProgram, Solver, clarabel_solve, solve
+from stability.statics.solvers.conic_program import (
+    SOLVED,
+    Array,
+    ConicProgram,
+    Solver,
+    clarabel_solve,
+    quick_solve,
+    solve,
+)
 from stability.statics.solvers.separating_motion import separating_velocities
 from stability.statics.solvers.wrench_matrix import Sparse, WrenchMatrix, wrench_matrix
 
@@ -64,9 +73,14 @@ def balance(
 def falling_motion(
     problem: Problem,
     tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
-    solver: Solver = clarabel_solve,
+    solver: Solver = quick_solve,
 ) -> Motion | None:
-    """A proven motion that lowers a problem; None if the solver says that there is none, which nobody has checked."""
+    """A proven motion that lowers a problem; None if the solver says that there is none, which nobody has checked.
+
+    Where weights can be handed down there is none, and the solver need not be asked.
+    """
+    if is_held_upright(problem):
+        return None
     system = wrench_matrix(problem)
     point = solve(_held(system), QUICK, solver)
     if isinstance(point, str) or point.status == SOLVED:

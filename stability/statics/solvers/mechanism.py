@@ -7,8 +7,8 @@ on: one without which nothing falls is needed in every smaller set too. Last, of
 left, the one that they would start with is taken (Gauss: of least energy for what the loads gain).
 """
 
-from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Iterator, Sequence, Set
+from dataclasses import dataclass, field, replace
 from math import hypot
 
 import numpy as np
@@ -16,7 +16,7 @@ import numpy as np
 from stability.model import BodyId
 from stability.statics.facts import Motion, Problem, Tolerances
 from stability.statics.proof import check_motion
-from stability.statics.solvers.conic_program import Array, ConicProgram, Solver, clarabel_solve, solve
+from stability.statics.solvers.conic_program import Array, ConicProgram, Solver, clarabel_solve, quick_solve, solve
 from stability.statics.solvers.equilibrium import falling_motion, proven_motion
 from stability.statics.solvers.fall_words import described
 from stability.statics.solvers.wrench_matrix import WrenchMatrix, wrench_matrix
@@ -37,12 +37,13 @@ def smallest_mechanism(
     motion: Motion,
     tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
     solver: Solver = clarabel_solve,
+    quick: Solver = quick_solve,
 ) -> Motion:
     """A motion of as few bricks as are found to fall without the rest; `motion` itself if it proves no fall."""
     parts = [part for part in _parts(problem, motion) if check_motion(problem, part, tolerances).holds]
     if not parts:
         return motion
-    search = _Search(problem, tolerances, solver)
+    search = _Search(problem, tolerances, solver, quick)
     least = search.alone(min(parts, key=lambda part: (len(part.velocity), min(part.velocity))))
     if len(least.velocity) > FEW:
         if len(least.velocity) <= LITTLE:
@@ -76,7 +77,9 @@ class _Search:
 
     problem: Problem
     tolerances: Tolerances
-    solver: Solver
+    solver: Solver  # for motions of least speed
+    quick: Solver  # for whether anything falls
+    standing: list[Set[BodyId]] = field(default_factory=list)  # no part of these falls while the rest is held fixed
 
     def alone(self, motion: Motion) -> Motion:
         """The smallest part of a motion that is proven by itself."""
@@ -147,9 +150,11 @@ class _Search:
     def _without(self, motion: Motion, fixed: Sequence[BodyId]) -> Motion | None:
         """A proven motion of the bricks that are not held fixed."""
         rest = set(motion.velocity) - set(fixed)
-        if not rest:
+        if not rest or any(rest <= standing for standing in self.standing):
             return None
-        found = falling_motion(self.of(rest), self.tolerances, self.solver)
+        found = falling_motion(self.of(rest), self.tolerances, self.quick)
+        if found is None:
+            self.standing.append(rest)
         return self.alone(found) if found is not None and self._proven(found) else None
 
     def upwards(self, motion: Motion) -> list[BodyId]:

@@ -63,14 +63,24 @@ class WrenchMatrix:
 
     def forces(self, rows: Array) -> Forces:
         """Contact forces from the forces of the rows."""
-        return Forces(_grouped(self.cones.shapes, self._forces_W(rows * self.row_scale)))
+        return Forces(_grouped(self.cones.shapes, self.forces_W(rows)))
 
-    def _forces_W(self, rows: Array) -> Array:
+    def forces_W(self, rows: Array) -> Array:
+        """(cones, 3) the same as one array [N]."""
+        rows = rows * self.row_scale
         forces = np.zeros((len(self.cones.lower), 3))
         held = 3 * len(self.round)
         forces[self.round] = np.einsum("ij,ijk->ik", rows[:held].reshape(-1, 3), self.cones.axes_W[self.round])
         forces[self.flat] = rows[held:, None] * self.cones.axes_W[self.flat, 0]
         return forces
+
+    def rows_of(self, forces_W: Array) -> Array:
+        """The forces of the rows from the contact force of each cone [N]."""
+        axes = self.cones.axes_W
+        held = np.einsum("ij,ikj->ik", forces_W[self.round], axes[self.round]).ravel()
+        flat = np.einsum("ij,ij->i", forces_W[self.flat], axes[self.flat, 0])
+        rows: Array = np.append(held, flat) / self.row_scale
+        return rows
 
     def motion(self, columns: Array, quiet: float = 0.0) -> Motion:
         """Velocities from the columns; a brick whose every part moves less than `quiet` of the fastest stays."""

@@ -2,14 +2,16 @@
 
 from dataclasses import replace
 from math import radians
+from typing import Any
 
 import pytest
 
 from stability.model import GROUND, BodyId
 from stability.statics.facts import UP, Contact, Motion, Problem, Tolerances
 from stability.statics.proof import check_motion
+from stability.statics.solvers import mechanism
 from stability.statics.solvers.conic_program import ConicProgram, Point
-from stability.statics.solvers.equilibrium import balance
+from stability.statics.solvers.equilibrium import balance, falling_motion
 from stability.statics.solvers.mechanism import described, smallest_mechanism
 from tests.stability.statics.hand_built import (
     LENGTH,
@@ -166,6 +168,23 @@ def test_a_motion_that_proves_nothing_is_handed_back() -> None:
     assert smallest_mechanism(problem, rising, EXACT) is rising
 
 
+def test_what_was_found_to_stand_is_not_asked_about_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    standing: list[set[BodyId]] = []
+
+    def asked(problem: Problem, *how: Any) -> Motion | None:  # noqa: ANN401 -- handed on
+        bricks = set(problem.bricks)
+        assert not any(bricks <= others for others in standing)
+        motion = falling_motion(problem, *how)
+        standing.extend([bricks] if motion is None else [])
+        return motion
+
+    monkeypatch.setattr(mechanism, "falling_motion", asked)
+    for step in (0.0135, 0.018, 0.025):
+        standing.clear()
+        fall_of(stepped(10, step))
+        assert standing
+
+
 def test_without_a_solver_the_motion_stays_proven() -> None:
     def dies(_: ConicProgram, __: float) -> Point:
         raise RuntimeError
@@ -173,6 +192,6 @@ def test_without_a_solver_the_motion_stays_proven() -> None:
     problem = side_by_side(stepped(4, 0.0299), stepped(4, 0.0303), 1.0)
     motion = balance(problem).motion
     assert motion is not None
-    least = smallest_mechanism(problem, motion, EXACT, dies)
+    least = smallest_mechanism(problem, motion, EXACT, dies, dies)
     assert check_motion(problem, least, EXACT).holds
     assert set(least.velocity) <= set(names(1, 4, "q"))

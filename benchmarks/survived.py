@@ -1,0 +1,106 @@
+"""What 144 boxes survive along 72 bearings, to 1 %: how long it takes to say so, and how many directions are solved.
+
+Cartons of 400 x 300 x 200 mm and 8 kg with a friction of 0.4: in columns with gaps between them, flush on all sides,
+in layers that cross, and flush with masses that differ, so that nothing is its own mirror image. Times are of the
+processor, the least of three, with the libraries loaded. Beside them stands the largest share that is left unproven.
+
+Run: python -m benchmarks.survived [--write]
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from random import Random
+from time import process_time
+from typing import Final
+from unittest.mock import patch
+
+from rich.console import Console
+from rich.table import Table
+
+from benchmarks.figures.data import Row
+from benchmarks.figures.recording import parser, record
+from stability.model import GROUND, Brick, Plane, Pose, Vec3
+from stability.shapes.box import Box
+from stability.statics.assembly import Assembly
+from stability.statics.facts import Placed
+from stability.statics.margins.bearings import by_bearing
+from stability.statics.margins.groups import groups_apart
+from stability.statics.margins.rough_headings import RoughHeadings
+
+FRICTION: Final = 0.4
+BEARINGS: Final = 72
+ACCURACY: Final = 0.01
+RUNS: Final = 3
+MASS: Final = 8.0  # [kg]
+GAP: Final = 0.01  # [m]
+CARTON: Final[Vec3] = (0.4, 0.3, 0.2)  # [m]
+CROSSING: Final[Vec3] = (0.3, 0.2, 0.2)  # [m] twelve of them cover 1.2 m x 0.6 m lengthwise and across
+KEYS: Final = ("boxes", "contacts", "groups", "directions", "seconds", "unproven_percent", "worst_g")
+
+
+def main() -> None:
+    """Measure, and print a table."""
+    arguments = parser(__doc__).parse_args()
+    rows = {name: measured(boxes) for name, boxes in loads().items()}
+    table = Table("load", *KEYS)
+    for name, row in rows.items():
+        table.add_row(name, *(f"{row[key]:.4g}" for key in KEYS))
+    Console().print(table)
+    if arguments.write:
+        record("survived", "python -m benchmarks.survived --write", {"loads": rows})
+
+
+def loads() -> Mapping[str, Sequence[Placed]]:
+    """The loads by name."""
+    even, draws = [MASS] * 144, Random(1)
+    uneven = [MASS * draws.uniform(0.5, 1.5) for _ in even]
+    return {
+        "columns, 10 mm apart": [*_columns(GAP, even)],
+        "columns, flush": [*_columns(0.0, even)],
+        "columns, flush, masses differ": [*_columns(0.0, uneven)],
+        "layers that cross, 10 mm apart": [*_layers(GAP)],
+        "layers that cross, flush": [*_layers(0.0)],
+    }
+
+
+def _columns(gap: float, masses: Sequence[float]) -> Iterator[Placed]:
+    length, width, height = CARTON
+    places = [(i * (length + gap), j * (width + gap), k) for k in range(12) for i in range(4) for j in range(3)]
+    for number, ((x, y, k), mass) in enumerate(zip(places, masses, strict=True)):
+        yield Placed(Brick(f"c{number:03}", Box(CARTON), mass), Pose((x, y, (k + 0.5) * height)))
+
+
+def _layers(gap: float) -> Iterator[Placed]:
+    for k in range(12):
+        length, width, height = CROSSING if k % 2 == 0 else (CROSSING[1], CROSSING[0], CROSSING[2])
+        for i in range(round(1.2 / length)):
+            for j in range(round(0.6 / width)):
+                box = Box((length - gap, width - gap, height))
+                at = ((i + 0.5) * length, (j + 0.5) * width, (k + 0.5) * height)
+                yield Placed(Brick(f"c{k:02}.{i}.{j}", box, MASS), Pose(at))
+
+
+def measured(boxes: Sequence[Placed]) -> Row:
+    """What one load survives, and what it takes to say so."""
+    assembly = Assembly((Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), friction=FRICTION),), friction=FRICTION)
+    assembly.add_all(boxes)
+    problem, seconds, solved = assembly.problem(), [], 0
+    for _ in range(RUNS):
+        with patch.object(RoughHeadings, "solve", autospec=True, side_effect=RoughHeadings.solve) as counted:
+            began = process_time()
+            found = by_bearing(problem, BEARINGS, ACCURACY, assembly.gravity)
+            seconds.append(process_time() - began)
+            solved = counted.call_count
+    assert found is not None, "it stands"
+    return {
+        "boxes": len(boxes),
+        "contacts": len(problem.contacts),
+        "groups": len(groups_apart(problem)),
+        "directions": solved,
+        "seconds": min(seconds),
+        "unproven_percent": 100.0 * max(1.0 - each.value / each.upper for each in found),
+        "worst_g": min(each.value for each in found),
+    }
+
+
+if __name__ == "__main__":
+    main()
