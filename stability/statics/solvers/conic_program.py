@@ -21,7 +21,8 @@ class ConicProgram:
     """Least `cost @ x` such that `offset - matrix @ x` is nothing in the first `equal` rows, then in each cone.
 
     With `curvature`, half of `x @ curvature @ x` is added to the cost. A round cone of size k has k rows of which the
-    first is at least the norm of the others.
+    first is at least the norm of the others. A semidefinite cone of size n has the upper triangle of a symmetric matrix,
+    column by column, what is off the diagonal times the root of two.
     """
 
     cost: Array  # (columns,)
@@ -30,6 +31,7 @@ class ConicProgram:
     equal: int = 0  # rows
     round: Sequence[int] = ()  # sizes of the round cones
     positive: int = 0  # rows that must not be negative
+    semidefinite: int = 0  # size of the one such cone, in the last rows
     curvature: Any = None  # (columns, columns), sparse by column, its upper half
 
 
@@ -71,6 +73,7 @@ def _solved(program: ConicProgram, accuracy: float, *, refined: bool) -> Point:
     cones = [clarabel.ZeroConeT(program.equal)] if program.equal else []
     cones += [clarabel.SecondOrderConeT(size) for size in program.round]
     cones += [clarabel.NonnegativeConeT(program.positive)] if program.positive else []
+    cones += [clarabel.PSDTriangleConeT(program.semidefinite)] if program.semidefinite else []
     curvature = csc_matrix((columns, columns)) if program.curvature is None else program.curvature
     solver = clarabel.DefaultSolver(curvature, program.cost, program.matrix, program.offset, cones, settings)
     solution = solver.solve()

@@ -1,0 +1,131 @@
+"""Does every branch of a small group exclude a start from rest? Or is there one? Branch and bound, with proofs alone.
+
+Each branch is asked for multipliers that prove that nothing starts in it (`virtual_power`). Where there are none, the
+dual of the program guesses a start, and Newton's method makes that exact; else the branch is split where the guess
+violates the laws of contact most: at a point that both opens and is pressed, then where friction does not brake.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from stability.statics.facts import Problem, Tolerances
+from stability.statics.outcomes.branch import Branch, Condition, How
+from stability.statics.outcomes.multipliers import Guess, guess, multipliers
+from stability.statics.outcomes.other_start import Start, other_start
+from stability.statics.outcomes.power_program import PowerProgram, power_program
+from stability.statics.outcomes.start_equations import Array, StartEquations
+from stability.statics.outcomes.start_proof import check_start
+from stability.statics.outcomes.virtual_power import STILL, Multipliers, ProvenBranch, lack
+from stability.statics.solvers.conic_program import Point, Solver, clarabel_solve, solve
+
+ACCURACY = 1e-10
+MOST_BRANCHES = 120
+HOPELESS = 1e-3  # what is lacking of a proof that no correction mends
+ASIDE = 0.9  # cosine: directions closer than this to one that was asked for are not asked for again
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Searched:
+    """Branches that leave nothing out, or a start; neither if that was not decided."""
+
+    proof: tuple[ProvenBranch, ...] | None
+    start: Start | None
+    branches: int  # that were asked
+
+
+def searched(
+    problem: Problem,
+    equations: StartEquations,
+    tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
+    solver: Solver = clarabel_solve,
+    most: int = MOST_BRANCHES,
+) -> Searched:
+    """What was found of the starts of a group that can rest."""
+    waiting: list[Branch] = [()]
+    proven: list[ProvenBranch] = []
+    asked = 0
+    while waiting:
+        if asked == most:
+            return Searched(None, None, asked)
+        branch = waiting.pop()
+        asked += 1
+        found, guessed = _asked(equations, branch, solver)
+        if found is not None:
+            proven.append(ProvenBranch(branch, found))
+            continue
+        start = _start(problem, equations, guessed, tolerances)
+        if start is not None:
+            return Searched(None, start, asked)
+        split = _split(equations, branch, guessed) if guessed is not None else None
+        if split is None:
+            return Searched(None, None, asked)
+        waiting += [(*branch, split.opposite), (*branch, split)]
+    return Searched(tuple(proven), None, asked)
+
+
+def _asked(equations: StartEquations, branch: Branch, solver: Solver) -> tuple[Multipliers | None, Guess | None]:
+    program = power_program(equations, branch)
+    point = solve(program.conic, ACCURACY, solver)
+    if isinstance(point, str):
+        return None, None
+    return _proven(equations, branch, program, point), guess(program, point)
+
+
+def _proven(equations: StartEquations, branch: Branch, program: PowerProgram, point: Point) -> Multipliers | None:
+    for found in multipliers(program, point):
+        lacking = lack(equations, ProvenBranch(branch, found))
+        if lacking <= STILL:
+            return found
+        if lacking > HOPELESS:
+            return None
+    return None
+
+
+def _start(
+    problem: Problem, equations: StartEquations, guessed: Guess | None, tolerances: Tolerances
+) -> Start | None:
+    start = other_start(problem, equations, guessed) if guessed is not None else None
+    return start if start is not None and check_start(problem, start, tolerances).holds else None
+
+
+def _split(equations: StartEquations, branch: Branch, guessed: Guess) -> Condition | None:
+    """The question that the guess answers worst; None if there is none left."""
+    asked = {each.point for each in branch if each.how is not How.TOWARDS}
+    opened = {each.point for each in branch if each.how is How.OPENS}
+    pressed = np.sqrt((guessed.forces**2).sum(axis=1))
+    single = [point for point, normals in enumerate(equations.normals) if len(normals) == 1]
+    opening = {point: _strength(guessed, _normal(equations, point)) * pressed[point] for point in single}
+    open_questions = [point for point in single if point not in asked and opening[point] > STILL]
+    if open_questions:
+        return Condition(max(open_questions, key=opening.__getitem__), How.SHUT)
+    sliding = [(s * pressed[point], point, way) for point in single if point not in opened for s, way in _ways(equations, branch, guessed, point)]
+    if not sliding:
+        return None
+    _, point, way = max(sliding, key=lambda each: each[0])
+    return Condition(point, How.TOWARDS, (float(way[0]), float(way[1]), float(way[2])))
+
+
+def _normal(equations: StartEquations, point: int) -> Array:
+    normal: Array = equations.axes[point, 0] @ equations.slips[point]
+    return normal
+
+
+def _strength(guessed: Guess, row: Array) -> float:
+    return float(np.sqrt(max(row @ guessed.moments @ row, 0.0)))
+
+
+def _ways(equations: StartEquations, branch: Branch, guessed: Guess, point: int) -> Iterator[tuple[float, Array]]:
+    """How strongly a point goes along tangents that were not asked for yet, and these."""
+    if equations.friction[point] == 0.0:
+        return
+    before = [np.array(each.towards) for each in branch if each.how is How.TOWARDS and each.point == point]
+    across = equations.axes[point, 1:] @ equations.slips[point]
+    turned = np.linalg.eigh(across @ guessed.moments @ across.T)[1].T[::-1]
+    diagonal = np.array([turned[0] + turned[1], turned[0] - turned[1]]) * np.sqrt(0.5)
+    for way in (*turned, *diagonal):
+        direction = way @ equations.axes[point, 1:]
+        if all(abs(direction @ other) < ASIDE for other in before):
+            yield _strength(guessed, way @ across), direction
+            return
