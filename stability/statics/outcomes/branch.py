@@ -60,13 +60,13 @@ def known(equations: StartEquations, branch: Branch) -> Known:
     single = [point for point, normals in enumerate(equations.normals) if len(normals) == 1]
     shut = [each.point for each in branch if each.how is How.SHUT]
     opened = {each.point for each in branch if each.how is How.OPENS}
-    owners = [point for point in single if point not in shut]
-    sides = [np.array(each.towards) @ equations.slips[each.point] for each in branch if each.how is How.TOWARDS]
-    rows = [equations.axes[point, 0] @ equations.slips[point] for point in owners]
     basis = _free(equations, shut)
+    opening = {point: equations.axes[point, 0] @ equations.slips[point] @ basis for point in single}
+    owners = [point for point in single if point not in shut and np.abs(opening[point]).max(initial=0.0) > SHUT]
+    sides = [np.array(each.towards) @ equations.slips[each.point] @ basis for each in branch if each.how is How.TOWARDS]
     return Known(
         basis,
-        np.array([*rows, *sides, equations.loads]) @ basis,
+        np.array([*(opening[point] for point in owners), *sides, equations.loads @ basis]),
         (*owners, *(-1 for _ in sides), -1),
         tuple(point for point in range(len(equations.normals)) if point not in opened),
     )

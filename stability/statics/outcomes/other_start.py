@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from stability.statics.facts import Forces, Motion, Problem
-from stability.statics.outcomes.multipliers import Guess
 from stability.statics.outcomes.start_equations import Array, StartEquations
 
 MOST_STEPS = 60
@@ -74,15 +73,15 @@ def _projected(points: Array, friction: Array) -> tuple[Array, Array]:
     return nearest, turned
 
 
-def other_start(problem: Problem, equations: StartEquations, guess: Guess) -> Start | None:
-    """A start near a guess, not yet proven; None if only rest is near it. For points with one normal each."""
-    if not np.isfinite(guess.forces).all() or any(len(normals) > 1 for normals in equations.normals):
+def other_start(problem: Problem, equations: StartEquations, forces: Array) -> Start | None:
+    """A start near forces (points, 3), not yet proven; None if only rest is near them. For points with one normal each."""
+    if not np.isfinite(forces).all() or any(len(normals) > 1 for normals in equations.normals):
         return None
     root, caused = _root(equations)
-    forces = _solved(root, np.einsum("pij,pj->pi", equations.axes, guess.forces))
-    if forces is None:
+    found = _solved(root, np.einsum("pij,pj->pi", equations.axes, forces))
+    if found is None:
         return None
-    pressed = np.einsum("pi,pij->pj", forces, equations.axes)
+    pressed = np.einsum("pi,pij->pj", found, equations.axes)
     acceleration = caused @ (equations.loads + np.einsum("pij,pi->j", equations.slips, pressed))
     if np.abs(acceleration).max() < SLOWEST:
         return None

@@ -11,19 +11,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from stability.statics.facts import Problem, Tolerances
-from stability.statics.outcomes.branch import Branch, Condition, How
+from stability.statics.outcomes.branch import Branch, Condition, How, known
 from stability.statics.outcomes.multipliers import Guess, guess, multipliers
 from stability.statics.outcomes.other_start import Start, other_start
 from stability.statics.outcomes.power_program import PowerProgram, power_program
 from stability.statics.outcomes.start_equations import Array, StartEquations
 from stability.statics.outcomes.start_proof import check_start
-from stability.statics.outcomes.virtual_power import STILL, Multipliers, ProvenBranch, lack
+from stability.statics.outcomes.virtual_power import STILL, Multipliers, ProvenBranch, lack, nothing_moves
 from stability.statics.solvers.conic_program import Point, Solver, clarabel_solve, solve
 
 ACCURACY = 1e-10
 MOST_BRANCHES = 120
 HOPELESS = 1e-3  # what is lacking of a proof that no correction mends
-ASIDE = 0.9  # cosine: directions closer than this to one that was asked for are not asked for again
+ASIDE = 0.98  # cosine: directions closer than this to one that was asked for are not asked for again
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,6 +43,10 @@ def searched(
     most: int = MOST_BRANCHES,
 ) -> Searched:
     """What was found of the starts of a group that can rest."""
+    nothing = np.zeros((len(equations.normals), 3))
+    start = _start(problem, equations, nothing, tolerances)
+    if start is not None:
+        return Searched(None, start, 0)
     waiting: list[Branch] = [()]
     proven: list[ProvenBranch] = []
     asked = 0
@@ -55,10 +59,10 @@ def searched(
         if found is not None:
             proven.append(ProvenBranch(branch, found))
             continue
-        start = _start(problem, equations, guessed, tolerances)
+        start = _start(problem, equations, guessed.forces, tolerances) if guessed is not None else None
         if start is not None:
             return Searched(None, start, asked)
-        split = _split(equations, branch, guessed) if guessed is not None else None
+        split = _split(equations, branch, guessed if guessed is not None else _any_guess(equations))
         if split is None:
             return Searched(None, None, asked)
         waiting += [(*branch, split.opposite), (*branch, split)]
@@ -66,6 +70,8 @@ def searched(
 
 
 def _asked(equations: StartEquations, branch: Branch, solver: Solver) -> tuple[Multipliers | None, Guess | None]:
+    if not known(equations, branch).basis.size:
+        return nothing_moves(equations, branch), None
     program = power_program(equations, branch)
     point = solve(program.conic, ACCURACY, solver)
     if isinstance(point, str):
@@ -83,10 +89,9 @@ def _proven(equations: StartEquations, branch: Branch, program: PowerProgram, po
     return None
 
 
-def _start(
-    problem: Problem, equations: StartEquations, guessed: Guess | None, tolerances: Tolerances
-) -> Start | None:
-    start = other_start(problem, equations, guessed) if guessed is not None else None
+def _start(problem: Problem, equations: StartEquations, forces: Array, tolerances: Tolerances) -> Start | None:
+    """A proven start near forces (points, 3)."""
+    start = other_start(problem, equations, forces)
     return start if start is not None and check_start(problem, start, tolerances).holds else None
 
 
@@ -97,7 +102,7 @@ def _split(equations: StartEquations, branch: Branch, guessed: Guess) -> Conditi
     pressed = np.sqrt((guessed.forces**2).sum(axis=1))
     single = [point for point, normals in enumerate(equations.normals) if len(normals) == 1]
     opening = {point: _strength(guessed, _normal(equations, point)) * pressed[point] for point in single}
-    open_questions = [point for point in single if point not in asked and opening[point] > STILL]
+    open_questions = [point for point in single if point not in asked and opening[point] > 0.0]
     if open_questions:
         return Condition(max(open_questions, key=opening.__getitem__), How.SHUT)
     sliding = [(s * pressed[point], point, way) for point in single if point not in opened for s, way in _ways(equations, branch, guessed, point)]
@@ -105,6 +110,12 @@ def _split(equations: StartEquations, branch: Branch, guessed: Guess) -> Conditi
         return None
     _, point, way = max(sliding, key=lambda each: each[0])
     return Condition(point, How.TOWARDS, (float(way[0]), float(way[1]), float(way[2])))
+
+
+def _any_guess(equations: StartEquations) -> Guess:
+    """What splits branches where the solver says nothing."""
+    size, points = len(equations.loads), len(equations.normals)
+    return Guess(np.identity(size), np.zeros(size), np.ones((points, 3)))
 
 
 def _normal(equations: StartEquations, point: int) -> Array:

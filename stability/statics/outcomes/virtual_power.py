@@ -52,6 +52,16 @@ class ProvenBranch:
     multipliers: Multipliers
 
 
+def nothing_moves(equations: StartEquations, branch: Branch) -> Multipliers:
+    """The proof of a branch that leaves no accelerations."""
+    left, points = known(equations, branch), len(equations.normals)
+    rows, contacts = len(left.rows), int(equations.contact.max(initial=-1)) + 1
+    of_contacts = np.zeros(contacts), np.zeros((contacts, 3))
+    return Multipliers(
+        left.basis, np.zeros(rows), np.zeros((rows, rows)), np.zeros((points, rows, 3)), *of_contacts
+    )
+
+
 def check_branch(equations: StartEquations, proven: ProvenBranch) -> bool:
     """Whether multipliers prove that in their branch nothing starts."""
     return lack(equations, proven) <= STILL
