@@ -66,6 +66,9 @@ def _solved(program: ConicProgram, accuracy: float, *, refined: bool) -> Point:
     settings.max_iter = MOST_STEPS
     settings.max_threads = 1  # the same bytes on every machine
     settings.presolve_enable = False  # it may leave out rows of which the dual is needed
+    if program.semidefinite:  # where many equalities say the same, with less of it the first step fails
+        settings.static_regularization_constant = 1e-7
+        settings.chordal_decomposition_enable = False
     settings.iterative_refinement_enable = refined
     settings.tol_feas = settings.tol_gap_abs = settings.tol_gap_rel = accuracy
     settings.tol_infeas_abs = settings.tol_infeas_rel = accuracy
