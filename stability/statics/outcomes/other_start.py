@@ -74,7 +74,7 @@ def _projected(points: Array, friction: Array) -> tuple[Array, Array]:
 
 
 def other_start(problem: Problem, equations: StartEquations, forces: Array) -> Start | None:
-    """A start near forces (points, 3), not yet proven; None if only rest is near them. For points with one normal each."""
+    """A start near forces (points, 3), not proven; None if only rest is near it, or a point has several normals."""
     if not np.isfinite(forces).all() or any(len(normals) > 1 for normals in equations.normals):
         return None
     root, caused = _root(equations)
@@ -89,7 +89,7 @@ def other_start(problem: Problem, equations: StartEquations, forces: Array) -> S
 
 
 def _root(equations: StartEquations) -> tuple[_Root, Array]:
-    caused = np.linalg.inv(equations.mass)
+    caused = np.linalg.inv(equations.mass).astype(np.float64)
     slips = np.einsum("pij,pjk->pik", equations.axes, equations.slips).reshape(-1, len(equations.loads))
     response = slips @ caused @ slips.T
     blocks = response.reshape(len(equations.normals), 3, -1, 3)

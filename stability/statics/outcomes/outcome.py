@@ -19,8 +19,8 @@ from stability.statics.outcomes.start_equations import start_equations
 from stability.statics.outcomes.virtual_power import ProvenBranch, check_branch
 from stability.statics.solvers.fall_words import described
 
-MOST_BRICKS = 6  # of a group that is decided by its modes of contact
-MOST_POINTS = 24  # of its contacts, likewise: beyond, a branch takes a second
+MOST_BRICKS = 5  # of a group that is decided by its modes of contact
+MOST_POINTS = 20  # of its contacts, likewise: beyond, a branch takes a second
 
 
 @dataclass(frozen=True, slots=True, eq=False)

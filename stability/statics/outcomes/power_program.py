@@ -174,7 +174,7 @@ def _round(equations: StartEquations, places: Places) -> Sparse:
 
 def _dual(equations: StartEquations, point: int, normal: Array) -> Array:
     """(3, 3) what turns a multiplier along the axes of a point into one whose first part is not less than the rest."""
-    own = frame(normal) @ equations.axes[point].T
+    own: Array = frame(normal) @ equations.axes[point].T
     own[1:] *= equations.friction[point]
     return own
 

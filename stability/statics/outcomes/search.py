@@ -7,6 +7,7 @@ violates the laws of contact most: at a point that both opens and is pressed, th
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from math import sqrt
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from stability.statics.outcomes.virtual_power import STILL, Multipliers, ProvenB
 from stability.statics.solvers.conic_program import Point, Solver, clarabel_solve, solve
 
 ACCURACY = 1e-10
-MOST_BRANCHES = 120
+MOST_COLUMNS = 14_000  # of the programs of all branches: a few seconds
 HOPELESS = 1e-3  # what is lacking of a proof that no correction mends
 ASIDE = 0.98  # cosine: directions closer than this to one that was asked for are not asked for again
 
@@ -40,7 +41,7 @@ def searched(
     equations: StartEquations,
     tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
     solver: Solver = clarabel_solve,
-    most: int = MOST_BRANCHES,
+    most: int = MOST_COLUMNS,
 ) -> Searched:
     """What was found of the starts of a group that can rest."""
     nothing = np.zeros((len(equations.normals), 3))
@@ -49,12 +50,12 @@ def searched(
         return Searched(None, start, 0)
     waiting: list[Branch] = [()]
     proven: list[ProvenBranch] = []
-    asked = 0
+    asked = columns = 0
     while waiting:
-        if asked == most:
+        if columns > most:
             return Searched(None, None, asked)
         branch = waiting.pop()
-        asked += 1
+        asked, columns = asked + 1, columns + _columns(equations)
         found, guessed = _asked(equations, branch, solver)
         if found is not None:
             proven.append(ProvenBranch(branch, found))
@@ -67,6 +68,12 @@ def searched(
             return Searched(None, None, asked)
         waiting += [(*branch, split.opposite), (*branch, split)]
     return Searched(tuple(proven), None, asked)
+
+
+def _columns(equations: StartEquations) -> int:
+    """About how many unknowns a branch has."""
+    size, points = len(equations.loads), len(equations.normals)
+    return size * size + 3 * points * (points + 1)
 
 
 def _asked(equations: StartEquations, branch: Branch, solver: Solver) -> tuple[Multipliers | None, Guess | None]:
@@ -97,19 +104,24 @@ def _start(problem: Problem, equations: StartEquations, forces: Array, tolerance
 
 def _split(equations: StartEquations, branch: Branch, guessed: Guess) -> Condition | None:
     """The question that the guess answers worst; None if there is none left."""
-    asked = {each.point for each in branch if each.how is not How.TOWARDS}
     opened = {each.point for each in branch if each.how is How.OPENS}
+    asked = {each.point for each in branch if each.how is not How.TOWARDS}
     pressed = np.sqrt((guessed.forces**2).sum(axis=1))
     single = [point for point, normals in enumerate(equations.normals) if len(normals) == 1]
     opening = {point: _strength(guessed, _normal(equations, point)) * pressed[point] for point in single}
-    open_questions = [point for point in single if point not in asked and opening[point] > 0.0]
-    if open_questions:
-        return Condition(max(open_questions, key=opening.__getitem__), How.SHUT)
-    sliding = [(s * pressed[point], point, way) for point in single if point not in opened for s, way in _ways(equations, branch, guessed, point)]
+    questions = [point for point in single if point not in asked and opening[point] > 0.0]
+    if questions:
+        return Condition(max(questions, key=opening.__getitem__), How.SHUT)
+    sliding = [
+        (strength * pressed[point], point, way)
+        for point in single
+        if point not in opened
+        for strength, way in _way(equations, branch, guessed, point)
+    ]
     if not sliding:
         return None
-    _, point, way = max(sliding, key=lambda each: each[0])
-    return Condition(point, How.TOWARDS, (float(way[0]), float(way[1]), float(way[2])))
+    _, point, (x, y, z) = max(sliding)
+    return Condition(point, How.TOWARDS, (x, y, z))
 
 
 def _any_guess(equations: StartEquations) -> Guess:
@@ -124,11 +136,13 @@ def _normal(equations: StartEquations, point: int) -> Array:
 
 
 def _strength(guessed: Guess, row: Array) -> float:
-    return float(np.sqrt(max(row @ guessed.moments @ row, 0.0)))
+    return sqrt(max(float(row @ guessed.moments @ row), 0.0))
 
 
-def _ways(equations: StartEquations, branch: Branch, guessed: Guess, point: int) -> Iterator[tuple[float, Array]]:
-    """How strongly a point goes along tangents that were not asked for yet, and these."""
+def _way(
+    equations: StartEquations, branch: Branch, guessed: Guess, point: int
+) -> Iterator[tuple[float, tuple[float, ...]]]:
+    """How strongly a point goes along a tangent that was not asked for yet, and this, if there is one."""
     if equations.friction[point] == 0.0:
         return
     before = [np.array(each.towards) for each in branch if each.how is How.TOWARDS and each.point == point]
@@ -138,5 +152,5 @@ def _ways(equations: StartEquations, branch: Branch, guessed: Guess, point: int)
     for way in (*turned, *diagonal):
         direction = way @ equations.axes[point, 1:]
         if all(abs(direction @ other) < ASIDE for other in before):
-            yield _strength(guessed, way @ across), direction
+            yield _strength(guessed, way @ across), tuple(direction.tolist())
             return

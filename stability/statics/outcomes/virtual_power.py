@@ -57,9 +57,7 @@ def nothing_moves(equations: StartEquations, branch: Branch) -> Multipliers:
     left, points = known(equations, branch), len(equations.normals)
     rows, contacts = len(left.rows), int(equations.contact.max(initial=-1)) + 1
     of_contacts = np.zeros(contacts), np.zeros((contacts, 3))
-    return Multipliers(
-        left.basis, np.zeros(rows), np.zeros((rows, rows)), np.zeros((points, rows, 3)), *of_contacts
-    )
+    return Multipliers(left.basis, np.zeros(rows), np.zeros((rows, rows)), np.zeros((points, rows, 3)), *of_contacts)
 
 
 def check_branch(equations: StartEquations, proven: ProvenBranch) -> bool:
@@ -110,19 +108,21 @@ def _coefficients(equations: StartEquations, left: Known, multipliers: Multiplie
         return difference
     normal = equations.normals[point][0]
     if equations.friction[point] == 0.0:
-        return np.outer(normal, normal @ rest)
+        pressed: Array = np.outer(normal, normal @ rest)
+        return pressed
     across = slip - np.outer(normal, normal @ slip)
-    braked: Array = multipliers.braking[contact] * across + np.outer(normal, multipliers.along[contact] @ across)
-    return rest - braked
+    braked = multipliers.braking[contact] * across + np.outer(normal, multipliers.along[contact] @ across)
+    left_over: Array = rest - braked
+    return left_over
 
 
 def _outside(equations: StartEquations, point: int, dual: Array) -> float:
     """By how much a vector is outside of the dual of every friction cone of a point."""
-    shorts = []
+    shorts = [0.0]
     for normal in equations.normals[point]:
         along = float(normal @ dual)
-        shorts.append(equations.friction[point] * _size(dual - along * normal) - along)
-    return max(0.0, *shorts)
+        shorts.append(float(equations.friction[point]) * _size(dual - along * normal) - along)
+    return max(shorts)
 
 
 def _too_far(equations: StartEquations, multipliers: Multipliers, contact: int) -> float:

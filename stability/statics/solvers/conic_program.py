@@ -21,8 +21,8 @@ class ConicProgram:
     """Least `cost @ x` such that `offset - matrix @ x` is nothing in the first `equal` rows, then in each cone.
 
     With `curvature`, half of `x @ curvature @ x` is added to the cost. A round cone of size k has k rows of which the
-    first is at least the norm of the others. A semidefinite cone of size n has the upper triangle of a symmetric matrix,
-    column by column, what is off the diagonal times the root of two.
+    first is at least the norm of the others. A semidefinite cone has the upper triangle of a symmetric matrix, by
+    columns, with what is off the diagonal times the root of two.
     """
 
     cost: Array  # (columns,)
