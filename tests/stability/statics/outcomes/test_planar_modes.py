@@ -13,7 +13,7 @@ from tests.stability.statics.outcomes.random_leaning import on_each_other, on_pl
 
 
 def told(made: Assembly) -> str:
-    """Whether it can only rest, could let go, or neither is known; what all modes in the plane have to say against it."""
+    """Whether it can only rest, could let go, or neither is known, or whether modes in the plane contradict it."""
     problem = made.problem()
     found = outcome(problem, made.forces())
     if found.guaranteed:
