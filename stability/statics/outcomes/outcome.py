@@ -14,7 +14,7 @@ from stability.statics.margins.groups import groups_apart
 from stability.statics.margins.guarantee import guarantee
 from stability.statics.outcomes.branch import leave_nothing_out
 from stability.statics.outcomes.other_start import Start
-from stability.statics.outcomes.search import searched
+from stability.statics.outcomes.search import MOST_COLUMNS, searched
 from stability.statics.outcomes.start_equations import start_equations
 from stability.statics.outcomes.virtual_power import ProvenBranch, check_branch
 from stability.statics.solvers.fall_words import described
@@ -64,9 +64,11 @@ def outcome(
     problem: Problem,
     known: Forces | None = None,
     tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
+    most: int = MOST_COLUMNS,
 ) -> Outcome:
     """What can happen to a problem that is proven to stand; `known` are forces that balance it.
 
+    `most` bounds the work that is spent on each group that needs friction, in unknowns of its programs.
     Raises TypeError for what is no problem.
     """
     if not hasattr(problem, "loads"):
@@ -75,16 +77,16 @@ def outcome(
     if normal is not None:
         return Outcome(guaranteed=True, normal=normal)
     leaning = [group for group in groups_apart(problem) if guarantee(group, None, tolerances) is None]
-    found = [_of_group(group, tolerances) for group in leaning]
+    found = [_of_group(group, tolerances, most) for group in leaning]
     worst = min(found, key=lambda each: (each.guaranteed, not each.lets_go))
     return replace(worst, braced=tuple(group for each in found for group in each.braced))
 
 
-def _of_group(group: Problem, tolerances: Tolerances) -> Outcome:
+def _of_group(group: Problem, tolerances: Tolerances, most: int) -> Outcome:
     points = sum(len(contact.points_W) for contact in group.contacts)
     if len(group.bricks) > MOST_BRICKS or points > MOST_POINTS:
         return Outcome(guaranteed=False, undecided=tuple(group.bricks))
-    search = searched(group, start_equations(group), tolerances)
+    search = searched(group, start_equations(group), tolerances, most=most)
     if search.proof is not None:
         return Outcome(guaranteed=True, braced=(Braced(group, search.proof),))
     if search.start is None:

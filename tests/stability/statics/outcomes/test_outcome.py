@@ -7,7 +7,7 @@ import pytest
 from stability import outcome
 from stability.model import EARTH, Brick, Pose
 from stability.shapes.box import Box
-from stability.statics.assembly import LEVEL_GROUND, Assembly
+from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability, Tolerances
 from stability.statics.outcomes.outcome import Outcome
 from stability.statics.outcomes.start_proof import check_start
@@ -83,9 +83,10 @@ def test_a_plank_aslant_between_walls_can_fall_freely_as_well_as_rest() -> None:
 
 def test_whatever_could_let_go_takes_the_guarantee_from_all() -> None:
     made = aslant_between_walls(ASLANT, 0.6, 0.1)
-    wide = Assembly((*made.planes, LEVEL_GROUND))
-    wide.add_all([*made.bricks.values(), box("a", (0.1, 0.1, 0.1), 0.0, 0.05)])
-    found = of(wide)
+    below = pile_on_a_slope(1, 10.0, 0.5)
+    both = standing(*made.bricks.values(), *below.bricks.values(), planes=(*made.planes, *below.planes))
+    found = of(both)
+    assert of(below).guaranteed
     assert not found.guaranteed
     assert found.lets_go == "plank slides on left, right"
 

@@ -59,6 +59,35 @@ def test_products_of_what_may_be_negative_are_no_proof() -> None:
     assert not replace(braced, proof=(replace(branch, multipliers=turned),)).holds()
 
 
+ROUND = np.array([1.0, -1.0, 1.0, -1.0, 0.0])  # a body opens at four corners so that this sum is nothing
+
+
+def test_a_part_that_is_not_negative_takes_no_negative_multiplier_though_coefficients_agree() -> None:
+    braced = proof()
+    (branch,) = braced.proof
+    turned = replace(branch.multipliers, of_loads=branch.multipliers.of_loads - 10.0 * ROUND)
+    assert not replace(braced, proof=(replace(branch, multipliers=turned),)).holds()
+
+
+def test_no_force_is_multiplied_by_what_is_outside_of_the_dual_of_its_cone_though_coefficients_agree() -> None:
+    braced = proof()
+    (branch,) = braced.proof
+    of_forces = branch.multipliers.of_forces.copy()
+    of_forces[0] += 10.0 * np.outer(ROUND, braced.problem.contacts[0].normals_W[0])
+    turned = replace(branch.multipliers, of_forces=of_forces)
+    assert not replace(braced, proof=(replace(branch, multipliers=turned),)).holds()
+
+
+@pytest.mark.parametrize("point", range(4))
+def test_the_force_of_every_point_counts(point: int) -> None:
+    braced = proof()
+    (branch,) = braced.proof
+    of_forces = branch.multipliers.of_forces.copy()
+    of_forces[point] += 1e-3
+    turned = replace(branch.multipliers, of_forces=of_forces)
+    assert not replace(braced, proof=(replace(branch, multipliers=turned),)).holds()
+
+
 def test_branches_leave_nothing_out_if_each_question_has_both_answers() -> None:
     assert leave_nothing_out([()])
     assert leave_nothing_out([(OPENS,), (SHUT, UPHILL), (SHUT, UPHILL.opposite)])
