@@ -52,25 +52,17 @@ def power_program(equations: StartEquations, branch: Branch) -> PowerProgram:
     from scipy.sparse import csc_matrix, vstack  # noqa: PLC0415 -- slow to import
 
     places = _places(equations, known(equations, branch))
-    equal = _equalities(equations, places)
     signed = range(places.of_contacts - places.of_loads)
+    equal, round_rows = _equalities(equations, places), _round(equations, places)
     positive = _entries([(row, places.of_loads + row, -1.0) for row in signed], len(signed), places)
-    round_rows = _round(equations, places)
     definite, offset = _definite(equations, places)
-    matrix = vstack([equal, round_rows, positive, definite], format="csc")
+    matrix = csc_matrix(vstack([equal, round_rows, positive, definite]))
+    offsets = np.append(np.zeros(matrix.shape[0] - len(offset)), offset)
     cost = np.zeros(places.columns)
     cost[places.of_loads : places.of_parts] = cost[places.of_contacts : places.of_forces : 3] = 1.0
-    rest = np.zeros(matrix.shape[0] - len(offset))
-    program = ConicProgram(
-        cost,
-        csc_matrix(matrix),
-        np.append(rest, offset),
-        equal.shape[0],
-        [3] * (round_rows.shape[0] // 3),
-        positive.shape[0],
-        places.left.basis.shape[1],
-    )
-    return PowerProgram(equations, places, equal, _cones(equations, places), program)
+    rounds, size = [3] * (round_rows.shape[0] // 3), places.left.basis.shape[1]
+    conic = ConicProgram(cost, matrix, offsets, equal.shape[0], rounds, len(signed), size)
+    return PowerProgram(equations, places, equal, _cones(equations, places), conic)
 
 
 def _cones(equations: StartEquations, places: Places) -> tuple[Indices, Array]:

@@ -44,30 +44,25 @@ def searched(
     most: int = MOST_COLUMNS,
 ) -> Searched:
     """What was found of the starts of a group that can rest."""
-    nothing = np.zeros((len(equations.normals), 3))
-    start = _start(problem, equations, nothing, tolerances)
+    start = _start(problem, equations, np.zeros((len(equations.normals), 3)), tolerances)
     if start is not None:
         return Searched(None, start, 0)
     waiting: list[Branch] = [()]
     proven: list[ProvenBranch] = []
-    asked = columns = 0
-    while waiting:
-        if columns > most:
-            return Searched(None, None, asked)
+    for asked in range(1, 2 + most // _columns(equations)):
         branch = waiting.pop()
-        asked, columns = asked + 1, columns + _columns(equations)
         found, guessed = _asked(equations, branch, solver)
         if found is not None:
             proven.append(ProvenBranch(branch, found))
-            continue
-        start = _start(problem, equations, guessed.forces, tolerances) if guessed is not None else None
-        if start is not None:
-            return Searched(None, start, asked)
-        split = _split(equations, branch, guessed if guessed is not None else _any_guess(equations))
-        if split is None:
-            return Searched(None, None, asked)
-        waiting += [(*branch, split.opposite), (*branch, split)]
-    return Searched(tuple(proven), None, asked)
+        else:
+            start = _start(problem, equations, guessed.forces, tolerances) if guessed is not None else None
+            split = _split(equations, branch, guessed if guessed is not None else _any_guess(equations))
+            if start is not None or split is None:
+                return Searched(None, start, asked)
+            waiting += [(*branch, split.opposite), (*branch, split)]
+        if not waiting:
+            return Searched(tuple(proven), None, asked)
+    return Searched(None, None, asked)
 
 
 def _columns(equations: StartEquations) -> int:
@@ -104,18 +99,26 @@ def _start(problem: Problem, equations: StartEquations, forces: Array, tolerance
 
 def _split(equations: StartEquations, branch: Branch, guessed: Guess) -> Condition | None:
     """The question that the guess answers worst; None if there is none left."""
-    opened = {each.point for each in branch if each.how is How.OPENS}
-    asked = {each.point for each in branch if each.how is not How.TOWARDS}
     pressed = np.sqrt((guessed.forces**2).sum(axis=1))
-    single = [point for point, normals in enumerate(equations.normals) if len(normals) == 1]
-    opening = {point: _strength(guessed, _normal(equations, point)) * pressed[point] for point in single}
-    questions = [point for point in single if point not in asked and opening[point] > 0.0]
-    if questions:
-        return Condition(max(questions, key=opening.__getitem__), How.SHUT)
+    asked = {each.point for each in branch if each.how is not How.TOWARDS}
+    opening = {
+        point: _strength(guessed, _normal(equations, point)) * pressed[point]
+        for point, normals in enumerate(equations.normals)
+        if len(normals) == 1 and point not in asked
+    }
+    most = max(opening, key=opening.__getitem__, default=-1)
+    if most >= 0 and opening[most] > 0.0:
+        return Condition(most, How.SHUT)
+    return _side(equations, branch, guessed, pressed)
+
+
+def _side(equations: StartEquations, branch: Branch, guessed: Guess, pressed: Array) -> Condition | None:
+    """To which side of a line the point slides that does so with most force."""
+    opened = {each.point for each in branch if each.how is How.OPENS}
     sliding = [
         (strength * pressed[point], point, way)
-        for point in single
-        if point not in opened
+        for point, normals in enumerate(equations.normals)
+        if len(normals) == 1 and point not in opened
         for strength, way in _way(equations, branch, guessed, point)
     ]
     if not sliding:
