@@ -22,7 +22,7 @@ from stability.statics.outcomes.virtual_power import STILL, Multipliers, ProvenB
 from stability.statics.solvers.conic_program import Point, Solver, clarabel_solve, solve
 
 ACCURACY = 1e-10
-MOST_COLUMNS = 30_000  # of the programs of all branches: two seconds or three
+MOST_COLUMNS = 10_000  # of the programs of all branches: a second or less
 HOPELESS = 1e-3  # what is lacking of a proof that no correction mends
 ASIDE = 0.98  # cosine: directions closer than this to one that was asked for are not asked for again
 
