@@ -29,6 +29,7 @@ if TYPE_CHECKING:  # what type checkers see; at run time `__getattr__` finds the
     from stability.statics.assembly import Assembly
     from stability.statics.facts import Placed, Stability, Verdict
     from stability.statics.margins.summary import margins
+    from stability.statics.outcomes.outcome import outcome
 
 __all__ = [
     "Assembly",
@@ -50,6 +51,7 @@ __all__ = [
     "bricks_of",
     "forces_of",
     "margins",
+    "outcome",
     "pose_of",
     "prism",
     "solid_of_corners",
@@ -77,6 +79,7 @@ _HOMES = {
     "Stability": "stability.statics.facts",
     "Verdict": "stability.statics.facts",
     "margins": "stability.statics.margins.summary",
+    "outcome": "stability.statics.outcomes.outcome",
     "prism": "stability.shapes.solid_making",
     "solid_of_corners": "stability.shapes.solid_making",
     "solid_of_mesh": "stability.shapes.solid_making",

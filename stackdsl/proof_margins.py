@@ -17,4 +17,5 @@ class Margins:
     placement: float | None = None  # how far every brick may be placed beside where it is [m]
     joint: tuple[BodyId, BodyId] | None = None  # the contact that limits it, lower body first
     guaranteed: bool | None = None  # whether rest is the only thing that can happen, rather than one that can
+    certainty: str = ""  # why, in words; empty where normal forces alone balance everything
     gives_way: str = ""  # how it begins to come down under the least acceleration, in words

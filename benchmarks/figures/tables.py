@@ -189,6 +189,20 @@ TABLES: Mapping[str, Table] = {
             Column("survives, g", "{worst_g:.3f}"),
         ),
     ),
+    "outcomes": Table(
+        "outcomes",
+        "groups",
+        (
+            Column("groups that stand by friction alone", "{row}"),
+            Column("how many", "{groups}"),
+            Column("can only rest", "{rests}"),
+            Column("can let go as well", "{lets_go}"),
+            Column("not decided", "{undecided}"),
+            Column("contradicted by all modes in the plane", "{contradicted}"),
+            Column("median, ms", "{median_ms:sig2}"),
+            Column("the slowest, ms", "{worst_ms:sig2}"),
+        ),
+    ),
     "compas-samples": Table(
         "compas-samples",
         "samples",

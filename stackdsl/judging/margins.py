@@ -6,8 +6,8 @@ from math import inf
 
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Problem, Stability
-from stability.statics.margins.guarantee import guarantee
 from stability.statics.margins.summary import acceleration, least_friction, placement, tilt
+from stability.statics.outcomes.outcome import outcome
 from stability.statics.solvers.fall_words import described
 from stackdsl.proof_margins import Margins
 from stackdsl.trace import Trace
@@ -39,7 +39,8 @@ def margins_of_assembly(assembly: Assembly, wanted: Collection[str] = ALL) -> Ma
         placed = placement(problem, planes=planes)
         found = replace(found, placement=placed.value, joint=placed.limit)
     if "guaranteed" in wanted:
-        found = replace(found, guaranteed=guarantee(problem, assembly.forces()) is not None)
+        can_happen = outcome(problem, assembly.forces())
+        found = replace(found, guaranteed=can_happen.guaranteed, certainty=can_happen.reason)
     return found
 
 

@@ -9,7 +9,7 @@ from stability.name_order import in_order
 from stability.statics.facts import Stability
 from stability.statics.solvers.fall_side import fall_side
 from stackdsl.judging.knobs import Knobs
-from stackdsl.judging.margins import margins_of_assembly
+from stackdsl.judging.margins import ALL, margins_of_assembly
 from stackdsl.judging.proofs import Judged, Proofs
 from stackdsl.judging.remedies import remedies_of
 from stackdsl.proof_margins import Margins
@@ -91,13 +91,21 @@ def _margins(proofs: Proofs, extent: Extent) -> Iterator[str]:
     if extent.margins is None and count > MOST_FOR_PROGRAMS:
         yield f"    margins of more than {MOST_FOR_PROGRAMS} bricks take their time; ask for them with --margins"
         return
-    margins = margins_of_assembly(proofs.assembly)
+    margins = margins_of_assembly(proofs.assembly, (*ALL, "guaranteed"))
     yield "    it would survive " + "; ".join(_margin_texts(margins))
     if margins.joint is not None:
         lower, upper = margins.joint
         yield f"    the joint nearest to failing: {upper} on {lower}"
     if margins.gives_way:
         yield f"    shaken harder, {margins.gives_way}"
+    if margins.guaranteed is not None:
+        yield f"    rest is {_certainty(margins)}"
+
+
+def _certainty(margins: Margins) -> str:
+    """Whether rest is all that can happen, and why."""
+    why = margins.certainty or "forces along normals alone balance every brick"
+    return f"{'guaranteed' if margins.guaranteed else 'possible'}: {why}"
 
 
 def _margin_texts(margins: Margins) -> Iterator[str]:

@@ -22,7 +22,8 @@ class ConicProgram:
     """Least `cost @ x` such that `offset - matrix @ x` is nothing in the first `equal` rows, then in each cone.
 
     With `curvature`, half of `x @ curvature @ x` is added to the cost. A round cone of size k has k rows of which the
-    first is at least the norm of the others.
+    first is at least the norm of the others. A semidefinite cone has the upper triangle of a symmetric matrix, by
+    columns, with what is off the diagonal times the root of two.
     """
 
     cost: Array  # (columns,)
@@ -31,6 +32,7 @@ class ConicProgram:
     equal: int = 0  # rows
     round: Sequence[int] = ()  # sizes of the round cones
     positive: int = 0  # rows that must not be negative
+    semidefinite: int = 0  # size of the one such cone, in the last rows
     curvature: Any = None  # (columns, columns), sparse by column, its upper half
 
 
@@ -69,6 +71,9 @@ def _solved(program: ConicProgram, accuracy: float, *, refined: bool) -> Point:
     settings.max_iter = MOST_STEPS
     settings.max_threads = 1  # the same bytes on every machine
     settings.presolve_enable = False  # it may leave out rows of which the dual is needed
+    if program.semidefinite:  # where many equalities say the same, with less of it the first step fails
+        settings.static_regularization_constant = 1e-7
+        settings.chordal_decomposition_enable = False
     settings.iterative_refinement_enable = refined
     settings.tol_feas = settings.tol_gap_abs = settings.tol_gap_rel = accuracy
     settings.tol_infeas_abs = settings.tol_infeas_rel = accuracy
@@ -76,6 +81,7 @@ def _solved(program: ConicProgram, accuracy: float, *, refined: bool) -> Point:
     kinds = {size: clarabel.SecondOrderConeT(size) for size in set(program.round)}
     cones += [kinds[size] for size in program.round]
     cones += [clarabel.NonnegativeConeT(program.positive)] if program.positive else []
+    cones += [clarabel.PSDTriangleConeT(program.semidefinite)] if program.semidefinite else []
     curvature = _flat(len(program.cost)) if program.curvature is None else program.curvature
     solver = clarabel.DefaultSolver(curvature, program.cost, program.matrix, program.offset, cones, settings)
     solution = solver.solve()

@@ -57,4 +57,5 @@ class Verdict(ClaimKind):
         said, sure = str(trace.statics.stability), trace.margins.guaranteed
         if self.word in CERTAINTY and said == "stable":
             said = "stable, of which nothing stands at the end" if sure is None else CERTAINTY[0 if sure else 1]
+            reason = f": {trace.margins.certainty}" if trace.margins.certainty else ""
         return Finding(f"{said}{reason}", inf, "", passed=said == self.word)

@@ -254,6 +254,13 @@ def test_what_is_stable_is_guaranteed_or_possible(guaranteed: bool | None, claim
     assert outcome(f"verdict: {claim}", trace).passed is passed
 
 
+def test_a_verdict_says_how_what_is_possible_could_let_go() -> None:
+    margins = Margins(guaranteed=False, certainty="it could let go: plank slides on left, right")
+    found = outcome("verdict: possible", replace(STANDING, statics=Verdict(Stability.STABLE), margins=margins))
+    assert found.passed
+    assert found.measured == "possible: it could let go: plank slides on left, right"
+
+
 def test_what_falls_is_neither_guaranteed_nor_possible() -> None:
     trace = replace(STANDING, statics=Verdict(Stability.UNSTABLE))
     assert not outcome("verdict: guaranteed", trace).passed
