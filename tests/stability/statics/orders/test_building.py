@@ -1,5 +1,7 @@
 """Building orders, and the props without which there are none."""
 
+import pytest
+
 from stability.model import Brick, Pose
 from stability.shapes.box import Box
 from stability.statics.assembly import Assembly
@@ -57,6 +59,19 @@ def test_a_prop_stands_only_where_the_underside_is_free() -> None:
     assert set(props) == {"plank"}  # base and weight lie on all of theirs
     xs = [point[0] for contact in props["plank"].contacts for point in contact.points_W]
     assert min(xs) > 0.1 - 1e-9  # the base ends there
+
+
+def test_what_lies_on_a_plank_takes_none_of_the_room_under_it() -> None:
+    # The middle of the plank and of the weight flush on all of it is 50 mm beyond the base: they fall, and a prop holds.
+    design = Assembly()
+    size = (0.4, 0.1, 0.02)
+    design.add_all([box("base", (0.2, 0.1, 0.1), 0.0, 0.05), box("plank", size, 0.15, 0.11), box("on", size, 0.15, 0.13)])
+    assert design.verdict().stability is Stability.UNSTABLE
+    props = props_of(design)
+    xs = [point[0] for contact in props["plank"].contacts for point in contact.points_W]
+    assert (min(xs), max(xs)) == pytest.approx((0.1, 0.35))
+    parts = Parts(design, props)
+    assert least_props(parts, [parts.whole]) == ("plank",)
 
 
 def test_beyond_its_verdicts_it_finds_an_order_whose_props_are_not_said_to_be_the_fewest() -> None:
