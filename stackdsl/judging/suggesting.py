@@ -7,24 +7,14 @@ from stability.model import BodyId
 from stability.statics.facts import Placed, Stability, Verdict
 from stability.statics.margins.counterweight import counterweight
 from stability.statics.mending.piling import Piling
+from stability.statics.mending.propping import Propping, propping
 from stability.statics.mending.shifts import BrickShift, SeveralShifts, Shifting
-from stability.statics.orders.building import least_props
-from stability.statics.orders.parts import Parts
-from stability.statics.orders.props import props_of
 from stackdsl.judging.proofs import Proofs
 from stackdsl.judging.remedies import HeavierBrick, MoreFriction, more_friction, rising_in
 from stackdsl.timeline import Timeline
 from stackdsl.wording import rounded_up
 
-
-@dataclass(frozen=True, slots=True)
-class Props:
-    """The fewest supports with which what falls stands, as long as they do; what comes later is not asked."""
-
-    bricks: tuple[BodyId, ...]
-
-
-Suggestion = BrickShift | SeveralShifts | HeavierBrick | MoreFriction | Props
+Suggestion = BrickShift | SeveralShifts | HeavierBrick | MoreFriction | Propping
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,22 +32,26 @@ class Asked:
 
 def suggestions(asked: Asked, piling: Piling, known: Callable[[], None]) -> Iterator[Suggestion]:
     """All that was found, as it is found: shifts, the least first, then the others."""
-    if asked.verdict.stability is not Stability.UNSTABLE:
+    fall = piling.first_fall()
+    if fall is None or fall[1].stability is not Stability.UNSTABLE:
         return
+    turn, verdict = fall
     shifting = Shifting(piling, known)
-    candidates = shifting.candidates(asked.verdict)
+    candidates = shifting.candidates(turn, verdict)
     shifts = [found for brick in candidates if (found := shifting.least(brick, {})) is not None]
     yield from sorted(shifts, key=lambda each: (each.length, each.brick))
     if not shifts and (several := shifting.several()) is not None:
         yield several
-    yield from _counterweights(asked, piling)
+    yield from _counterweights(asked, piling, turn)
     friction = more_friction(asked.timeline, asked.proofs)
     if friction is not None and friction.factor < float("inf"):
         yield friction
-    yield from _props(asked, known)
+    props = propping(piling, lambda _: known())
+    if props is not None:
+        yield props
 
 
-def _counterweights(asked: Asked, piling: Piling) -> Iterator[HeavierBrick]:
+def _counterweights(asked: Asked, piling: Piling, first: int) -> Iterator[HeavierBrick]:
     """On each brick on which one is enough, the least first, each tried."""
     problem, gravity = asked.proofs.assembly.problem(), asked.timeline.world.gravity
     found = [weight for brick in rising_in(asked.verdict) if (weight := counterweight(problem, brick)) is not None]
@@ -65,10 +59,9 @@ def _counterweights(asked: Asked, piling: Piling) -> Iterator[HeavierBrick]:
         mass = float(rounded_up(weight.weight / gravity))
         stages = _heavier(piling, weight.brick, mass)
         fall = replace(piling, stages=stages).first_fall()
-        done = {name for judged in asked.proofs.judged for name in judged.bricks}
         if fall is None:
             yield HeavierBrick(weight.brick, mass, ())
-        elif not {p.brick.id for p in stages[fall[0]]} & done:
+        elif fall[0] > first:
             yield HeavierBrick(weight.brick, mass, fall[1].moving)
 
 
@@ -78,12 +71,3 @@ def _heavier(piling: Piling, brick: BodyId, more: float) -> list[list[Placed]]:
         return replace(placed, brick=heavy) if placed.brick.id == brick else placed
 
     return [[loaded(placed) for placed in stage] for stage in piling.stages]
-
-
-def _props(asked: Asked, known: Callable[[], None]) -> Iterator[Props]:
-    """The fewest bricks with props under which what falls stands, as it is when it falls."""
-    assembly = asked.proofs.assembly
-    parts = Parts(assembly, props_of(assembly))
-    found = least_props(parts, [parts.whole], lambda _: known())
-    if found:
-        yield Props(found)

@@ -12,7 +12,7 @@ from stability.model import BodyId
 from stability.statics.facts import Stability
 from stability.statics.orders.clauses import Clause, smallest
 from stability.statics.orders.descent import Descent, Known, descend, nobody
-from stability.statics.orders.parts import Part, Parts
+from stability.statics.orders.parts import Answer, Part, Parts
 
 MOST_ROUNDS = 200  # sets of props
 BRIEFLY = 3  # verdicts a brick
@@ -79,15 +79,24 @@ def building_order(parts: Parts, most: int, known: Known = nobody) -> BuildingOr
 
 
 def least_props(parts: Parts, states: Sequence[Part], known: Known = nobody) -> tuple[BodyId, ...] | None:
-    """The fewest bricks with a prop under each of which all these parts stand; None if none are found."""
+    """The fewest bricks with a prop under each of which all these parts stand; None if none are found.
+
+    They are cheapest to ask where each is within the one before it.
+    """
     clauses: list[Clause] = []
     for _ in range(MOST_ROUNDS):
         kept = smallest(len(parts.names), clauses)
         if kept.chosen is None:
             return None
         parts.propped = kept.chosen
-        ends = tuple((part, answer) for part in states if (answer := parts.ask(part)).stability is not Stability.STABLE)
-        known(parts.asked)
+        ends: list[tuple[Part, Answer]] = []
+        larger = parts.whole
+        for part in states:
+            answer = parts.ask(part, larger if part & larger == part else None)
+            known(parts.asked)
+            if answer.stability is not Stability.STABLE:
+                ends.append((part, answer))
+            larger = part
         if not ends:
             return tuple(parts.names_of(kept.chosen))
         clauses += [Clause(_would_help(parts, Descent(None, ends=(end,)))) for end in ends]

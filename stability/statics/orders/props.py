@@ -70,7 +70,9 @@ def _free(design: Assembly, name: BodyId) -> Iterator[tuple[Vec3, tuple[Vec3, ..
         least = LEAST_PIECE * doubled_area(whole)[0]
         pieces = [whole]
         for contact in design.contacts(name):
-            outward = 1.0 if contact.lower == name else -1.0  # what lies on top of a flat brick takes none of its underside
+            outward = (
+                1.0 if contact.lower == name else -1.0
+            )  # what lies on top of a flat brick takes none of its underside
             covers = any(outward * dot(n, normal) > PARALLEL for n in contact.normals_W)
             if covers and len(contact.points_W) > 2:  # noqa: PLR2004 -- a patch has an area
                 pieces = _beside([flat(point) for point in contact.points_W], pieces, least)

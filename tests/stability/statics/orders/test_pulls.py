@@ -5,7 +5,8 @@ import random
 import pytest
 
 from benchmarks.equilibrium_programs import answer
-from benchmarks.mending import FRICTION, GAP, jenga, upright
+from benchmarks.mending import FRICTION, GAP, jenga
+from benchmarks.random_piles import upright
 from stability.model import Brick, Pose
 from stability.shapes.box import Box
 from stability.statics.assembly import Assembly
