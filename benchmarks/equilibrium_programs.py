@@ -14,12 +14,13 @@ from math import cos, pi
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linprog
-from scipy.sparse import coo_matrix
+from scipy.sparse import coo_matrix, csc_matrix
 
 SIDES = 16
 TOUCH = 1e-7  # [m]
 GRAVITY = 9.81
 OPTIMAL, INFEASIBLE = 0, 2  # as linprog tells them
+SOLVERS = (("highs", True), ("highs-ds", False), ("highs-ipm", True))  # the next where one meets its limits
 
 Array = NDArray[np.float64]
 # Lower body or None for what is fixed, upper body, axis of the normal, and corners.
@@ -39,7 +40,13 @@ def answer(
     boxes: Sequence[UprightBox], friction: float, props: Sequence[Touch] = (), sides: int = SIDES
 ) -> bool | None:
     """Whether they stand; None where friction pyramids inside and outside of the cone disagree."""
-    contacts = [*_contacts(boxes), *props]
+    return answer_of(boxes, [*_contacts(boxes), *props], friction, sides)
+
+
+def answer_of(
+    boxes: Sequence[UprightBox], contacts: Sequence[Touch], friction: float, sides: int = SIDES
+) -> bool | None:
+    """The same of bodies that touch in these places, whichever way they are turned."""
     if _balances(boxes, contacts, friction, sides):
         return True
     return None if _balances(boxes, contacts, friction / cos(pi / sides), sides) else False
@@ -99,10 +106,18 @@ def _balances(boxes: Sequence[UprightBox], contacts: Sequence[Touch], friction: 
     loads = np.zeros(6 * len(boxes))
     loads[2::6] = [box.mass * GRAVITY / weight for box in boxes]
     matrix = coo_matrix((values, (rows, columns)), shape=(len(loads), column)).tocsc()
-    status = linprog(np.ones(column), A_eq=matrix, b_eq=loads, method="highs").status
-    if status not in {OPTIMAL, INFEASIBLE}:
-        raise ArithmeticError(f"the linear programme was not solved: status {status}")
-    return bool(status == OPTIMAL)
+    return balanced(matrix, loads)
+
+
+def balanced(matrix: csc_matrix, loads: Array) -> bool:
+    """Whether some forces, none of which pulls, balance loads. Raises ArithmeticError where no solver knows."""
+    for method, presolve in SOLVERS:
+        found = linprog(
+            np.ones(matrix.shape[1]), A_eq=matrix, b_eq=loads, method=method, options={"presolve": presolve}
+        )
+        if found.status in {OPTIMAL, INFEASIBLE}:
+            return bool(found.status == OPTIMAL)
+    raise ArithmeticError("the linear programme was not solved")
 
 
 def _extents(boxes: Sequence[UprightBox]) -> list[list[tuple[float, float]]]:
