@@ -40,6 +40,9 @@ class Bar(Protocol):
     def wait(self) -> None:
         """Nothing is done, yet time goes on."""
 
+    def drawn(self, name: str, count: int, most: int) -> None:
+        """So many samples of one are drawn, of so many at most."""
+
 
 def occupy_standard_streams() -> None:
     """Let streams that were closed from the start lead nowhere: a pipe or file opened later would come in their place.
@@ -133,7 +136,7 @@ def _drawn(console: "Console") -> "Progress":
         TimeElapsedColumn,
     )
 
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     # It is refreshed by whoever waits: beside a thread for that, no worker could be a copy of this process.
     return Progress(*columns, console=console, transient=True, auto_refresh=False)
 
@@ -143,12 +146,20 @@ class _DrawnBar:
 
     def __init__(self, bar: "Progress", task: "TaskID") -> None:
         self._bar, self._task = bar, task
+        self._samples: dict[str, TaskID] = {}
 
     def tell(self, result: Told) -> None:
+        if result.name in self._samples:
+            self._bar.remove_task(self._samples.pop(result.name))
         self._bar.update(self._task, advance=1, description=result.name, refresh=True)
 
     def wait(self) -> None:
         self._bar.refresh()
+
+    def drawn(self, name: str, count: int, most: int) -> None:
+        if name not in self._samples:
+            self._samples[name] = self._bar.add_task(f"{name}: samples", total=most)
+        self._bar.update(self._samples[name], completed=count, refresh=True)
 
 
 class _Lines:
@@ -162,6 +173,9 @@ class _Lines:
         tell(f"[{self._done}/{self._total}] {result.name}: {result.conclusion}")
 
     def wait(self) -> None:
+        pass
+
+    def drawn(self, name: str, count: int, most: int) -> None:
         pass
 
 
