@@ -6,7 +6,7 @@ import pytest
 
 from stackdsl.api.find import Sensitivities, SoughtError, sensitivities
 from stackdsl.checking.gathering import cases_of
-from stackdsl.finding.sensitivities import Effect, Of, Sensitivities, Source, sensitivities_of
+from stackdsl.finding.sensitivities import Effect, Of, Source
 from stackdsl.reading.source import parse
 from stackdsl.report.sensitivity_text import sensitivity_csv, sensitivity_json, sensitivity_lines
 from tests.stackdsl.finding.known_limits import SEESAW, V
