@@ -31,24 +31,35 @@ class Asked:
 
 
 def suggestions(asked: Asked, piling: Piling, known: Callable[[], None]) -> Iterator[Suggestion]:
-    """All that was found, as it is found: shifts, the least first, then the others."""
+    """All that was found, as it is found: what takes a moment first, and then shifts, the least first."""
     fall = piling.first_fall()
     if fall is None or fall[1].stability is not Stability.UNSTABLE:
         return
-    turn, verdict = fall
-    shifting = Shifting(piling, known)
-    candidates = shifting.candidates(turn, verdict)
-    shifts = [found for brick in candidates if (found := shifting.least(brick, {})) is not None]
-    yield from sorted(shifts, key=lambda each: (each.length, each.brick))
-    if not shifts and (several := shifting.several()) is not None:
-        yield several
-    yield from _counterweights(asked, piling, turn)
+    yield from _counterweights(asked, piling, fall[0])
     friction = more_friction(asked.timeline, asked.proofs)
     if friction is not None and friction.factor < float("inf"):
         yield friction
     props = propping(piling, lambda _: known())
     if props is not None:
         yield props
+    yield from _shifts(Shifting(piling, known), fall[0], asked.verdict)
+
+
+def _shifts(shifting: Shifting, turn: int, verdict: Verdict) -> Iterator[BrickShift | SeveralShifts]:
+    """The least shift of each brick on which one is enough, or several; an interruption keeps those that are found."""
+    shifts: list[BrickShift] = []
+    pressed: KeyboardInterrupt | None = None
+    try:
+        for brick in shifting.candidates(turn, verdict):
+            found = shifting.least(brick, {})
+            shifts += [found] if found is not None else []
+    except KeyboardInterrupt as error:
+        pressed = error
+    yield from sorted(shifts, key=lambda each: (each.length, each.brick))
+    if pressed is not None:
+        raise pressed
+    if not shifts and (several := shifting.several()) is not None:
+        yield several
 
 
 def _counterweights(asked: Asked, piling: Piling, first: int) -> Iterator[HeavierBrick]:
@@ -57,8 +68,7 @@ def _counterweights(asked: Asked, piling: Piling, first: int) -> Iterator[Heavie
     found = [weight for brick in rising_in(asked.verdict) if (weight := counterweight(problem, brick)) is not None]
     for weight in sorted(found, key=lambda each: (each.weight, each.brick)):
         mass = float(rounded_up(weight.weight / gravity))
-        stages = _heavier(piling, weight.brick, mass)
-        fall = replace(piling, stages=stages).first_fall()
+        fall = replace(piling, stages=_heavier(piling, weight.brick, mass)).first_fall(names_smallest=True)
         if fall is None:
             yield HeavierBrick(weight.brick, mass, ())
         elif fall[0] > first:

@@ -90,16 +90,26 @@ class Piling:
         across = unit(cross(normal, (1.0, 0.0, 0.0)))
         return cross(across, normal), across
 
-    def first_fall(self, upto: int | None = None) -> tuple[int, Verdict] | None:
-        """The first stage with which not all stands, of so many, and its verdict; None if all stand."""
+    def falls_at_once(self) -> bool:
+        """Whether all that is there in the end is proven to fall if set down together: then it falls by then."""
+        assembly = self.assembly()
+        gone = {name for names in self.pulled.values() for name in names}
+        last = [placed for placed in self.bricks if placed.brick.id not in gone]
+        return assembly.add_all(last, names_smallest=False).stability is Stability.UNSTABLE
+
+    def first_fall(self, upto: int | None = None, *, names_smallest: bool = False) -> tuple[int, Verdict] | None:
+        """The first stage with which not all stands, of so many, and its verdict; None if all stand.
+
+        With `names_smallest` as few bricks are named as are found to fall, which of a heap takes seconds.
+        """
         assembly = self.assembly()
         for turn, stage in enumerate(self.stages[:upto]):
             if turn in self.pulled:
-                verdict = assembly.remove(self.pulled[turn], names_smallest=False)
+                verdict = assembly.remove(self.pulled[turn], names_smallest=names_smallest)
                 if verdict.stability is not Stability.STABLE:
                     return turn, verdict
             if stage:
-                verdict = assembly.add_all(stage, names_smallest=False)
+                verdict = assembly.add_all(stage, names_smallest=names_smallest)
                 if verdict.stability is not Stability.STABLE:
                     return turn, verdict
         return None

@@ -74,6 +74,8 @@ class Shifting:
         moved = self.piling.shifted(sums)
         if any(moved.crowds(self.carried[brick], self.touching) for brick in shifts):
             return None
+        if upto is None and moved.falls_at_once():  # which is cheap to ask, and most trials do
+            return False
         fall = moved.first_fall(upto)
         if fall is None:
             return True
