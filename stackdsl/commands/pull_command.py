@@ -6,7 +6,7 @@ from typing import Any
 import click
 
 from stability.statics.orders.parts import Parts
-from stability.statics.orders.pulls import Longest, Pull, Soonest, carrying, longest_order, single_pulls, soonest_fall
+from stability.statics.orders.pulls import LongestSearch, Pull, carrying, single_pulls, soonest_fall
 from stackdsl.checking.gathering import Case
 from stackdsl.checking.selection import Selection
 from stackdsl.commands.asking_statics import AS, Rows, told
@@ -73,25 +73,21 @@ def _case(name: str, case: Case, how: tuple[bool, bool, int, str], rows: Rows, o
     bearing = carrying(design)
     if single or not (bearing or all_bricks):
         return
+    row: dict[str, Any] = {"case": name}
+    orders.append(row)
     with counted(most, f"{name}: orders") as known:
         parts = Parts(design)
         may_go = parts.whole if all_bricks else parts.part_of(bearing)
-        longest = longest_order(parts, may_go, most, known)
-        if show:
-            write("\n".join(longest_lines(longest)) + "\n")
+        search = LongestSearch(parts, may_go, most, known)
+        try:
+            search.run()
+        finally:  # an interruption keeps the best by then
+            longest = search.best
+            row |= {"longest": list(longest.order), "at_most": longest.at_most, "proven": longest.proven}
+            if show:
+                write("\n".join(longest_lines(longest)) + "\n")
         parts.asked = 0
         soonest = soonest_fall(parts, may_go, most, known)
         if show:
             write(soonest_line(soonest) + "\n")
-    orders.append(_row(name, longest, soonest))
-
-
-def _row(name: str, longest: Longest, soonest: Soonest) -> dict[str, Any]:
-    return {
-        "case": name,
-        "longest": list(longest.order),
-        "at_most": longest.at_most,
-        "proven": longest.proven,
-        "falls_soonest": list(soonest.order),
-        "falls_at_least": soonest.at_least,
-    }
+    row |= {"falls_soonest": list(soonest.order), "falls_at_least": soonest.at_least}
