@@ -125,11 +125,26 @@ class Piling:
         """
         moving = [placed for placed in self.bricks if placed.brick.id in moved]
         others = [placed for placed in self.bricks if placed.brick.id not in moved]
-        return any(self._crowds(one, other, touching) for one in moving for other in others) or any(
+        times = self._times()
+
+        def meet(one: Placed, other: Placed) -> bool:
+            (come, go), (other_come, other_go) = times[one.brick.id], times[other.brick.id]
+            return come < other_go and other_come < go
+
+        return any(meet(a, b) and self._crowds(a, b, touching) for a in moving for b in others) or any(
             apart_from_plane(one.brick.shape, one.pose, plane).gap < -reach_between(one.brick.shape.least_thickness)
             for one in moving
             for plane in self.planes
         )
+
+    def _times(self) -> dict[BodyId, tuple[int, int]]:
+        """The stage with which each brick comes, and that before which it goes."""
+        gone = {name: turn for turn, names in self.pulled.items() for name in names}
+        return {
+            placed.brick.id: (turn, gone.get(placed.brick.id, len(self.stages)))
+            for turn, stage in enumerate(self.stages)
+            for placed in stage
+        }
 
     @staticmethod
     def _crowds(one: Placed, other: Placed, touching: frozenset[tuple[BodyId, BodyId]]) -> bool:

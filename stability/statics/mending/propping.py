@@ -6,6 +6,7 @@ What stands with some props stands with more, as none of them has to press. So o
 from dataclasses import dataclass
 
 from stability.model import BodyId
+from stability.name_order import in_order
 from stability.statics.facts import Stability
 from stability.statics.mending.piling import Piling
 from stability.statics.orders.building import least_props
@@ -35,13 +36,13 @@ def propping(piling: Piling, known: Known = nobody) -> Propping | None:
         return None
     found = least_props(parts, states[:first:-1] + states[first : first + 1], known)
     if found:
-        return Propping(found)
+        return Propping(tuple(in_order(found)))
     found = least_props(parts, states[first : first + 1], known)
     if not found:
         return None
     last = next(part for part in states[first:] if not _stands(parts, part))
     fall = parts.ask(last).fall
-    return Propping(found, tuple(parts.names_of(fall.moving)) if fall is not None else ())
+    return Propping(tuple(in_order(found)), tuple(parts.names_of(fall.moving)) if fall is not None else ())
 
 
 def _stands(parts: Parts, part: Part) -> bool:

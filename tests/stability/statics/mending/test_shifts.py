@@ -70,6 +70,15 @@ def test_what_falls_as_a_brick_is_pulled_out_goes_back_over_what_is_left() -> No
     assert found.shift == pytest.approx((-(0.03 - WIDTH / 2.0), 0.0), abs=1e-5)
 
 
+def test_what_was_pulled_out_by_then_is_in_nobodys_way() -> None:
+    # As above, but what falls comes 50 mm beyond the post, and where another plank lay: back through its place.
+    post = Placed(plank("post"), lying(1, 0.0, 0.0, ACROSS))
+    first, late = (Placed(plank(name), lying(2, x)) for name, x in (("first", 0.0), ("late", WIDTH / 2.0 + 0.05)))
+    found = Shifting(Piling((FLOOR,), WOOD, GRAVITY, [[post], [first], [late]], {2: ["first"]})).least("late", {})
+    assert found is not None
+    assert found.shift == pytest.approx((-0.05, 0.0), abs=1e-5)
+
+
 def test_props_hold_all_that_comes_later_too() -> None:
     found = propping(column([0.0, 0.065, 0.03, 0.095]))  # L2 and L4 tip by themselves
     assert found is not None
