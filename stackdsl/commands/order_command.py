@@ -48,12 +48,15 @@ def order_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
         if form == "text":
             write("\n".join([name, *order_lines(order, interrupted)]) + "\n")
         rows += [(name, row) for row in order_rows(order)]
-        summary = {"impossible": order.impossible, "props": list(order.props), "interrupted": interrupted}
-        orders.append({"case": name, **summary, "props_at_least": order.props_at_least})
+        orders.append({"case": name, **_summary(order), "interrupted": interrupted})
         if interrupted:
             break
     told(rows, form, orders)
     context.exit(ExitCode.INTERRUPTED if interrupted else code_without_runs(gathered, selected))
+
+
+def _summary(order: BuildingOrder) -> dict[str, Any]:
+    return {"impossible": order.impossible, "props": list(order.props), "props_at_least": order.props_at_least}
 
 
 def _searched(name: str, design: Assembly, props: bool, most: int) -> tuple[BuildingOrder, bool]:

@@ -69,34 +69,40 @@ class OrderSearch:
 
     def run(self) -> BuildingOrder:
         """Search to the end."""
-        parts, clauses = self._parts, list[Clause]()
-        least, bounded = 0, True
+        clauses: list[Clause] = []
+        bounded = True
         for _ in range(MOST_ROUNDS):
-            kept = smallest(len(parts.names), clauses)
+            kept = smallest(len(self._parts.names), clauses)
             if kept.chosen is None:
                 self.best = replace(self.best, impossible=bounded and not self.best.steps)
                 break
-            least = max(least, kept.at_least) if bounded else least
-            self.best = replace(self.best, props_at_least=least)
-            parts.propped = kept.chosen
-            found = [descend(parts, piece, 0, self._last - parts.asked, self._known) for piece in self._pieces]
-            failed = [each for each in found if each.order is None]
-            if self.best.without is None:
-                self.best = replace(self.best, without=next(iter(failed), found[0]))
-                if failed:
-                    self._under_all()
-                parts.propped = kept.chosen
+            if bounded:
+                self.best = replace(self.best, props_at_least=max(self.best.props_at_least, kept.at_least))
+            failed = self._with(kept.chosen)
             if not failed:
-                order = [name for each in found for name in reversed(each.order or ())]
-                self.best = replace(self.best, steps=_with_props(parts, order, self._known))
                 return self.best
-            if parts.asked >= self._last:
+            if self._parts.asked >= self._last:
                 break
-            for each in failed:
-                bounded &= each.exhausted
-                clauses.append(Clause(_would_help(parts, each)))
+            bounded &= all(each.exhausted for each in failed)
+            clauses += [Clause(_would_help(self._parts, each)) for each in failed]
         self._spare()
         return self.best
+
+    def _with(self, propped: Part) -> list[Descent]:
+        """Look for an order with props under these; the searches that failed, or none, and it is the best."""
+        parts = self._parts
+        parts.propped = propped
+        found = [descend(parts, piece, 0, self._last - parts.asked, self._known) for piece in self._pieces]
+        failed = [each for each in found if each.order is None]
+        if self.best.without is None:
+            self.best = replace(self.best, without=next(iter(failed), found[0]))
+            if failed:
+                self._under_all()
+            parts.propped = propped
+        if not failed:
+            order = [name for each in found for name in reversed(each.order or ())]
+            self.best = replace(self.best, steps=_with_props(parts, order, self._known))
+        return failed
 
     def _under_all(self) -> None:
         """Look for an order with props under all bricks: more than are needed, and known early."""
@@ -148,18 +154,24 @@ def least_props(parts: Parts, states: Sequence[Part], known: Known = nobody) -> 
         if kept.chosen is None:
             return None
         parts.propped = kept.chosen
-        ends: list[tuple[Part, Answer]] = []
-        larger = parts.whole
-        for part in states:
-            answer = parts.ask(part, larger if part & larger == part else None)
-            known(parts.asked)
-            if answer.stability is not Stability.STABLE:
-                ends.append((part, answer))
-            larger = part
+        ends = _falling(parts, states, known)
         if not ends:
             return tuple(parts.names_of(kept.chosen))
         clauses += [Clause(_would_help(parts, Descent(None, ends=(end,)))) for end in ends]
     return None
+
+
+def _falling(parts: Parts, states: Sequence[Part], known: Known) -> list[tuple[Part, Answer]]:
+    """Those parts that do not stand."""
+    ends: list[tuple[Part, Answer]] = []
+    larger = parts.whole
+    for part in states:
+        answer = parts.ask(part, larger if part & larger == part else None)
+        known(parts.asked)
+        if answer.stability is not Stability.STABLE:
+            ends.append((part, answer))
+        larger = part
+    return ends
 
 
 def _would_help(parts: Parts, search: Descent) -> Part:
