@@ -7,6 +7,8 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from math import inf
+from time import monotonic
 from typing import TYPE_CHECKING, Protocol, TextIO
 
 import click
@@ -16,6 +18,7 @@ if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
 
 
+PAUSE = 0.1  # [s] between two looks of a bar: to draw one takes longer than many a verdict
 NO_TERMINAL = 160  # [characters] how wide output is that goes elsewhere
 
 
@@ -115,16 +118,23 @@ def progress(total: int) -> Iterator[Bar]:
 
 
 @contextmanager
-def counted(total: int, what: str) -> Iterator[Callable[[int], None]]:
-    """A bar on a terminal that is told how many are done, and nothing elsewhere."""
+def counted(total: int | None, what: str) -> Iterator[Callable[[int], None]]:
+    """A bar on a terminal that is told how many are done, of how many if that is known, and nothing elsewhere."""
     if _is_no_terminal(sys.stderr):
         yield lambda _: None
         return
     from rich.console import Console  # noqa: PLC0415 -- as in `paper`
 
     with _drawn(Console(stderr=True)) as bar:
-        task = bar.add_task(what, total=total)
-        yield lambda done: bar.update(task, completed=done, refresh=True)
+        task, drawn = bar.add_task(what, total=total), -inf
+
+        def told(done: int) -> None:
+            nonlocal drawn
+            is_due = done == total or monotonic() - drawn > PAUSE
+            drawn = monotonic() if is_due else drawn
+            bar.update(task, completed=done, refresh=is_due)
+
+        yield told
 
 
 def _drawn(console: "Console") -> "Progress":
