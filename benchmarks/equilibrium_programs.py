@@ -23,8 +23,11 @@ OPTIMAL, INFEASIBLE = 0, 2  # as linprog tells them
 SOLVERS = (("highs", True), ("highs-ds", False), ("highs-ipm", True))  # the next where one meets its limits
 
 Array = NDArray[np.float64]
-# Lower body or None for what is fixed, upper body, axis of the normal, and corners.
-Touch = tuple[int | None, int, int, list[tuple[float, ...]]]
+Normal = tuple[float, float, float]
+# Lower body or None for what is fixed, upper body, the normal towards that, and corners [m].
+Touch = tuple[int | None, int, Normal, list[tuple[float, ...]]]
+AXES: tuple[Normal, Normal, Normal] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+UP = AXES[2]
 
 
 @dataclass(frozen=True)
@@ -56,7 +59,7 @@ def prop_contacts(boxes: Sequence[UprightBox], propped: Collection[int]) -> list
     """Where props press from below on some of the boxes, which all are there in the end."""
     extents = _extents(boxes)
     return [
-        (None, index, 2, _rectangle([(x0, x1), (y0, y1)], 2, extents[index][2][0]))
+        (None, index, UP, _rectangle([(x0, x1), (y0, y1)], 2, extents[index][2][0]))
         for index in propped
         for x0, x1, y0, y1 in _free_cells(index, extents)
     ]
@@ -86,9 +89,11 @@ def _balances(boxes: Sequence[UprightBox], contacts: Sequence[Touch], friction: 
     values: list[float] = []
     column = 0
     angles = 2.0 * pi * np.arange(sides) / sides
-    for lower, upper, axis, corners in contacts:
-        normal = np.eye(3)[axis]
-        one, other = np.eye(3)[(axis + 1) % 3], np.eye(3)[(axis + 2) % 3]
+    for lower, upper, towards, corners in contacts:
+        normal = np.array(towards)
+        one = np.cross(normal, AXES[int(np.argmin(np.abs(normal)))])
+        one /= np.linalg.norm(one)
+        other = np.cross(normal, one)
         for corner in corners:
             for angle in angles:
                 force = normal + friction * (cos(angle) * one + np.sin(angle) * other)
@@ -130,7 +135,7 @@ def _contacts(boxes: Sequence[UprightBox]) -> list[Touch]:
     extents = _extents(boxes)
     for index, extent in enumerate(extents):
         if abs(extent[2][0]) < TOUCH:
-            found.append((None, index, 2, _rectangle(extent[:2], 2, 0.0)))
+            found.append((None, index, UP, _rectangle(extent[:2], 2, 0.0)))
     for a, b in combinations(range(len(boxes)), 2):
         for axis in range(3):
             for low, high in ((a, b), (b, a)):
@@ -141,7 +146,7 @@ def _contacts(boxes: Sequence[UprightBox]) -> list[Touch]:
                         for o in others
                     ]
                     if all(end - start > TOUCH for start, end in shared):
-                        found.append((low, high, axis, _rectangle(shared, axis, extents[low][axis][1])))
+                        found.append((low, high, AXES[axis], _rectangle(shared, axis, extents[low][axis][1])))
     return found
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.stats import norm
 
-from benchmarks.equilibrium_programs import Touch, UprightBox, answer_of, balanced
+from benchmarks.equilibrium_programs import UP, Touch, UprightBox, answer_of, balanced
 from stackdsl.sampling.draws import Draws
 
 SAME = 1e-9  # [m] heights that are one
@@ -115,9 +115,9 @@ def _contacts(planks: Sequence[Plank]) -> list[Touch]:
     """What the last of some planks lies on."""
     last, number = planks[-1], len(planks) - 1
     if last.bottom < SAME:
-        return [(None, number, 2, [(x, y, last.bottom) for x, y in last.outline()])]
+        return [(None, number, UP, [(x, y, last.bottom) for x, y in last.outline()])]
     return [
-        (k, number, 2, [(x, y, last.bottom) for x, y in corners])
+        (k, number, UP, [(x, y, last.bottom) for x, y in corners])
         for k, other in enumerate(planks[:-1])
         if abs(other.top - last.bottom) < SAME and (corners := shared(last, other))
     ]

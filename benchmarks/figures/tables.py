@@ -58,6 +58,18 @@ TABLES: Mapping[str, Table] = {
             Column("places differ by, nm", "{off_nm:sig2}"),
         ),
     ),
+    "card-houses-apart": Table(
+        "card-houses-apart",
+        "hands",
+        (
+            Column("errors, standard deviations", "{hands}"),
+            Column("samples", "{samples}"),
+            Column("stand", "{stand}"),
+            Column("same level, or both stand", "{alike}"),
+            Column("contradicted", "{contradicted}"),
+            Column("not said", "{not_said}"),
+        ),
+    ),
     "fragility": Table(
         "fragility",
         "curves",

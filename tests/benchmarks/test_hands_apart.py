@@ -1,11 +1,14 @@
 """Planks as hands set them down, worked out apart from the package: the check that is told in docs/method.md."""
 
-from math import pi, sqrt
+from math import pi, radians, sqrt, tan
 
 import pytest
 
+from benchmarks import card_houses_apart
 from benchmarks.hands_apart import Plank, falls_at, shared
 from benchmarks.human_error import held_apart
+from stability.statics.facts import Placed
+from tests.scenes import compiled
 
 SIZE = LENGTH, WIDTH, THICKNESS = (0.12, 0.024, 0.008)  # [m]
 
@@ -33,3 +36,11 @@ def test_hands_and_verdicts_of_samples_are_those_that_are_worked_out_apart() -> 
     assert (found["alike"], found["contradicted"], found["not_said"]) == (3, 0, 0)
     assert isinstance(found["off_nm"], float)
     assert found["off_nm"] < 1.0
+
+
+@pytest.mark.parametrize(("share", "stands"), [(0.97, False), (1.03, True)])
+def test_a_v_stands_from_its_least_friction_on(share: float, stands: bool) -> None:
+    # Cards at an angle a that meet along an edge: (cot a - thickness / length) / 2. Pyramids are within 2 % of cones.
+    cards = compiled("scenario: v\nbuild:\n  - card_house: {levels: 1, angle: 70 deg}\n")[0][0].timeline.placements
+    least = 0.5 * (1.0 / tan(radians(70.0)) - 7.8 / 117.6)
+    assert card_houses_apart.stands([Placed(each.brick, each.pose) for each in cards], share * least) is stands
