@@ -1,25 +1,33 @@
 """Does a pile of upright boxes stand? Linear programmes written apart from the statics that they judge.
 
 Contacts are the rectangles that faces of boxes share, worked out here from their extents. At each corner a force acts
-within a friction pyramid of 16 sides: inside the cone, so that what balances stands, or around it, so that what does
-not balance falls. Between the two nothing is said.
+within a friction pyramid: inside the cone, so that what balances stands, or around it, so that what does not balance
+falls. Between the two nothing is said. A prop presses a box upwards wherever no other box touches its underside: the
+underside is cut into cells along all sides of the boxes below, and forces act at the corners of those that are free.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, pairwise
 from math import cos, pi
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linprog
-from scipy.sparse import coo_matrix
+from scipy.sparse import coo_matrix, csc_matrix
 
 SIDES = 16
 TOUCH = 1e-7  # [m]
 GRAVITY = 9.81
+OPTIMAL, INFEASIBLE = 0, 2  # as linprog tells them
+SOLVERS = (("highs", True), ("highs-ds", False), ("highs-ipm", True))  # the next where one meets its limits
 
 Array = NDArray[np.float64]
+Normal = tuple[float, float, float]
+# Lower body or None for what is fixed, upper body, the normal towards that, and corners [m].
+Touch = tuple[int | None, int, Normal, list[tuple[float, ...]]]
+AXES: tuple[Normal, Normal, Normal] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+UP = AXES[2]
 
 
 @dataclass(frozen=True)
@@ -31,23 +39,61 @@ class UprightBox:
     mass: float  # [kg]
 
 
-def answer(boxes: Sequence[UprightBox], friction: float) -> bool | None:
+def answer(
+    boxes: Sequence[UprightBox], friction: float, props: Sequence[Touch] = (), sides: int = SIDES
+) -> bool | None:
     """Whether they stand; None where friction pyramids inside and outside of the cone disagree."""
-    if balances(boxes, friction):
+    return answer_of(boxes, [*_contacts(boxes), *props], friction, sides)
+
+
+def answer_of(
+    boxes: Sequence[UprightBox], contacts: Sequence[Touch], friction: float, sides: int = SIDES
+) -> bool | None:
+    """The same of bodies that touch in these places, whichever way they are turned."""
+    if _balances(boxes, contacts, friction, sides):
         return True
-    return None if balances(boxes, friction / cos(pi / SIDES)) else False
+    return None if _balances(boxes, contacts, friction / cos(pi / sides), sides) else False
 
 
-def balances(boxes: Sequence[UprightBox], friction: float) -> bool:
+def prop_contacts(boxes: Sequence[UprightBox], propped: Collection[int]) -> list[Touch]:
+    """Where props press from below on some of the boxes, which all are there in the end."""
+    extents = _extents(boxes)
+    return [
+        (None, index, UP, _rectangle([(x0, x1), (y0, y1)], 2, extents[index][2][0]))
+        for index in propped
+        for x0, x1, y0, y1 in _free_cells(index, extents)
+    ]
+
+
+def _free_cells(index: int, extents: Sequence[Sequence[tuple[float, float]]]) -> Iterator[tuple[float, ...]]:
+    """The cells of the underside of a box that nothing touches."""
+    xs, ys, (bottom, _) = extents[index]
+    if abs(bottom) < TOUCH:
+        return
+    below = [other for other in extents if abs(other[2][1] - bottom) < TOUCH]
+    cuts = [
+        sorted({side[0], side[1], *(end for other in below for end in other[axis] if side[0] < end < side[1])})
+        for axis, side in enumerate((xs, ys))
+    ]
+    for x0, x1 in pairwise(cuts[0]):
+        for y0, y1 in pairwise(cuts[1]):
+            middle = 0.5 * (x0 + x1), 0.5 * (y0 + y1)
+            if not any(all(o[a][0] < middle[a] < o[a][1] for a in (0, 1)) for o in below):
+                yield x0, x1, y0, y1
+
+
+def _balances(boxes: Sequence[UprightBox], contacts: Sequence[Touch], friction: float, sides: int) -> bool:
     """Whether forces in pyramids whose edges have this friction balance all weights."""
     rows: list[int] = []
     columns: list[int] = []
     values: list[float] = []
     column = 0
-    angles = 2.0 * pi * np.arange(SIDES) / SIDES
-    for lower, upper, axis, corners in _contacts(boxes):
-        normal = np.eye(3)[axis]
-        one, other = np.eye(3)[(axis + 1) % 3], np.eye(3)[(axis + 2) % 3]
+    angles = 2.0 * pi * np.arange(sides) / sides
+    for lower, upper, towards, corners in contacts:
+        normal = np.array(towards)
+        one = np.cross(normal, AXES[int(np.argmin(np.abs(normal)))])
+        one /= np.linalg.norm(one)
+        other = np.cross(normal, one)
         for corner in corners:
             for angle in angles:
                 force = normal + friction * (cos(angle) * one + np.sin(angle) * other)
@@ -65,16 +111,31 @@ def balances(boxes: Sequence[UprightBox], friction: float) -> bool:
     loads = np.zeros(6 * len(boxes))
     loads[2::6] = [box.mass * GRAVITY / weight for box in boxes]
     matrix = coo_matrix((values, (rows, columns)), shape=(len(loads), column)).tocsc()
-    return bool(linprog(np.ones(column), A_eq=matrix, b_eq=loads, method="highs").status == 0)
+    return balanced(matrix, loads)
 
 
-def _contacts(boxes: Sequence[UprightBox]) -> list[tuple[int | None, int, int, list[tuple[float, ...]]]]:
-    """Lower body or None for the ground, upper body, axis of the normal, and corners."""
-    found: list[tuple[int | None, int, int, list[tuple[float, ...]]]] = []
-    extents = [[(m - 0.5 * s, m + 0.5 * s) for m, s in zip(box.middle, box.size, strict=True)] for box in boxes]
+def balanced(matrix: csc_matrix, loads: Array) -> bool:
+    """Whether some forces, none of which pulls, balance loads. Raises ArithmeticError where no solver knows."""
+    for method, presolve in SOLVERS:
+        found = linprog(
+            np.ones(matrix.shape[1]), A_eq=matrix, b_eq=loads, method=method, options={"presolve": presolve}
+        )
+        if found.status in {OPTIMAL, INFEASIBLE}:
+            return bool(found.status == OPTIMAL)
+    raise ArithmeticError("the linear programme was not solved")
+
+
+def _extents(boxes: Sequence[UprightBox]) -> list[list[tuple[float, float]]]:
+    return [[(m - 0.5 * s, m + 0.5 * s) for m, s in zip(box.middle, box.size, strict=True)] for box in boxes]
+
+
+def _contacts(boxes: Sequence[UprightBox]) -> list[Touch]:
+    """Of boxes with each other and with the ground."""
+    found: list[Touch] = []
+    extents = _extents(boxes)
     for index, extent in enumerate(extents):
         if abs(extent[2][0]) < TOUCH:
-            found.append((None, index, 2, _rectangle(extent[:2], 2, 0.0)))
+            found.append((None, index, UP, _rectangle(extent[:2], 2, 0.0)))
     for a, b in combinations(range(len(boxes)), 2):
         for axis in range(3):
             for low, high in ((a, b), (b, a)):
@@ -85,7 +146,7 @@ def _contacts(boxes: Sequence[UprightBox]) -> list[tuple[int | None, int, int, l
                         for o in others
                     ]
                     if all(end - start > TOUCH for start, end in shared):
-                        found.append((low, high, axis, _rectangle(shared, axis, extents[low][axis][1])))
+                        found.append((low, high, AXES[axis], _rectangle(shared, axis, extents[low][axis][1])))
     return found
 
 

@@ -2,14 +2,17 @@
 
 Every plank is shifted by a normal error along each of two level axes and turned about the upright; errors add up from
 plank to plank. Verdicts are those of statics, level by level. Intervals are those of Clopper and Pearson, at 95 %.
+The first samples of what lies flat are set down and judged once more by `benchmarks.hands_apart`, which shares nothing
+with what is measured but the design and the random numbers.
 
-python -m benchmarks.human_error            1,000 samples of each scene for each pair of hands
+python -m benchmarks.human_error            1,000 samples of each scene for each pair of hands, 100 of them apart too
 python -m benchmarks.human_error --write    the same, to docs/data
 """
 
 import os
 from argparse import Namespace
 from collections import Counter
+from math import radians
 from typing import Final
 
 from rich.console import Console
@@ -18,12 +21,18 @@ from scipy.stats import binomtest
 
 from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
+from benchmarks.hands_apart import Plank, falls_at, set_down, turn_of
+from stability.shapes.box import Box
 from stackdsl.checking.ensembles import drawn_alone
 from stackdsl.checking.gathering import Case, cases_of
 from stackdsl.reading.source import parse
-from stackdsl.sampling.fates import Fate
+from stackdsl.sampling.design import design_of
+from stackdsl.sampling.draws import Draws
+from stackdsl.sampling.fates import Fate, fates_of
+from stackdsl.sampling.setting_down import Hands
 
-SAMPLES, LIMIT = 1_000, 3600.0
+SAMPLES, APART, LIMIT = 1_000, 100, 3600.0
+FRICTION = 0.5
 SURE: Final = 0.95
 # What is built, and at which level it falls without errors; None if it stands.
 SCENES: Final[dict[str, tuple[str, int | None]]] = {
@@ -31,6 +40,7 @@ SCENES: Final[dict[str, tuple[str, int | None]]] = {
     "four-stack": ("four_stack: {levels: 25}", None),
     "card house": ("card_house: {levels: 3, angle: 70 deg}", None),
 }
+FLAT: Final = ("slant tower", "four-stack")
 HANDS: Final = ((0.5, 0.5), (1.0, 1.0), (2.0, 2.0), (4.0, 4.0))  # standard deviations [mm], [deg]
 
 
@@ -39,7 +49,7 @@ def case_of(layout: str, position: float, yaw: float, samples: int) -> Case:
     jitter = f"{{position: {position} mm, yaw: {yaw} deg}}"
     build = f"build:\n  - {layout}\n    every: 1 s\n    jitter: {jitter}\n"
     cases, mistakes = cases_of(
-        parse(f"scenario: built-by-hand\nsamples: {samples}\nfriction: 0.5\n{build}", "hands.yaml")
+        parse(f"scenario: built-by-hand\nsamples: {samples}\nfriction: {FRICTION}\n{build}", "hands.yaml")
     )
     assert not mistakes, mistakes
     return cases[0]
@@ -71,6 +81,42 @@ def measured(scene: str, position: float, yaw: float, arguments: Namespace) -> R
     }
 
 
+def held_apart(scene: str, position: float, yaw: float, count: int) -> Row:
+    """The first samples of a scene, set down and judged by the package and apart from it."""
+    case = case_of(SCENES[scene][0], position, yaw, count)
+    draws = Draws(case.scenario.seed, case.scenario.scenario, 0, count)
+    design = design_of(case.timeline)
+    ours, hands = fates_of(design, draws).fates.tolist(), Hands(design, draws).build()
+    planks = []
+    for each in case.timeline.placements:
+        shape = each.brick.shape
+        assert isinstance(shape, Box)
+        (x, y, z), size = each.pose.position_W, shape.size
+        turn = turn_of(each.pose.orientation)
+        planks.append(Plank(each.brick.id, x, y, z - 0.5 * size[2], turn, size, each.brick.mass, each.level))
+    alike = not_said = asked = 0
+    off = 0.0
+    for sample in range(count):
+        alone = Draws(draws.seed, draws.scenario, sample, 1)
+        there = set_down(planks, alone, 1e-3 * position, radians(yaw))
+        for plank, placed in zip(there, hands.placed(sample), strict=True):
+            off = max(off, *(abs(a - b) for a, b in zip(plank.middle, placed.pose.position_W, strict=True)))
+        level, planks_asked = falls_at(there, FRICTION)
+        asked += planks_asked
+        not_said += level is None
+        alike += level == ours[sample]
+    return {
+        "scene": scene,
+        "hands": f"{position:g} mm, {yaw:g} deg",
+        "samples": count,
+        "asked": asked,
+        "alike": alike,
+        "contradicted": count - alike - not_said,
+        "not_said": not_said,
+        "off_nm": 1e9 * off,
+    }
+
+
 def main(arguments: Namespace) -> None:
     """Measure, print, and write if asked to."""
     asked = [(scene, *hands) for scene in SCENES for hands in HANDS]
@@ -80,12 +126,21 @@ def main(arguments: Namespace) -> None:
     }
     for name, row in rows.items():
         Console().print(name, row)
+    apart = {
+        f"{scene}, {position:g} mm, {yaw:g} deg": held_apart(scene, position, yaw, arguments.apart)
+        for scene, position, yaw in track(
+            [each for each in asked if each[0] in FLAT], "apart", console=Console(stderr=True)
+        )
+    }
+    for name, row in apart.items():
+        Console().print(name, row)
     if arguments.write:
-        record("human-error", "python -m benchmarks.human_error --write", {"scenes": rows})
+        record("human-error", "python -m benchmarks.human_error --write", {"scenes": rows, "apart": apart})
 
 
 if __name__ == "__main__":
     options = parser(__doc__)
     options.add_argument("--samples", type=int, default=SAMPLES)
+    options.add_argument("--apart", type=int, default=APART)
     options.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     main(options.parse_args())

@@ -1,7 +1,14 @@
 """What became of many samples of one case: plain counts, which the judge, the snapshot and the report read."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import TypeAlias
+
+OnDrawn: TypeAlias = Callable[[str, int, int], None]  # told of a case: its name, samples drawn, and how many may be
+
+
+def untold(name: str, drawn: int, planned: int) -> None:
+    """Nobody is told."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,6 +16,7 @@ from stackdsl.checking.survey import Listed
 from stackdsl.checking.unused_goldens import unused_goldens
 from stackdsl.checking.worker import Task, TaskResult, TaskStatus
 from stackdsl.diagnostics import Diagnostic
+from stackdsl.ensemble import OnDrawn, untold
 from stackdsl.judging.known import known_of
 from stackdsl.outcome import GoldenStatus, Outcome, Report, RunStatus, VariantResult
 from stackdsl.snapshots.file_names import golden_file
@@ -40,6 +41,7 @@ class Terms:
     update_command: str = ""  # the same call, with an update of the golden files
     refine: bool = False  # play each case again at half the step and twice the iterations
     on_wait: OnWait = lambda: None  # called many times a second while cases are played
+    on_drawn: OnDrawn = untold  # of the samples of a case, as they come
     lock_new: bool = False  # write the golden file of what is as expected and has none
     first_failure: bool = False  # play nothing more once something has failed
     memory: Memory = field(default_factory=lambda: Memory(Path(), used=False))
@@ -139,7 +141,8 @@ class _Played:
 
         drawings = {index: Drawing(self.cases[index], self._digest(index)) for index in sampled}
         terms = self.terms
-        self.interrupted = draw(drawings, terms.workers, terms.time_limit, terms.memory, ended, terms.on_wait)
+        how = terms.workers, terms.time_limit, terms.memory
+        self.interrupted = draw(drawings, *how, ended, terms.on_wait, on_drawn=terms.on_drawn)
 
     def _done(self) -> list[VariantResult]:
         return [result for result in self.results.values() if result.status is not RunStatus.NOT_RUN]

@@ -15,7 +15,7 @@ from stackdsl.checking.memory import Memory
 from stackdsl.checking.processes import EnoughSeenError, OnDone, OnWait, PoolResult, run_supervised
 from stackdsl.checking.worker import Task, TaskResult, TaskStatus
 from stackdsl.diagnostics import Diagnostic
-from stackdsl.ensemble import Ensemble
+from stackdsl.ensemble import Ensemble, OnDrawn, untold
 from stackdsl.judging.judge import judge_shares
 from stackdsl.judging.shares import Decision, looks
 from stackdsl.sampling.draws import Draws
@@ -38,6 +38,11 @@ class Drawing:
     def planned(self) -> int:
         """How many samples there may be."""
         return self.case.scenario.samples or 0
+
+    @property
+    def drawn(self) -> int:
+        """How many there are."""
+        return sum(len(chunk.fates) for chunk in self.chunks.values())
 
     def due(self) -> list[tuple[int, int]]:
         """The chunks that the next look needs and that are not there: the number of the first sample, and how many."""
@@ -91,14 +96,17 @@ def draw(  # noqa: PLR0913, PLR0917 -- how a check is carried out
     on_ended: OnEnded,
     on_wait: OnWait = lambda: None,
     run: Run = run_supervised,
+    on_drawn: OnDrawn = untold,
 ) -> bool:
     """Draw all samples that are needed, and tell of each case as it ends; whether it was interrupted.
 
     `on_ended` may raise EnoughSeenError: then no more is drawn. `run` does the tasks, by default processes of ours.
+    `on_drawn` hears of each case as it begins, and with each chunk.
     """
     open_ones = dict(drawings)
     for drawing in open_ones.values():
         _recall(drawing, memory)
+        on_drawn(drawing.case.name, drawing.drawn, drawing.planned)
     try:
         while open_ones:
             for number, drawing in list(open_ones.items()):
@@ -107,19 +115,23 @@ def draw(  # noqa: PLR0913, PLR0917 -- how a check is carried out
                 if drawing.failed is not None or not drawing.due():
                     del open_ones[number]
                     on_ended(number, drawing)
-            if _drawn(open_ones, time_limit, memory, lambda tasks, done: run(tasks, workers, done, on_wait)):
+            if _drawn(open_ones, time_limit, memory, lambda tasks, done: run(tasks, workers, done, on_wait), on_drawn):
                 return True
     except EnoughSeenError:
         pass
     return False
 
 
-def drawn_alone(case: Case, workers: int, time_limit: float, run: Run = run_supervised) -> Drawing | None:
+def drawn_alone(
+    case: Case, workers: int, time_limit: float, run: Run = run_supervised, on_drawn: OnDrawn = untold
+) -> Drawing | None:
     """The samples of one case, of which nothing is remembered; None if it was interrupted."""
     ended: list[Drawing] = []
     memory = Memory(Path(), used=False)
     one = {0: Drawing(case, "")}
-    interrupted = draw(one, workers, time_limit, memory, lambda _, drawing: ended.append(drawing), run=run)
+    interrupted = draw(
+        one, workers, time_limit, memory, lambda _, drawing: ended.append(drawing), run=run, on_drawn=on_drawn
+    )
     return None if interrupted else ended[0]
 
 
@@ -128,6 +140,7 @@ def _drawn(
     time_limit: float,
     memory: Memory,
     run: Callable[[Sequence[Task], OnDone], PoolResult],
+    on_drawn: OnDrawn,
 ) -> bool:
     """Draw what the next look of each case needs; whether it was interrupted."""
     parts = [(drawing, *part) for drawing in open_ones.values() for part in drawing.due()]
@@ -137,6 +150,7 @@ def _drawn(
         if isinstance(result.value, Chunk):
             drawing.chunks[first] = result.value
             _remember(drawing, first, count, result.value, memory)
+            on_drawn(drawing.case.name, drawing.drawn, drawing.planned)
         elif result.status is not TaskStatus.NOT_RUN:
             drawing.failed = result
 

@@ -9,7 +9,7 @@ from stackdsl.checking.executors import run_on
 from stackdsl.checking.gathering import STDIN_SHOWN, Case
 from stackdsl.checking.processes import run_supervised
 from stackdsl.checking.results import Goldens, checked, held_against
-from stackdsl.ensemble import Ensemble
+from stackdsl.ensemble import Ensemble, OnDrawn, untold
 from stackdsl.judging.judge import judge_shares
 from stackdsl.outcome import RunStatus, VariantResult
 from stackdsl.snapshots.samples import snapshot_of_samples
@@ -23,13 +23,18 @@ NO_GOLDENS = Goldens(None)
 
 
 def drawn_result(
-    case: Case, workers: int, goldens: Goldens = NO_GOLDENS, executor: Executor | None = None
+    case: Case,
+    workers: int,
+    goldens: Goldens = NO_GOLDENS,
+    executor: Executor | None = None,
+    on_drawn: OnDrawn = untold,
 ) -> VariantResult:
     """Draw the samples of a case, as many as decide: here, or on an executor that does so many calls at a time.
 
     Raises KeyboardInterrupt where somebody interrupts that.
     """
-    drawing = drawn_alone(case, workers, TIME_LIMIT, partial(run_on, executor) if executor else run_supervised)
+    run = partial(run_on, executor) if executor else run_supervised
+    drawing = drawn_alone(case, workers, TIME_LIMIT, run, on_drawn)
     if drawing is None:
         raise KeyboardInterrupt
     if drawing.failed is not None:

@@ -77,7 +77,7 @@ def _checked(found: Surveyed, selected: Sequence[Listed], whole: bool, terms: Te
     left = sum(recalled(case, terms) is None for case in selected)
     try:
         with progress(left) as bar:
-            report = check(found, selected, whole, replace(terms, on_wait=bar.wait), bar.tell)
+            report = check(found, selected, whole, replace(terms, on_wait=bar.wait, on_drawn=bar.drawn), bar.tell)
     except ChangedMeanwhileError as error:
         raise click.ClickException(str(error)) from error
     finished = [result for result in report.results if result.status != "not run"]

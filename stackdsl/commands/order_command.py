@@ -5,7 +5,8 @@ from typing import Any
 
 import click
 
-from stability.statics.orders.building import building_order
+from stability.statics.assembly import Assembly
+from stability.statics.orders.building import BuildingOrder, OrderSearch
 from stability.statics.orders.parts import Parts
 from stability.statics.orders.props import props_of
 from stackdsl.checking.selection import Selection
@@ -13,6 +14,7 @@ from stackdsl.commands.asking_statics import AS, Rows, told
 from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE
 from stackdsl.commands.selecting import code_without_runs, selected_of, variants_of
 from stackdsl.commands.terminal import counted, tell, write
+from stackdsl.exits import ExitCode
 from stackdsl.judging.designs import design_of
 from stackdsl.report.orders_text import order_lines, order_rows
 
@@ -34,23 +36,35 @@ def order_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     gathered, selected = selected_of(file, Selection(systems, keyword))
     rows: Rows = []
     orders: list[dict[str, Any]] = []
-    try:
-        for name, case in variants_of(selected).items():
-            found = design_of(case.timeline)
-            if found.why_not:
-                tell(f"{name}: {found.why_not}")
-                continue
-            if found.left_out:
-                tell(f"{name}: {found.left_out} bricks are left to the engine, and are left out here")
-            design = found.assembly
-            with counted(max(most, len(design.bricks)), f"{name}: parts") as known:
-                parts = Parts(design, props_of(design) if props else None)
-                order = building_order(parts, max(most, len(design.bricks)), known)
-            if form == "text":
-                write("\n".join([name, *order_lines(order)]) + "\n")
-            rows += [(name, row) for row in order_rows(order)]
-            summary = {"impossible": order.impossible, "props": list(order.props)}
-            orders.append({"case": name, **summary, "props_at_least": order.props_at_least})
-    finally:  # an interruption keeps what is known
-        told(rows, form, orders)
-    context.exit(code_without_runs(gathered, selected))
+    interrupted = False
+    for name, case in variants_of(selected).items():
+        found = design_of(case.timeline)
+        if found.why_not:
+            tell(f"{name}: {found.why_not}")
+            continue
+        if found.left_out:
+            tell(f"{name}: {found.left_out} bricks are left to the engine, and are left out here")
+        order, interrupted = _searched(name, found.assembly, props, most)
+        if form == "text":
+            write("\n".join([name, *order_lines(order, interrupted)]) + "\n")
+        rows += [(name, row) for row in order_rows(order)]
+        orders.append({"case": name, **_summary(order), "interrupted": interrupted})
+        if interrupted:
+            break
+    told(rows, form, orders)
+    context.exit(ExitCode.INTERRUPTED if interrupted else code_without_runs(gathered, selected))
+
+
+def _summary(order: BuildingOrder) -> dict[str, Any]:
+    return {"impossible": order.impossible, "props": list(order.props), "props_at_least": order.props_at_least}
+
+
+def _searched(name: str, design: Assembly, props: bool, most: int) -> tuple[BuildingOrder, bool]:
+    """The best order that is found, and whether the search was interrupted."""
+    most = max(most, len(design.bricks))
+    with counted(most, f"{name}: parts") as known:
+        search = OrderSearch(Parts(design, props_of(design) if props else None), most, known)
+        try:
+            return search.run(), False
+        except KeyboardInterrupt:
+            return search.best, True

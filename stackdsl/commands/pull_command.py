@@ -1,12 +1,15 @@
 """`stackdsl pull`: which bricks can be pulled out of what stands, how many one after the other, how soon it falls."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import click
 
+from stability.model import BodyId
+from stability.statics.assembly import Assembly
 from stability.statics.orders.parts import Parts
-from stability.statics.orders.pulls import Longest, Pull, Soonest, carrying, longest_order, single_pulls, soonest_fall
+from stability.statics.orders.pulls import LongestSearch, Pull, carrying, single_pulls, soonest_fall
 from stackdsl.checking.gathering import Case
 from stackdsl.checking.selection import Selection
 from stackdsl.commands.asking_statics import AS, Rows, told
@@ -60,7 +63,15 @@ def _case(name: str, case: Case, how: tuple[bool, bool, int, str], rows: Rows, o
         return
     if found.left_out:
         tell(f"{name}: {found.left_out} bricks are left to the engine, and are left out here")
-    design, pulls, show = found.assembly, list[Pull](), form == "text"
+    _one_at_a_time(name, found.assembly, form == "text", rows)
+    may_go = list(found.assembly.bricks) if all_bricks else carrying(found.assembly)
+    if may_go and not single:
+        orders.append({"case": name})
+        _one_after_the_other(found.assembly, may_go, most, form == "text", orders[-1])
+
+
+def _one_at_a_time(name: str, design: Assembly, show: bool, rows: Rows) -> None:
+    pulls: list[Pull] = []
     try:
         with counted(len(design.bricks), f"{name}: pulls") as known:
             for pull in single_pulls(design):
@@ -70,28 +81,25 @@ def _case(name: str, case: Case, how: tuple[bool, bool, int, str], rows: Rows, o
         rows += [(name, pull_row(pull)) for pull in pulls]
         if show and pulls:
             write("\n".join([name, *pull_lines(pulls)]) + "\n")
-    bearing = carrying(design)
-    if single or not (bearing or all_bricks):
-        return
-    with counted(most, f"{name}: orders") as known:
-        parts = Parts(design)
-        may_go = parts.whole if all_bricks else parts.part_of(bearing)
-        longest = longest_order(parts, may_go, most, known)
-        if show:
-            write("\n".join(longest_lines(longest)) + "\n")
+
+
+def _one_after_the_other(
+    design: Assembly, bricks: Sequence[BodyId], most: int, show: bool, row: dict[str, Any]
+) -> None:
+    """Look for orders, and add them to a row."""
+    parts = Parts(design)
+    may_go = parts.part_of(bricks)
+    with counted(most, f"{row['case']}: orders") as known:
+        search = LongestSearch(parts, may_go, most, known)
+        try:
+            search.run()
+        finally:  # an interruption keeps the best by then
+            longest = search.best
+            row |= {"longest": list(longest.order), "at_most": longest.at_most, "proven": longest.proven}
+            if show:
+                write("\n".join(longest_lines(longest)) + "\n")
         parts.asked = 0
         soonest = soonest_fall(parts, may_go, most, known)
-        if show:
-            write(soonest_line(soonest) + "\n")
-    orders.append(_row(name, longest, soonest))
-
-
-def _row(name: str, longest: Longest, soonest: Soonest) -> dict[str, Any]:
-    return {
-        "case": name,
-        "longest": list(longest.order),
-        "at_most": longest.at_most,
-        "proven": longest.proven,
-        "falls_soonest": list(soonest.order),
-        "falls_at_least": soonest.at_least,
-    }
+    row |= {"falls_soonest": list(soonest.order), "falls_at_least": soonest.at_least}
+    if show:
+        write(soonest_line(soonest) + "\n")

@@ -12,7 +12,7 @@ from stackdsl.checking.selection import Selection
 from stackdsl.commands.keeping import ON_GLB, ON_HTML, ON_RECORD, Keeping
 from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE
 from stackdsl.commands.selecting import complain, selected_of
-from stackdsl.commands.terminal import write
+from stackdsl.commands.terminal import counted, write
 from stackdsl.judging.known import known_of
 from stackdsl.outcome import Report, VariantResult, exit_code
 from stackdsl.playing.clearance import BlockedPlacementError
@@ -92,7 +92,8 @@ def _sampled(case: Case) -> VariantResult:
     """Judge the samples of a case, and print what became of them. What is drawn of it is its design, played once."""
     from stackdsl.checking.sampled_results import drawn_result  # noqa: PLC0415 -- it brings scipy
 
-    result = drawn_result(case, os.cpu_count() or 1)
+    with counted(case.scenario.samples or 0, f"{case.name}: samples") as known:
+        result = drawn_result(case, os.cpu_count() or 1, on_drawn=lambda _, drawn, __: known(drawn))
     complain(filter(None, [result.mistake]))
     lines = [*ensemble_lines(result.ensemble), *claim_lines(result)] if result.ensemble is not None else []
     write("".join(f"{line}\n" for line in lines or [f"{result.status}: {result.message}"]) + "\n")

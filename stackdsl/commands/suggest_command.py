@@ -53,7 +53,7 @@ def _case(name: str, case: Case, form: str, rows: Rows) -> None:
 
 def _found(name: str, case: Case, proofs: Proofs, form: str, rows: Rows) -> Iterator[Suggestion]:
     """Each as it is found, when it is written down."""
-    with counted(0, f"{name}: verdicts") as bar:
+    with counted(None, f"{name}: verdicts") as bar:
         for suggestion in suggestions(Asked(case.timeline, proofs), piling_of(case.timeline), _ticking(bar)):
             row = suggestion_row(suggestion)
             rows.append((name, row))

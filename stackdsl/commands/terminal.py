@@ -7,6 +7,8 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from math import inf
+from time import monotonic
 from typing import TYPE_CHECKING, Protocol, TextIO
 
 import click
@@ -16,6 +18,7 @@ if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
 
 
+PAUSE = 0.1  # [s] between two looks of a bar: to draw one takes longer than many a verdict
 NO_TERMINAL = 160  # [characters] how wide output is that goes elsewhere
 
 
@@ -39,6 +42,9 @@ class Bar(Protocol):
 
     def wait(self) -> None:
         """Nothing is done, yet time goes on."""
+
+    def drawn(self, name: str, count: int, most: int) -> None:
+        """So many samples of one are drawn, of so many at most."""
 
 
 def occupy_standard_streams() -> None:
@@ -112,16 +118,23 @@ def progress(total: int) -> Iterator[Bar]:
 
 
 @contextmanager
-def counted(total: int, what: str) -> Iterator[Callable[[int], None]]:
-    """A bar on a terminal that is told how many are done, and nothing elsewhere."""
+def counted(total: int | None, what: str) -> Iterator[Callable[[int], None]]:
+    """A bar on a terminal that is told how many are done, of how many if that is known, and nothing elsewhere."""
     if _is_no_terminal(sys.stderr):
         yield lambda _: None
         return
     from rich.console import Console  # noqa: PLC0415 -- as in `paper`
 
     with _drawn(Console(stderr=True)) as bar:
-        task = bar.add_task(what, total=total)
-        yield lambda done: bar.update(task, completed=done, refresh=True)
+        task, drawn = bar.add_task(what, total=total), -inf
+
+        def told(done: int) -> None:
+            nonlocal drawn
+            is_due = done == total or monotonic() - drawn > PAUSE
+            drawn = monotonic() if is_due else drawn
+            bar.update(task, completed=done, refresh=is_due)
+
+        yield told
 
 
 def _drawn(console: "Console") -> "Progress":
@@ -133,7 +146,7 @@ def _drawn(console: "Console") -> "Progress":
         TimeElapsedColumn,
     )
 
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     # It is refreshed by whoever waits: beside a thread for that, no worker could be a copy of this process.
     return Progress(*columns, console=console, transient=True, auto_refresh=False)
 
@@ -143,12 +156,20 @@ class _DrawnBar:
 
     def __init__(self, bar: "Progress", task: "TaskID") -> None:
         self._bar, self._task = bar, task
+        self._samples: dict[str, TaskID] = {}
 
     def tell(self, result: Told) -> None:
+        if result.name in self._samples:
+            self._bar.remove_task(self._samples.pop(result.name))
         self._bar.update(self._task, advance=1, description=result.name, refresh=True)
 
     def wait(self) -> None:
         self._bar.refresh()
+
+    def drawn(self, name: str, count: int, most: int) -> None:
+        if name not in self._samples:
+            self._samples[name] = self._bar.add_task(f"{name}: samples", total=most)
+        self._bar.update(self._samples[name], completed=count, refresh=True)
 
 
 class _Lines:
@@ -162,6 +183,9 @@ class _Lines:
         tell(f"[{self._done}/{self._total}] {result.name}: {result.conclusion}")
 
     def wait(self) -> None:
+        pass
+
+    def drawn(self, name: str, count: int, most: int) -> None:
         pass
 
 

@@ -90,9 +90,8 @@ class Sensitivities:
 
     @property
     def in_doubt(self) -> bool:
-        """Whether differences contradicted a slope, so that others that were not checked may be off as well."""
-        sources = {each.source for each in self.effects if each.counts}
-        return Source.DIFFERENCES in sources and Source.DUALS in sources
+        """Whether differences contradicted a slope, so that others that were not checked, or are none, may be off."""
+        return {Source.DIFFERENCES, Source.DUALS} <= {each.source for each in self.effects}
 
 
 @dataclass(frozen=True, slots=True)

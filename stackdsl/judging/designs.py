@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from math import inf
 
+from stability.model import BodyId
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability
 from stability.statics.mending.piling import Piling
@@ -42,8 +43,18 @@ def design_of(timeline: Timeline) -> Design:
 
 
 def piling_of(timeline: Timeline) -> Piling:
-    """What is set down, in the order of the build."""
-    moments = [moment for moment in timeline.as_set_down().moments() if isinstance(moment, tuple)]
-    stages = [[Placed(each.brick, each.pose) for each in moment if each.at_rest] for moment in moments]
+    """What is set down and pulled out, in the order of the build."""
+    stages: list[list[Placed]] = []
+    pulled: dict[int, list[BodyId]] = {}
+    there: set[BodyId] = set()
+    for moment in timeline.as_set_down().moments():
+        if isinstance(moment, Removal):
+            # What was dropped or thrown is nowhere that statics know of.
+            pulled.setdefault(len(stages), []).extend(name for name in moment.bricks if name in there)
+        elif isinstance(moment, tuple):
+            stage = [Placed(each.brick, each.pose) for each in moment if each.at_rest]
+            stages += [stage] if stage else []
+            there.update(placed.brick.id for placed in stage)
+    stages += [[]] if len(stages) in pulled else []
     world = timeline.world
-    return Piling(world.planes, world.friction, world.gravity, [stage for stage in stages if stage])
+    return Piling(world.planes, world.friction, world.gravity, stages, {turn: n for turn, n in pulled.items() if n})

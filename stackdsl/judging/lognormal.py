@@ -130,8 +130,8 @@ def _refuse_undetermined(values: Array, fallen: Array, count: Array) -> None:
     if len(values) < FEWEST_POINTS:
         raise UndeterminedError("one intensity above zero is too few for a curve; ask for more points")
     if fallen.sum() in (0, count.sum()):
-        which = "none falls" if not fallen.any() else "all fall"
-        raise UndeterminedError(f"{which} at any of the points; ask further out")
+        which = "none falls at any point" if not fallen.any() else "all fall at each point"
+        raise UndeterminedError(f"{which} above zero; take points on both sides of where that changes")
     some_fell, some_stood = values[fallen > 0], values[fallen < count]
     for before, after in ((some_stood, some_fell), (some_fell, some_stood)):
         if before.max() <= after.min():

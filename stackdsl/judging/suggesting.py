@@ -7,24 +7,14 @@ from stability.model import BodyId
 from stability.statics.facts import Placed, Stability, Verdict
 from stability.statics.margins.counterweight import counterweight
 from stability.statics.mending.piling import Piling
+from stability.statics.mending.propping import Propping, propping
 from stability.statics.mending.shifts import BrickShift, SeveralShifts, Shifting
-from stability.statics.orders.building import least_props
-from stability.statics.orders.parts import Parts
-from stability.statics.orders.props import props_of
 from stackdsl.judging.proofs import Proofs
 from stackdsl.judging.remedies import HeavierBrick, MoreFriction, more_friction, rising_in
 from stackdsl.timeline import Timeline
 from stackdsl.wording import rounded_up
 
-
-@dataclass(frozen=True, slots=True)
-class Props:
-    """The fewest supports with which what falls stands, as long as they do; what comes later is not asked."""
-
-    bricks: tuple[BodyId, ...]
-
-
-Suggestion = BrickShift | SeveralShifts | HeavierBrick | MoreFriction | Props
+Suggestion = BrickShift | SeveralShifts | HeavierBrick | MoreFriction | Propping
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,34 +31,47 @@ class Asked:
 
 
 def suggestions(asked: Asked, piling: Piling, known: Callable[[], None]) -> Iterator[Suggestion]:
-    """All that was found, as it is found: shifts, the least first, then the others."""
-    if asked.verdict.stability is not Stability.UNSTABLE:
+    """All that was found, as it is found: what takes a moment first, and then shifts, the least first."""
+    fall = piling.first_fall()
+    if fall is None or fall[1].stability is not Stability.UNSTABLE:
         return
-    shifting = Shifting(piling, known)
-    candidates = shifting.candidates(asked.verdict)
-    shifts = [found for brick in candidates if (found := shifting.least(brick, {})) is not None]
-    yield from sorted(shifts, key=lambda each: (each.length, each.brick))
-    if not shifts and (several := shifting.several()) is not None:
-        yield several
-    yield from _counterweights(asked, piling)
+    yield from _counterweights(asked, piling, fall[0])
     friction = more_friction(asked.timeline, asked.proofs)
     if friction is not None and friction.factor < float("inf"):
         yield friction
-    yield from _props(asked, known)
+    props = propping(piling, lambda _: known())
+    if props is not None:
+        yield props
+    yield from _shifts(Shifting(piling, known), fall[0], asked.verdict)
 
 
-def _counterweights(asked: Asked, piling: Piling) -> Iterator[HeavierBrick]:
+def _shifts(shifting: Shifting, turn: int, verdict: Verdict) -> Iterator[BrickShift | SeveralShifts]:
+    """The least shift of each brick on which one is enough, or several; an interruption keeps those that are found."""
+    shifts: list[BrickShift] = []
+    pressed: KeyboardInterrupt | None = None
+    try:
+        for brick in shifting.candidates(turn, verdict):
+            found = shifting.least(brick, {})
+            shifts += [found] if found is not None else []
+    except KeyboardInterrupt as error:
+        pressed = error
+    yield from sorted(shifts, key=lambda each: (each.length, each.brick))
+    if pressed is not None:
+        raise pressed
+    if not shifts and (several := shifting.several()) is not None:
+        yield several
+
+
+def _counterweights(asked: Asked, piling: Piling, first: int) -> Iterator[HeavierBrick]:
     """On each brick on which one is enough, the least first, each tried."""
     problem, gravity = asked.proofs.assembly.problem(), asked.timeline.world.gravity
     found = [weight for brick in rising_in(asked.verdict) if (weight := counterweight(problem, brick)) is not None]
     for weight in sorted(found, key=lambda each: (each.weight, each.brick)):
         mass = float(rounded_up(weight.weight / gravity))
-        stages = _heavier(piling, weight.brick, mass)
-        fall = replace(piling, stages=stages).first_fall()
-        done = {name for judged in asked.proofs.judged for name in judged.bricks}
+        fall = replace(piling, stages=_heavier(piling, weight.brick, mass)).first_fall(names_smallest=True)
         if fall is None:
             yield HeavierBrick(weight.brick, mass, ())
-        elif not {p.brick.id for p in stages[fall[0]]} & done:
+        elif fall[0] > first:
             yield HeavierBrick(weight.brick, mass, fall[1].moving)
 
 
@@ -78,12 +81,3 @@ def _heavier(piling: Piling, brick: BodyId, more: float) -> list[list[Placed]]:
         return replace(placed, brick=heavy) if placed.brick.id == brick else placed
 
     return [[loaded(placed) for placed in stage] for stage in piling.stages]
-
-
-def _props(asked: Asked, known: Callable[[], None]) -> Iterator[Props]:
-    """The fewest bricks with props under which what falls stands, as it is when it falls."""
-    assembly = asked.proofs.assembly
-    parts = Parts(assembly, props_of(assembly))
-    found = least_props(parts, [parts.whole], lambda _: known())
-    if found:
-        yield Props(found)

@@ -62,29 +62,33 @@ def order_rows(order: BuildingOrder) -> list[dict[str, Any]]:
     ]
 
 
-def order_lines(order: BuildingOrder) -> Iterator[str]:
-    """An order, and how many props it needs."""
+def order_lines(order: BuildingOrder, interrupted: bool = False) -> Iterator[str]:
+    """An order, and how many props it needs; if it was interrupted, the best by then."""
     unpropped = order.without is not None and order.without.order is not None
+    if interrupted:
+        yield "  interrupted: this is what was known by then"
     if not order.steps:
-        yield (
-            "  none exists, which is proven"
-            if order.impossible
-            else "  none was found, and that there is none is not proven"
-        )
+        if order.impossible:
+            yield "  none exists, which is proven"
+        elif order.props_at_least:
+            yield f"  none was found; one needs at least {order.props_at_least} props, which is proven"
+        else:
+            yield "  none was found, and that there is none is not proven"
         return
     if unpropped:
         yield f"  all {len(order.steps)} bricks can be set down one at a time, without props"
     else:
-        yield from _props(order)
+        yield from _props(order, interrupted)
     yield from _steps(order)
 
 
-def _props(order: BuildingOrder) -> Iterator[str]:
+def _props(order: BuildingOrder, interrupted: bool) -> Iterator[str]:
     proven = order.without is not None and order.without.impossible
     yield f"  no order without props {'exists, which is proven' if proven else 'was found'}"
     count = len(order.props)
     least = "proven" if order.props_at_least == count else f"at least {order.props_at_least} are needed"
-    yield f"  least props: {count} in all ({least}), of which {order.props_at_once} stand at a time"
+    what = "props so far" if interrupted else "least props"
+    yield f"  {what}: {count} in all ({least}), of which {order.props_at_once} stand at a time"
 
 
 def _steps(order: BuildingOrder) -> Iterator[str]:

@@ -1,8 +1,9 @@
 """What would let a scenario stand that falls, a line a remedy."""
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from math import inf
 
+from stability.model import BodyId
 from stability.name_order import in_order
 from stackdsl.judging.remedies import HeavierBrick, MoreFriction, OtherNumber, Remedies
 from stackdsl.wording import names_text
@@ -39,5 +40,9 @@ def friction_text(remedy: MoreFriction) -> str:
 
 def counterweight_text(remedy: HeavierBrick) -> str:
     mass = f"{remedy.mass:.4g} kg" if remedy.mass >= KILOGRAM else f"{1000.0 * remedy.mass:.4g} g"
-    later = f"; later {names_text(in_order(remedy.next_to_fall))} would fall" if remedy.next_to_fall else ""
-    return f"{mass} on {remedy.brick}, at its centre{later}"
+    return f"{mass} on {remedy.brick}, at its centre{later_text(remedy.next_to_fall)}"
+
+
+def later_text(next_to_fall: Collection[BodyId]) -> str:
+    """What a remedy does not help."""
+    return f"; later {names_text(in_order(next_to_fall))} would fall" if next_to_fall else ""

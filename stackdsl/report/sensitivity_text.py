@@ -31,9 +31,12 @@ def sensitivity_lines(found: Sensitivities, most: int) -> Iterator[str]:
     rest = sum(each.counts for each in found.effects) - len(shown)
     if rest:
         yield f"    and {rest} more"
-    nothing = sum(not each.counts for each in found.effects)
+    nothing = [each for each in found.effects if not each.counts]
     if nothing:
-        yield f"    {nothing} of {len(found.effects)} numbers do not matter"
+        by_forces = sum(each.source is Source.DUALS for each in nothing)
+        checked = ", none of them held against differences" if by_forces == len(nothing) else ""
+        unchecked = checked or (f", {by_forces} of them not held against differences" if by_forces else "")
+        yield f"    {len(nothing)} of {len(found.effects)} numbers do not matter{unchecked}"
     if found.in_doubt:
         yield "    forces or motions are not unique at the limit: what is not checked may be off; --check N checks more"
     if found.judged < found.bricks:
@@ -62,11 +65,12 @@ def sensitivity_csv(found: Sequence[Sensitivities]) -> str:
 
 def sensitivity_json(found: Sequence[Sensitivities]) -> dict[str, Any]:
     """The same as JSON; `null` where there is no margin on a side."""
-    cases = [
-        {"case": each.case, "of": each.of, "margin": each.margin, "effects": [*map(_row, each.effects)]}
-        for each in found
-    ]
-    return {"format": FORMAT, "cases": cases}
+    return {"format": FORMAT, "cases": [*map(_case, found)]}
+
+
+def _case(found: Sensitivities) -> dict[str, Any]:
+    told = {"case": found.case, "of": found.of, "margin": found.margin, "in_doubt": found.in_doubt}
+    return {**told, "effects": [*map(_row, found.effects)]}
 
 
 def _row(effect: Effect) -> dict[str, Any]:

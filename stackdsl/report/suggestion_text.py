@@ -3,10 +3,11 @@
 from math import atan2, degrees, hypot
 from typing import Any
 
+from stability.statics.mending.propping import Propping
 from stability.statics.mending.shifts import BrickShift, SeveralShifts
 from stackdsl.judging.remedies import HeavierBrick, MoreFriction
-from stackdsl.judging.suggesting import Props, Suggestion
-from stackdsl.report.remedy_text import counterweight_text, friction_text
+from stackdsl.judging.suggesting import Suggestion
+from stackdsl.report.remedy_text import counterweight_text, friction_text, later_text
 
 ALONG = {0: "+x", 90: "+y", 180: "-x", -180: "-x", -90: "-y"}  # [deg]
 
@@ -29,7 +30,7 @@ def _amounts(suggestion: Suggestion) -> tuple[str, str, float | None, str, float
             return ("counterweight", brick, 1e3 * mass, "g", None)
         case MoreFriction(_, coefficient):
             return ("friction", "", coefficient, "", None)
-        case Props(bricks):
+        case Propping(bricks):
             return ("props", " ".join(bricks), None, "", None)
 
 
@@ -45,8 +46,9 @@ def suggestion_text(suggestion: Suggestion) -> str:
             return counterweight_text(suggestion)
         case MoreFriction():
             return friction_text(suggestion)
-        case Props(bricks):
-            return f"prop{'s' * (len(bricks) > 1)} under {', '.join(bricks)}, which must stay"
+        case Propping(bricks, later):
+            props = f"prop{'s' * (len(bricks) > 1)} under {', '.join(bricks)}, which must stay"
+            return props + later_text(later)
 
 
 def _shift(shift: tuple[float, float]) -> str:

@@ -13,6 +13,10 @@ HINT: Final = "pip install 'stackdsl[dask]'"
 NAMED: Final = (
     "say where its scheduler is: --scheduler tcp://HOST:8786, or DASK_SCHEDULER_ADDRESS, or Dask's own settings"
 )
+MENDED: Final = (
+    "see that it runs (`dask scheduler`) and that --scheduler tcp://HOST:8786 says where; without --executor dask "
+    "processes of this machine do the work"
+)
 PATIENCE: Final = 10.0  # [s] for a scheduler to answer
 
 
@@ -51,4 +55,4 @@ def _client(scheduler: str) -> "Client":
         return Client(resolve_address(address), timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError) as error:  # what it times out with is an OSError
         told = " ".join(str(error).split()) or type(error).__name__
-        raise NoClusterError(f"the scheduler at {address} does not answer: {told}") from error
+        raise NoClusterError(f"the scheduler at {address} does not answer: {told}; {MENDED}") from error

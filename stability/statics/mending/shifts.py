@@ -60,7 +60,7 @@ class Shifting:
         self.touching = piling.touching()
         self.asked = 0
         self._known = known
-        self._lengths = {p.brick.id: p.brick.shape.length for stage in piling.stages for p in stage}
+        self._lengths = {placed.brick.id: placed.brick.shape.length for placed in piling.bricks}
 
     def stands(self, shifts: Mapping[BodyId, Shift], upto: int | None = None) -> bool | None:
         """Whether it does with these bricks and what they carry moved; None if that is not known, or it cannot be."""
@@ -74,6 +74,8 @@ class Shifting:
         moved = self.piling.shifted(sums)
         if any(moved.crowds(self.carried[brick], self.touching) for brick in shifts):
             return None
+        if upto is None and moved.falls_at_once():  # which is cheap to ask, and most trials do
+            return False
         fall = moved.first_fall(upto)
         if fall is None:
             return True
@@ -145,13 +147,12 @@ class Shifting:
             best = tried
         return best
 
-    def candidates(self, verdict: Verdict) -> list[BodyId]:
-        """The bricks whose shift could change a fall: those that move or touch what does, or carry such."""
-        whole = self.piling.assembly()
-        whole.add_all([p for stage in self.piling.stages for p in stage], names_smallest=False)
+    def candidates(self, turn: int, verdict: Verdict) -> list[BodyId]:
+        """The bricks whose shift could change a fall at a stage: those that move or touch what does, or carry such."""
+        whole, there = self.piling.whole(), self.piling.there(turn)
         moving = set(verdict.moving)
         near = moving | {b for name in moving for c in whole.contacts(name) for b in (c.lower, c.upper)}
-        return in_order([name for name in self.carried if self.carried[name] & near])
+        return in_order([name for name in self.carried if name in there and self.carried[name] & near & there])
 
     def several(self) -> SeveralShifts | None:
         """Shifts one after the other: each is the least that mends the first fall that is left; None if that fails."""
@@ -162,7 +163,7 @@ class Shifting:
                 return self._shrunk(shifts)
             turn, verdict = fall
             best: BrickShift | None = None
-            for brick in self.candidates(verdict):
+            for brick in self.candidates(turn, verdict):
                 found = self.least(brick, shifts, turn + 1, best.length if best else None)
                 if found is not None and (best is None or found.length < best.length):
                     best = found

@@ -12,7 +12,7 @@ from stability.model import BodyId
 from stability.statics.facts import Stability
 from stability.statics.orders.clauses import Clause, smallest
 from stability.statics.orders.descent import Descent, Known, descend, nobody
-from stability.statics.orders.parts import Part, Parts
+from stability.statics.orders.parts import Answer, Part, Parts
 
 MOST_ROUNDS = 200  # sets of props
 BRIEFLY = 3  # verdicts a brick
@@ -54,64 +54,124 @@ class BuildingOrder:
 
 def building_order(parts: Parts, most: int, known: Known = nobody) -> BuildingOrder:
     """An order with the fewest props of those that `parts` allows; the design stands."""
-    last = parts.asked + most
-    pieces = parts.components(parts.whole)
-    clauses: list[Clause] = []
-    least, bounded, first = 0, True, None
-    for _ in range(MOST_ROUNDS):
-        kept = smallest(len(parts.names), clauses)
-        if kept.chosen is None:
-            return BuildingOrder((), bounded, least, first)
-        least = max(least, kept.at_least) if bounded else least
-        parts.propped = kept.chosen
-        found = [descend(parts, piece, 0, last - parts.asked, known) for piece in pieces]
+    return OrderSearch(parts, most, known).run()
+
+
+class OrderSearch:
+    """A search for an order with the fewest props, which may be interrupted: `best` is what is known by then."""
+
+    def __init__(self, parts: Parts, most: int, known: Known = nobody) -> None:
+        """`most` verdicts are asked, besides those for a first order with props under all; `known` is told of them."""
+        self.best = BuildingOrder(())
+        self._parts, self._known = parts, known
+        self._last = parts.asked + most
+        self._pieces = parts.components(parts.whole)
+
+    def run(self) -> BuildingOrder:
+        """Search to the end."""
+        clauses: list[Clause] = []
+        bounded = True
+        for _ in range(MOST_ROUNDS):
+            kept = smallest(len(self._parts.names), clauses)
+            if kept.chosen is None:
+                self.best = replace(self.best, impossible=bounded and not self.best.steps)
+                break
+            if bounded:
+                self.best = replace(self.best, props_at_least=max(self.best.props_at_least, kept.at_least))
+            failed = self._with(kept.chosen)
+            if not failed:
+                return self.best
+            if self._parts.asked >= self._last:
+                break
+            bounded &= all(each.exhausted for each in failed)
+            clauses += [Clause(_would_help(self._parts, each)) for each in failed]
+        self._spare()
+        return self.best
+
+    def _with(self, propped: Part) -> list[Descent]:
+        """Look for an order with props under these; the searches that failed, or none, and it is the best."""
+        parts = self._parts
+        parts.propped = propped
+        found = [descend(parts, piece, 0, self._last - parts.asked, self._known) for piece in self._pieces]
         failed = [each for each in found if each.order is None]
-        first = first or next(iter(failed), found[0])
+        if self.best.without is None:
+            self.best = replace(self.best, without=next(iter(failed), found[0]))
+            if failed:
+                self._under_all()
+            parts.propped = propped
         if not failed:
             order = [name for each in found for name in reversed(each.order or ())]
-            return BuildingOrder(_with_props(parts, order, known), False, least, first)
-        if parts.asked >= last:
-            break
-        for each in failed:
-            bounded &= each.exhausted
-            clauses.append(Clause(_would_help(parts, each)))
-    return _with_fewer(parts, pieces, BuildingOrder((), False, least, first), known)
+            self.best = replace(self.best, steps=_with_props(parts, order, self._known))
+        return failed
+
+    def _under_all(self) -> None:
+        """Look for an order with props under all bricks: more than are needed, and known early."""
+        before = self._parts.asked
+        self._parts.propped = self._parts.part_of(self._parts.props)
+        if self._parts.propped:
+            self._take(self._brief())
+        self._last += self._parts.asked - before
+
+    def _spare(self) -> None:
+        """Spare props one after the other: few are left, and not the fewest."""
+        parts = self._parts
+        parts.propped = parts.part_of(self.best.props)
+        for name in parts.names_of(parts.propped):
+            before = parts.propped
+            parts.propped &= ~parts.part_of([name])
+            fewer = self._brief()
+            if fewer is None:
+                parts.propped = before
+            else:
+                self._take(fewer)
+        if self.best.steps:
+            order = [step.brick for step in self.best.steps]
+            self.best = replace(self.best, steps=_with_props(parts, order, self._known))
+
+    def _take(self, order: list[BodyId] | None) -> None:
+        """Keep an order with the props that there are, all of which stay to the end: the design stands without."""
+        if order is None:
+            return
+        held = tuple(self._parts.names_of(self._parts.propped))
+        steps = [Step(name, name in held) for name in order]
+        self.best = replace(self.best, steps=(*steps[:-1], replace(steps[-1], struck=held)))
+
+    def _brief(self) -> list[BodyId] | None:
+        """An order with the props that there are, looked for briefly."""
+        most = BRIEFLY * len(self._parts.names)
+        found = [descend(self._parts, piece, 0, most, self._known).order for piece in self._pieces]
+        return None if None in found else [name for order in found for name in reversed(order or ())]
 
 
 def least_props(parts: Parts, states: Sequence[Part], known: Known = nobody) -> tuple[BodyId, ...] | None:
-    """The fewest bricks with a prop under each of which all these parts stand; None if none are found."""
+    """The fewest bricks with a prop under each of which all these parts stand; None if none are found.
+
+    They are cheapest to ask where each is within the one before it.
+    """
     clauses: list[Clause] = []
     for _ in range(MOST_ROUNDS):
         kept = smallest(len(parts.names), clauses)
         if kept.chosen is None:
             return None
         parts.propped = kept.chosen
-        ends = tuple((part, answer) for part in states if (answer := parts.ask(part)).stability is not Stability.STABLE)
-        known(parts.asked)
+        ends = _falling(parts, states, known)
         if not ends:
             return tuple(parts.names_of(kept.chosen))
         clauses += [Clause(_would_help(parts, Descent(None, ends=(end,)))) for end in ends]
     return None
 
 
-def _with_fewer(parts: Parts, pieces: list[Part], found: BuildingOrder, known: Known) -> BuildingOrder:
-    """An order with props under all bricks, less those that can be spared one after the other: few, not the fewest."""
-    parts.propped = parts.part_of(parts.props)
-    order = _order(parts, pieces, known)
-    if order is None:
-        return found
-    for name in parts.names_of(parts.propped):
-        before = parts.propped
-        parts.propped &= ~parts.part_of([name])
-        fewer = _order(parts, pieces, known)
-        order, parts.propped = (order, before) if fewer is None else (fewer, parts.propped)
-    return replace(found, steps=_with_props(parts, order, known))
-
-
-def _order(parts: Parts, pieces: list[Part], known: Known) -> list[BodyId] | None:
-    """An order with the props that there are, looked for briefly."""
-    found = [descend(parts, piece, 0, BRIEFLY * len(parts.names), known).order for piece in pieces]
-    return None if None in found else [name for order in found for name in reversed(order or ())]
+def _falling(parts: Parts, states: Sequence[Part], known: Known) -> list[tuple[Part, Answer]]:
+    """Those parts that do not stand."""
+    ends: list[tuple[Part, Answer]] = []
+    larger = parts.whole
+    for part in states:
+        answer = parts.ask(part, larger if part & larger == part else None)
+        known(parts.asked)
+        if answer.stability is not Stability.STABLE:
+            ends.append((part, answer))
+        larger = part
+    return ends
 
 
 def _would_help(parts: Parts, search: Descent) -> Part:

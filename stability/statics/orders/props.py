@@ -69,11 +69,19 @@ def _free(design: Assembly, name: BodyId) -> Iterator[tuple[Vec3, tuple[Vec3, ..
         whole = [flat(point) for point in border]
         least = LEAST_PIECE * doubled_area(whole)[0]
         pieces = [whole]
-        for contact in design.contacts(name):
-            if len(contact.points_W) > 2 and any(abs(dot(n, normal)) > PARALLEL for n in contact.normals_W):  # noqa: PLR2004
-                pieces = _beside([flat(point) for point in contact.points_W], pieces, least)
+        for patch in _covering(design, name, normal):
+            pieces = _beside([flat(point) for point in patch], pieces, least)
         for piece in pieces:
             yield normal, tuple(add_scaled(add_scaled(origin, x, along), y, across) for x, y in piece)
+
+
+def _covering(design: Assembly, name: BodyId, normal: Vec3) -> Iterator[Sequence[Vec3]]:
+    """The patches on a face of a brick, by its normal; what lies on top of a flat one takes none of its underside."""
+    for contact in design.contacts(name):
+        outward = 1.0 if contact.lower == name else -1.0
+        on_it = any(outward * dot(n, normal) > PARALLEL for n in contact.normals_W)
+        if on_it and len(contact.points_W) > 2:  # noqa: PLR2004 -- a patch has an area
+            yield contact.points_W
 
 
 def _beside(patch: Sequence[Flat], pieces: Sequence[Sequence[Flat]], least: float) -> list[list[Flat]]:

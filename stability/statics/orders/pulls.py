@@ -7,7 +7,7 @@ fewer. Such sets are asked, and what falls of them adds to what is ruled out, un
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import combinations
 
 from stability.model import BodyId
@@ -75,38 +75,68 @@ def single_pulls(design: Assembly) -> Iterator[Pull]:
 
 def longest_order(parts: Parts, may_go: Part, most: int, known: Known = nobody) -> Longest:
     """The longest order of pulls of some bricks of a design that stands, by at most so many verdicts."""
-    last = parts.asked + most
-    search = _Search(parts, last, _greedy(parts, may_go, last, known), may_go.bit_count())
-    if not search.closed:
-        search.clauses = [Clause(parts.part_of([name])) for name in parts.names_of(parts.whole & ~may_go)]
-        _learn_of_rows(parts, last)
-    for _ in range(MOST_ROUNDS):
-        if search.closed or search.reason:
-            break
-        search.step(known)
-    reason = search.reason or ("" if search.closed else "the bound was not closed")
-    return Longest(search.order, max(search.at_most, len(search.order)), reason)
+    return LongestSearch(parts, may_go, most, known).run()
 
 
-@dataclass
-class _Search:
-    """What is known of the longest order, from both sides."""
+class LongestSearch:
+    """A search for the longest order, from both sides, which may be interrupted: `best` is what is known by then."""
 
-    parts: Parts
-    last: int  # how many verdicts may be asked
-    order: tuple[BodyId, ...]
-    at_most: int
-    clauses: list[Clause] = field(default_factory=list)  # which sets may stay
-    reason: str = ""  # why it goes on no more
-    used: int = 0  # of the falls of the parts
-    descents: int = 0
-    bounded: bool = True  # whether all sets that were ruled out were so by proof
+    def __init__(self, parts: Parts, may_go: Part, most: int, known: Known = nobody) -> None:
+        """Of pulls of some bricks, by at most so many verdicts, of which `known` is told."""
+        self.parts, self.may_go, self.known = parts, may_go, known
+        self.last = parts.asked + most  # how many verdicts may be asked
+        self.order: tuple[BodyId, ...] = ()
+        self.at_most = may_go.bit_count()
+        self.clauses: list[Clause] = []  # which sets may stay
+        self.reason = ""  # why it goes on no more
+        self.used = 0  # of the falls of the parts
+        self.descents = 0
+        self.bounded = True  # whether all sets that were ruled out were so by proof
+
+    @property
+    def best(self) -> Longest:
+        """What is known so far."""
+        reason = self.reason or ("" if self.closed else "the bound was not closed")
+        return Longest(self.order, max(self.at_most, len(self.order)), reason)
 
     @property
     def closed(self) -> bool:
+        """Whether no order is longer."""
         return len(self.order) >= self.at_most
 
-    def step(self, known: Known) -> None:
+    def run(self) -> Longest:
+        """Search to the end."""
+        self._pull_greedily()
+        if not self.closed:
+            self.clauses = [
+                Clause(self.parts.part_of([n])) for n in self.parts.names_of(self.parts.whole & ~self.may_go)
+            ]
+            _learn_of_rows(self.parts, self.last)
+        for _ in range(MOST_ROUNDS):
+            if self.closed or self.reason:
+                break
+            self._step()
+        return self.best
+
+    def _pull_greedily(self) -> None:
+        """The longer of two orders: always the highest brick that can go, or the lowest."""
+        parts = self.parts
+        names = from_the_top(parts, self.may_go)
+        for turn in (names, names[::-1]):
+            part, order, tried = parts.whole, list[BodyId](), True
+            while tried:
+                tried = False
+                for name in turn:
+                    less = part & ~parts.part_of([name])
+                    if less == part or parts.asked >= self.last:
+                        continue
+                    if parts.ask(less, part).stability is Stability.STABLE:
+                        part, tried = less, True
+                        order.append(name)
+                        self.order = max(self.order, tuple(order), key=len)
+                    self.known(parts.asked)
+
+    def _step(self) -> None:
         """Ask for the smallest set that may stay."""
         parts, count = self.parts, len(self.parts.names)
         self.clauses += [Clause(fall.absent, fall.moving) for fall in parts.falls[self.used :]]
@@ -121,22 +151,22 @@ class _Search:
             self.reason = "as many verdicts were asked as may be"
             return
         stands = parts.ask(kept.chosen).stability is Stability.STABLE
-        known(parts.asked)
+        self.known(parts.asked)
         if not stands:
             parts.learn(kept.chosen)
             if len(parts.falls) > self.used:
                 return
-        if stands and self._way_to(kept.chosen, known):
+        if stands and self._way_to(kept.chosen):
             return
         self.bounded &= stands
         self.clauses.append(Clause(parts.whole & ~kept.chosen, kept.chosen))  # not this set again
 
-    def _way_to(self, kept: Part, known: Known) -> bool:
+    def _way_to(self, kept: Part) -> bool:
         """Look for an order that leaves just these; whether there is one."""
         self.descents += 1
         if self.descents > MOST_DESCENTS:
             self.reason = "what may stay was found, but no way there"
-        found = descend(self.parts, self.parts.whole, kept, self.last - self.parts.asked, known)
+        found = descend(self.parts, self.parts.whole, kept, self.last - self.parts.asked, self.known)
         self.bounded &= found.order is not None or found.impossible
         self.order = found.order or self.order
         return found.order is not None
@@ -164,26 +194,6 @@ def _beside(parts: Parts, name: BodyId) -> list[BodyId]:
     contacts = parts.design.contacts(name)
     walls = [c for c in contacts if not _bears(c, c.lower)]
     return [body for contact in walls for body in (contact.lower, contact.upper) if body != name]
-
-
-def _greedy(parts: Parts, may_go: Part, last: int, known: Known) -> tuple[BodyId, ...]:
-    """The longer of two orders: always the highest brick that can go, or the lowest."""
-    best: tuple[BodyId, ...] = ()
-    names = from_the_top(parts, may_go)
-    for turn in (names, names[::-1]):
-        part, order, tried = parts.whole, list[BodyId](), True
-        while tried:
-            tried = False
-            for name in turn:
-                less = part & ~parts.part_of([name])
-                if less == part or parts.asked >= last:
-                    continue
-                if parts.ask(less, part).stability is Stability.STABLE:
-                    part, tried = less, True
-                    order.append(name)
-                known(parts.asked)
-        best = max(best, tuple(order), key=len)
-    return best
 
 
 def soonest_fall(parts: Parts, may_go: Part, most: int, known: Known = nobody) -> Soonest:

@@ -109,3 +109,9 @@ def test_the_result_says_what_was_drawn_and_how_it_is_known() -> None:
     assert result.verdict == f"{result.ensemble.stood} of 100 stand"
     assert sum(result.ensemble.ways.values()) == 100
     assert result.ensemble.stood + sum(result.ensemble.fell.values()) == 100
+
+
+def test_each_chunk_is_told_as_it_is_drawn() -> None:
+    told: list[tuple[str, int, int]] = []
+    drawn_alone(case(1600, ">= 80 %"), 1, LIMIT, on_drawn=lambda *each: told.append(each))
+    assert told == [("column[exact]", count, 1600) for count in (0, 100, 200, 400, 500, 800, 1000, 1500, 1600)]

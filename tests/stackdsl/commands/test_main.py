@@ -303,3 +303,20 @@ def test_the_schema_is_valid_json(stackdsl: Stackdsl) -> None:
 
 def test_no_color_means_no_escape_codes(stackdsl: Stackdsl, tmp_path: Path) -> None:
     assert "\x1b" not in stackdsl("check", str(write(tmp_path, GOOD)), NO_COLOR="1", FORCE_COLOR="1").out
+
+
+def test_a_bar_tells_how_many_samples_are_drawn(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    text = """
+scenario: shaky
+samples: 200
+build:
+  - column: {levels: 3, step: 8 mm}
+    jitter: {position: 1 mm}
+expect:
+  - stands: {share: ">= 50 %"}
+"""
+    file = str(write(tmp_path, text))
+    bar = stackdsl("check", "--no-golden", "--no-cache", file, FORCE_COLOR="1", NO_COLOR="1").err
+    assert "shaky[exact]: samples" in bar
+    assert "0/200" in bar
+    assert "100/200" in bar  # the first look

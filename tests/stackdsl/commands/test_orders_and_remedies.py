@@ -2,8 +2,16 @@
 
 import csv
 import json
+from collections.abc import Sequence
 from pathlib import Path
 
+import pytest
+from click.testing import CliRunner
+
+from stability.statics.orders import building
+from stability.statics.orders.clauses import Clause, Smallest, smallest
+from stackdsl.commands.order_command import order_command
+from stackdsl.commands.suggest_command import suggest_command
 from stackdsl.exits import ExitCode
 from tests.command_line import Stackdsl, stackdsl_in_folder, write
 
@@ -24,6 +32,17 @@ build:
     every: 1 s
 expect:
   - collapses: {at: level 3}
+"""
+PULLED = """
+scenario: pulled
+build:
+  - every: 1 s
+    bricks:
+      - {name: left, at: [0 mm, 0 mm, 3.9 mm], rotate: [0, 0, 90 deg]}
+      - {name: right, at: [60 mm, 0 mm, 3.9 mm], rotate: [0, 0, 90 deg]}
+      - {name: lintel, on: [left, right]}
+impacts:
+  - remove: {brick: right}
 """
 
 
@@ -65,10 +84,8 @@ def test_a_leaning_column_is_mended_by_the_least_shift(stackdsl: Stackdsl, tmp_p
     assert "move L2.1 by 8.701 mm towards -x, with what rests on it" in told.out
     assert "move L3.1 by 17.41 mm towards -x" in told.out
     rows = json.loads(stackdsl("suggest", "leaning.yaml", "--format", "json").out)["cases"][0]["rows"]
-    kinds = [row["kind"] for row in rows]
-    assert kinds[:2] == ["shift", "shift"]
-    assert {"counterweight", "props"} <= set(kinds)
-    assert all(row["fails_with"] <= row["amount"] for row in rows[:2])
+    assert [row["kind"] for row in rows] == ["counterweight", "props", "shift", "shift"]
+    assert all(row["fails_with"] <= row["amount"] for row in rows[2:])
 
 
 def test_nothing_is_mended_that_stands(stackdsl: Stackdsl, tmp_path: Path) -> None:
@@ -76,3 +93,30 @@ def test_nothing_is_mended_that_stands(stackdsl: Stackdsl, tmp_path: Path) -> No
     told = stackdsl("suggest", "tower.yaml")
     assert (told.code, told.out) == (ExitCode.OK, "")
     assert "nothing to mend" in told.err
+
+
+def test_an_order_that_is_interrupted_is_told_with_what_is_proven(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def asked_again(bits: int, clauses: Sequence[Clause]) -> Smallest:
+        if clauses:
+            raise KeyboardInterrupt
+        return smallest(bits, clauses)
+
+    monkeypatch.setattr(building, "smallest", asked_again)
+    file = str(write(tmp_path, "scenario: vee\nbuild:\n  - card_house: {levels: 1, angle: 70 deg}\n"))
+    found = CliRunner().invoke(order_command, [file])
+    assert found.exit_code == ExitCode.INTERRUPTED
+    assert "interrupted: this is what was known by then" in found.output
+    assert "no order without props exists, which is proven" in found.output
+    assert "props so far: 2 in all (at least 0 are needed)" in found.output
+    told = json.loads(CliRunner().invoke(order_command, [file, "--format", "json"]).stdout)["cases"][0]
+    assert (told["interrupted"], told["props"], len(told["rows"])) == (True, ["L1.2", "L1.1"], 2)
+
+
+def test_what_falls_as_a_brick_is_pulled_out_is_mended(tmp_path: Path) -> None:
+    # The middle of the lintel is 30 mm beyond that of the post that stays, and may be 11.7 mm: half a width.
+    told = CliRunner().invoke(suggest_command, [str(write(tmp_path, PULLED, "pulled.yaml"))])
+    assert told.exit_code == ExitCode.OK
+    assert "move lintel by 18.31 mm towards -x" in told.output
+    assert "prop under lintel, which must stay" in told.output

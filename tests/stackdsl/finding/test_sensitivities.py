@@ -6,7 +6,7 @@ import pytest
 
 from stackdsl.api.find import Sensitivities, SoughtError, sensitivities
 from stackdsl.checking.gathering import cases_of
-from stackdsl.finding.sensitivities import Effect, Source
+from stackdsl.finding.sensitivities import Effect, Of, Source
 from stackdsl.reading.source import parse
 from stackdsl.report.sensitivity_text import sensitivity_csv, sensitivity_json, sensitivity_lines
 from tests.stackdsl.finding.known_limits import SEESAW, V
@@ -86,12 +86,25 @@ def test_what_does_not_stand_or_needs_no_friction_has_no_margin() -> None:
         of(SLAB, "friction")
 
 
+@pytest.mark.parametrize(("last", "in_doubt"), [(Source.DUALS, True), (Source.CHECKED, False)])
+def test_where_differences_contradict_forces_text_and_json_tell_that_the_rest_may_be_off(
+    last: Source, in_doubt: bool
+) -> None:
+    # Also where the rest seems not to matter, as the forces say that are not unique.
+    contradicted = Effect("x of a", "mm", 100.0, -0.1, 0.2, Source.DIFFERENCES)
+    found = Sensitivities("vee", Of.ACCELERATION, 0.5, [contradicted, Effect("x of b", "mm", 100.0, 0.0, 0.0, last)])
+    text = "\n".join(sensitivity_lines(found, 15))
+    assert ("not unique at the limit: what is not checked may be off" in text) is in_doubt
+    assert ("1 of 2 numbers do not matter, none of them held against differences" in text) is in_doubt
+    assert sensitivity_json([found])["cases"][0]["in_doubt"] is in_doubt
+
+
 def test_it_is_told_as_text_csv_and_json() -> None:
     found = of(ON_END.replace("X", "80"), check=1)
     lines = list(sensitivity_lines(found, most=1))
     assert lines[1] == "  acceleration 0.6667 g; by a hundredth of each number it changes by up to:"
     assert lines[2] == "    x of base      0.0667 g  +0.03333 g/mm; differences say so too"
-    assert lines[3:] == ["    and 1 more", "    6 of 8 numbers do not matter"]
+    assert lines[3:] == ["    and 1 more", "    6 of 8 numbers do not matter, none of them held against differences"]
     assert sensitivity_csv([found]).splitlines()[0].startswith("case,margin,what,unit,size,less,more,by_a_hundredth")
     told = sensitivity_json([found])["cases"][0]
     assert (told["of"], told["effects"][0]["what"], told["effects"][1]["source"]) == (

@@ -36,6 +36,7 @@ def test_what_no_cluster_can_be_had_for_is_told(stackdsl: Stackdsl, tmp_path: Pa
     nowhere = stackdsl("sweep", "column.yaml", "-o", "rows.jsonl", "--executor", "dask", "--scheduler", "nowhere")
     assert nowhere.code == ExitCode.USAGE
     assert "the scheduler at nowhere does not answer: missing port number" in nowhere.err
+    assert "without --executor dask processes of this machine do the work" in nowhere.err
     unnamed = stackdsl("sweep", "column.yaml", "-o", "rows.jsonl", "--executor", "dask")
     assert unnamed.code == ExitCode.USAGE
     assert "no Dask cluster is named; say where its scheduler is: --scheduler tcp://HOST:8786" in unnamed.err

@@ -1,10 +1,14 @@
 """Building orders, and the props without which there are none."""
 
+from contextlib import suppress
+
+import pytest
+
 from stability.model import Brick, Pose
 from stability.shapes.box import Box
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability
-from stability.statics.orders.building import building_order, least_props
+from stability.statics.orders.building import OrderSearch, building_order, least_props
 from stability.statics.orders.parts import Parts
 from stability.statics.orders.props import props_of
 from tests.planks import FLOOR, GRAVITY, WOOD, lying, plank
@@ -59,11 +63,51 @@ def test_a_prop_stands_only_where_the_underside_is_free() -> None:
     assert min(xs) > 0.1 - 1e-9  # the base ends there
 
 
+def test_what_lies_on_a_plank_takes_none_of_the_room_under_it() -> None:
+    # The middle of the plank and of the weight flush on all of it is 50 mm beyond the base.
+    design = Assembly()
+    size = (0.4, 0.1, 0.02)
+    design.add_all(
+        [box("base", (0.2, 0.1, 0.1), 0.0, 0.05), box("plank", size, 0.15, 0.11), box("on", size, 0.15, 0.13)]
+    )
+    assert design.verdict().stability is Stability.UNSTABLE
+    props = props_of(design)
+    xs = [point[0] for contact in props["plank"].contacts for point in contact.points_W]
+    assert (min(xs), max(xs)) == pytest.approx((0.1, 0.35))
+    parts = Parts(design, props)
+    assert least_props(parts, [parts.whole]) == ("plank",)
+
+
 def test_beyond_its_verdicts_it_finds_an_order_whose_props_are_not_said_to_be_the_fewest() -> None:
     design = cantilever()
     found = building_order(Parts(design, props_of(design)), most=1)
     assert found.props == ("plank",)
     assert found.props_at_least < len(found.props)
+
+
+def test_a_search_that_is_interrupted_keeps_an_order_and_what_is_proven() -> None:
+    # Two planks that only weights hold: each needs a prop.
+    design = Assembly()
+    for name, x in (("a", 0.0), ("b", 2.0)):
+        sizes = (("base", (0.2, 0.1, 0.1), 0.0, 0.05, 1.0), ("plank", (0.4, 0.1, 0.02), 0.15, 0.11, 1.0))
+        design.add_all([box(f"{what} {name}", size, x + dx, z, mass) for what, size, dx, z, mass in sizes])
+        design.add_all([box(f"weight {name}", (0.1, 0.1, 0.1), x, 0.17, 2.0)])
+    assert building_order(Parts(design, props_of(design)), most=100).props == ("plank a", "plank b")
+    for at in range(1, 30):
+        parts = Parts(design, props_of(design))
+
+        def press(asked: int, at: int = at) -> None:
+            if asked >= at:
+                raise KeyboardInterrupt
+
+        search = OrderSearch(parts, 100, press)
+        with suppress(KeyboardInterrupt):
+            search.run()
+        if search.best.steps:
+            break
+    assert not search.best.impossible
+    assert search.best.props == ("plank a", "plank b")
+    assert search.best.steps[-1].struck == ("plank a", "plank b")
 
 
 def test_what_falls_stands_on_the_fewest_props() -> None:

@@ -5,13 +5,14 @@ import random
 import pytest
 
 from benchmarks.equilibrium_programs import answer
-from benchmarks.mending import FRICTION, GAP, jenga, upright
+from benchmarks.mending import FRICTION, GAP, jenga
+from benchmarks.random_piles import upright
 from stability.model import Brick, Pose
 from stability.shapes.box import Box
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability
 from stability.statics.orders.parts import Parts
-from stability.statics.orders.pulls import carrying, longest_order, single_pulls, soonest_fall
+from stability.statics.orders.pulls import LongestSearch, carrying, longest_order, single_pulls, soonest_fall
 
 
 def tower(levels: int, without: tuple[str, ...] = (), gap: float = 0.0) -> Assembly:
@@ -60,6 +61,19 @@ def test_of_each_level_but_the_top_two_blocks_can_be_pulled_and_no_more() -> Non
         rest.remove([name])
         cold = Assembly(friction=FRICTION)
         assert cold.add_all(rest.bricks.values()).stability is Stability.STABLE
+
+
+def test_a_search_that_is_interrupted_keeps_its_longest_order_and_its_bound() -> None:
+    parts = Parts(tower(4))
+
+    def press(asked: int) -> None:
+        if asked >= 3:  # two blocks of level 3 are pulled by then, and the third holds the top
+            raise KeyboardInterrupt
+
+    search = LongestSearch(parts, parts.part_of(carrying(parts.design)), 1000, press)
+    with pytest.raises(KeyboardInterrupt):
+        search.run()
+    assert (len(search.best.order), search.best.at_most, search.best.proven) == (2, 9, False)
 
 
 def test_a_tower_falls_soonest_with_two_blocks_of_one_level_and_a_table_with_one_post() -> None:

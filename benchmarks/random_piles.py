@@ -1,0 +1,200 @@
+"""Random piles of boxes that fall, all that `stackdsl suggest` tells of each, and what linear programmes say of that.
+
+The programmes are those of `benchmarks.equilibrium_programs`, written apart from the statics that they judge. Each
+suggestion is tried with all of it, and with a little less: shifts with 0.1 %, more weight and friction, which are told
+in three digits, with 2 % of what is added, and props with each of them left out in turn.
+"""
+
+import random
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from time import process_time
+
+from benchmarks.equilibrium_programs import UprightBox, answer, prop_contacts
+from stability.model import BodyId, Brick, Pose
+from stability.shapes.box import Box
+from stability.statics.assembly import LEVEL_GROUND
+from stability.statics.facts import Placed, Stability
+from stability.statics.mending.piling import Piling, Shift
+from stability.statics.mending.propping import Propping
+from stability.statics.mending.shifts import BrickShift, SeveralShifts
+from stackdsl.checking.gathering import cases_of
+from stackdsl.judging.designs import piling_of
+from stackdsl.judging.proofs import proofs_of
+from stackdsl.judging.remedies import HeavierBrick, MoreFriction
+from stackdsl.judging.suggesting import Asked, Suggestion, suggestions
+from stackdsl.reading.source import parse
+
+FRICTION = 0.5
+LESS_SHIFT = 0.001
+LESS = 0.02
+SIDES = 128  # of the pyramids for what friction mends, so that inside and outside of the cone differ by 0.03 %
+MENDING = ("one shift", "several shifts", "counterweight", "friction", "props")  # the first of them is told as how
+
+
+@dataclass(frozen=True)
+class Checked:
+    """One suggestion."""
+
+    kind: str
+    whole: bool  # whether it is told to mend all of the pile, and not just what falls first
+    stands: bool | None  # by the linear programme, as far as it is told to; None where that does not say
+    falls_with_less: bool
+
+
+@dataclass(frozen=True)
+class Mended:
+    """What was told of one pile."""
+
+    checked: Sequence[Checked]
+    seconds: float  # of CPU
+    asked: int  # how often progress was told
+
+    @property
+    def how(self) -> str:
+        """The first kind by which it is told to stand as a whole."""
+        told = {one.kind for one in self.checked if one.whole}
+        return next((kind for kind in MENDING if kind in told), "nothing")
+
+
+def piles(seed: int) -> Iterator[Piling]:
+    """Random piles that fall: each box on one that is there, far out, and inside of none."""
+    draw = random.Random(seed)
+    while True:
+        boxes: list[Placed] = []
+        while len(boxes) < draw.randint(3, 9):
+            size = (draw.uniform(0.05, 0.2), draw.uniform(0.05, 0.2), draw.uniform(0.02, 0.08))
+            below = draw.choice(boxes) if boxes and draw.random() < 0.9 else None  # noqa: PLR2004 -- most lie on others
+            x, y, top = draw.uniform(-0.3, 0.3), draw.uniform(-0.3, 0.3), 0.0
+            if below is not None:
+                (bx, by, bz), shape = below.pose.position_W, below.brick.shape
+                assert isinstance(shape, Box)
+                x, y = bx + draw.uniform(-0.6, 0.6) * shape.size[0], by + draw.uniform(-0.6, 0.6) * shape.size[1]
+                top = bz + 0.5 * shape.size[2]
+            mass = 600.0 * size[0] * size[1] * size[2]
+            one = Placed(Brick(f"b{len(boxes)}", Box(size), mass), Pose((x, y, top + 0.5 * size[2])))
+            if not any(_overlap(one, other) for other in boxes):
+                boxes.append(one)
+        piling = Piling((LEVEL_GROUND,), FRICTION, 9.81, [[box] for box in boxes])
+        fall = piling.first_fall()
+        if fall is not None and fall[1].stability is Stability.UNSTABLE:
+            yield piling
+
+
+def upright(placed: Placed) -> UprightBox:
+    """The same for the linear programme."""
+    assert isinstance(placed.brick.shape, Box)
+    return UprightBox(placed.pose.position_W, placed.brick.shape.size, placed.brick.mass)
+
+
+def _overlap(one: Placed, other: Placed) -> bool:
+    a, b = upright(one), upright(other)
+    sides = zip(a.middle, b.middle, a.size, b.size, strict=True)
+    return all(abs(m - n) < 0.5 * (s + t) - 1e-9 for m, n, s, t in sides)
+
+
+def as_scenario(piling: Piling) -> str:
+    """A pile as its author would write it."""
+    lines = ["scenario: pile", f"friction: {piling.friction}", "build:", "  - every: 1 s", "    bricks:"]
+    for placed in piling.bricks:
+        box = upright(placed)
+        size, at = (", ".join(f"{x!r} m" for x in each) for each in (box.size, box.middle))
+        lines.append(
+            f"      - {{name: {placed.brick.id}, at: [{at}], brick: {{size: [{size}], mass: {box.mass!r} kg}}}}"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def mended(piling: Piling) -> Mended:
+    """What `suggest` tells of a pile, each checked."""
+    cases, mistakes = cases_of(parse(as_scenario(piling), "pile.yaml"))
+    assert not mistakes, mistakes
+    timeline = cases[0].timeline
+    started, asked = process_time(), 0
+
+    def known() -> None:
+        nonlocal asked
+        asked += 1
+
+    found = list(suggestions(Asked(timeline, proofs_of(timeline)), piling_of(timeline), known))
+    return Mended([checked(piling, each) for each in found], process_time() - started, asked)
+
+
+def checked(piling: Piling, told: Suggestion) -> Checked:
+    """One suggestion as linear programmes have it."""
+    match told:
+        case BrickShift(brick, shift):
+            share = (1.0 - LESS_SHIFT) * told.too_little / told.length
+            enough, less = (_fall(_shifted(piling, {brick: shift}, part)) for part in (1.0, share))
+            return Checked("one shift", True, enough.stands, less.falls)
+        case SeveralShifts(shifts, too_little):
+            enough, less = (
+                _fall(_shifted(piling, dict(shifts), part)) for part in (1.0, (1.0 - LESS_SHIFT) * too_little)
+            )
+            return Checked("several shifts", True, enough.stands, less.falls)
+        case HeavierBrick(brick, mass, later):
+            enough, less = (_fall(_heavier(piling, brick, part * mass)) for part in (1.0, 1.0 - LESS))
+            if not later:
+                return Checked("counterweight", True, enough.stands, less.falls)
+            first = _fall(piling.bricks).at
+            return Checked("counterweight", False, enough.holds(first), less.at == first)
+        case MoreFriction(_, coefficient):
+            more = coefficient - FRICTION
+            enough, less = (_fall(piling.bricks, FRICTION + part * more, sides=SIDES) for part in (1.0, 1.0 - LESS))
+            return Checked("friction", True, enough.stands, less.falls)
+        case Propping(bricks, later):
+            enough = _fall(piling.bricks, props=bricks)
+            fewer = [_fall(piling.bricks, props=[name for name in bricks if name != spared]) for spared in bricks]
+            if not later:
+                return Checked("props", True, enough.stands, all(each.falls for each in fewer))
+            first = _fall(piling.bricks).at
+            return Checked("props", False, enough.holds(first), all(each.at == first for each in fewer))
+
+
+@dataclass(frozen=True)
+class _Fall:
+    """Which of the boxes brings a pile down as it is set down, by the linear programme."""
+
+    at: int | None  # None if none does, or that is not said
+    said: bool  # whether it is, of all boxes before that one too
+
+    @property
+    def stands(self) -> bool | None:
+        return None if not self.said else self.at is None
+
+    @property
+    def falls(self) -> bool:
+        return self.at is not None
+
+    def holds(self, first: int | None) -> bool:
+        """Whether what fell first falls no more, whatever does later."""
+        return first is not None and (self.at is None or self.at > first)
+
+
+def _fall(bricks: Sequence[Placed], friction: float = FRICTION, props: Sequence[BodyId] = (), sides: int = 16) -> _Fall:
+    boxes = [upright(placed) for placed in bricks]
+    held = prop_contacts(boxes, [turn for turn, placed in enumerate(bricks) if placed.brick.id in props])
+    said = True
+    for count in range(1, len(boxes) + 1):
+        found = answer(boxes[:count], friction, [each for each in held if each[1] < count], sides)
+        if found is False:
+            return _Fall(count - 1, said)
+        said = said and found is not None
+    return _Fall(None, said)
+
+
+def _shifted(piling: Piling, shifts: dict[str, Shift], share: float) -> list[Placed]:
+    """With bricks shifted by a share, and what rests on them carried along."""
+    carried, sums = piling.carried(), dict[str, Shift]()
+    for brick, (x, y) in shifts.items():
+        for name in carried[brick]:
+            ox, oy = sums.get(name, (0.0, 0.0))
+            sums[name] = ox + share * x, oy + share * y
+    return piling.shifted(sums).bricks
+
+
+def _heavier(piling: Piling, brick: BodyId, more: float) -> list[Placed]:
+    return [
+        replace(each, brick=replace(each.brick, mass=each.brick.mass + more)) if each.brick.id == brick else each
+        for each in piling.bricks
+    ]
