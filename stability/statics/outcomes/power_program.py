@@ -61,7 +61,7 @@ def power_program(equations: StartEquations, branch: Branch) -> PowerProgram:
     cost = np.zeros(places.columns)
     cost[places.of_loads : places.of_parts] = cost[places.of_contacts : places.of_forces : 3] = 1.0
     rounds, size = [3] * (round_rows.shape[0] // 3), places.left.basis.shape[1]
-    conic = ConicProgram(cost, matrix, offsets, equal.shape[0], rounds, len(signed), size)
+    conic = ConicProgram(cost, matrix, offsets, equal.shape[0], rounds, len(signed), semidefinite=size)
     return PowerProgram(equations, places, equal, _cones(equations, places), conic)
 
 

@@ -32,8 +32,8 @@ class ConicProgram:
     equal: int = 0  # rows
     round: Sequence[int] = ()  # sizes of the round cones
     positive: int = 0  # rows that must not be negative
-    semidefinite: int = 0  # size of the one such cone, in the last rows
     curvature: Any = None  # (columns, columns), sparse by column, its upper half
+    semidefinite: int = 0  # size of the one such cone, in the last rows
 
 
 @dataclass(frozen=True, slots=True, eq=False)
