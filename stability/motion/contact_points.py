@@ -101,7 +101,10 @@ def cones_in(contact: Contact) -> int:
 
 
 def _contacts_of(falling: Collection[BodyId], place: Place) -> list[Contact] | None:
-    """All contacts of what falls; None if some of it is deeper in something than what touches may be."""
+    """All contacts of what falls; None if some of it is deeper in something than what touches may be.
+
+    Nor is anything known once a gap closes that a thin body filled: what tips over a sheet comes down beside it.
+    """
     found, names = [], sorted(falling)
     for number, name in enumerate(names):
         own = place.solids[name]
@@ -115,7 +118,10 @@ def _contacts_of(falling: Collection[BodyId], place: Place) -> list[Contact] | N
             if contact is None and _is_inside(own, place.solids[other], place):
                 return None
             found.append(contact)
-    return _unfilled([contact for contact in found if contact is not None], falling, place)
+    near = [contact for contact in found if contact is not None]
+    left = _unfilled(near, falling, place)
+    closed = len(left) < len(near) and any(min(_gaps(each, place)) < 0.0 for each in near if each not in left)
+    return None if closed else left
 
 
 def _unfilled(contacts: list[Contact], known: Collection[BodyId], place: Place) -> list[Contact]:

@@ -10,6 +10,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Set
 from dataclasses import dataclass
 from itertools import combinations
 from math import dist
+from typing import TypeAlias
 
 from stability.geometry.rotations import about, inverse, multiply, rotate
 from stability.geometry.touching import TOUCHING, reach_between
@@ -21,6 +22,8 @@ from stability.shapes.apart import apart, apart_from_plane
 from stability.shapes.in_pose import corners_W
 from stability.statics.contacts.touch import contact_between, solid
 from stability.statics.facts import Contact, Motion, Placed, Problem, Tolerances, Wrench
+
+GapAt: TypeAlias = Callable[[Pose], float]
 
 DOWN: Vec3 = (0.0, 0.0, -1.0)
 PITCH = 1e-6  # of the speed: more of it along the axis, and it is a screw
@@ -101,28 +104,31 @@ def is_clear(part: FallingPart, angle: float, others: Collection[Placed], planes
     """Whether at an angle [rad] no brick of a part has come to lie in another body.
 
     What it touched before the turn it may lie in as deep as bodies in contact do; what it meets on the way, not at all:
-    an engine that is given bricks inside each other drives them apart, which adds energy.
+    an engine that is given bricks inside each other drives them apart, which adds energy. What is near and does not
+    touch, as a thin body fills the gap, it meets as that closes.
     """
+    touched = {frozenset((contact.lower, contact.upper)) for contact in part.problem.contacts}
     for name, placed in turned_part(part, angle).items():
         own, depth = placed.brick.shape, ON_AXIS * placed.brick.shape.least_thickness
-        for gap_at in _gaps(placed, others, planes):
+        for other, gap_at in _gaps(placed, others, planes):
             gap = gap_at(placed.pose)
-            if gap < -MET * depth and (
-                gap < -depth or gap_at(part.problem.bricks[name].pose) > reach_between(own.least_thickness)
-            ):
+            if gap >= -MET * depth:
+                continue
+            near = reach_between(own.least_thickness) if frozenset((name, other)) in touched else MET * depth
+            if gap < -depth or gap_at(part.problem.bricks[name].pose) > near:
                 return False
     return True
 
 
-def _gaps(placed: Placed, others: Collection[Placed], planes: Collection[Plane]) -> Iterator[Callable[[Pose], float]]:
-    """How far a brick is from each of the bodies that are near, for any pose."""
+def _gaps(placed: Placed, others: Collection[Placed], planes: Collection[Plane]) -> Iterator[tuple[BodyId, GapAt]]:
+    """The bodies that are near, and how far a brick is from each, for any pose."""
     shape, pose, around = placed.brick.shape, placed.pose, placed.brick.shape.bounding_radius
     for plane in planes:
         if _height(pose.position_W, plane) < around:
-            yield lambda pose, plane=plane: apart_from_plane(shape, pose, plane).gap  # type: ignore[misc]
+            yield plane.id, lambda pose, plane=plane: apart_from_plane(shape, pose, plane).gap  # type: ignore[misc]
     for other in others:
         if dist(pose.position_W, other.pose.position_W) < around + other.brick.shape.bounding_radius:
-            yield lambda pose, other=other: apart(shape, pose, other.brick.shape, other.pose).gap  # type: ignore[misc]
+            yield other.brick.id, lambda pose, other=other: apart(shape, pose, other.brick.shape, other.pose).gap  # type: ignore[misc]
 
 
 def reach(part: FallingPart) -> float:

@@ -186,3 +186,18 @@ def test_a_block_elsewhere_hides_no_gain() -> None:
     assert beside.energy is not None
     assert 0.001 < alone.energy.gain < 0.003
     assert beside.energy.gain == pytest.approx(alone.energy.gain, rel=1e-3)
+
+
+def test_what_tips_over_a_sheet_and_comes_down_beside_it_gains_nothing() -> None:
+    """The sheet fills the gap to the block until the plank has closed it; the plank was in that by 0.14 mm before."""
+    assert play(heap(909), SYSTEMS["exact"]).energy_gained == 0.0
+    timeline = timeline_of(
+        "- bricks:\n"
+        "  - {name: block, at: [0 mm, 0 mm, 18 mm], brick: {size: [25 mm, 57 mm, 36 mm], mass: 250 g}}\n"
+        "  - {name: sheet, at: [-3 mm, 9 mm, 36.028 mm], brick: {size: [8 mm, 41 mm, 0.056 mm], mass: 0.06 g}}\n"
+        "  - {name: plank, at: [31 mm, 16 mm, 42.956 mm], brick: {size: [67 mm, 16 mm, 13.8 mm], mass: 29 g}}\n",
+        "expect: [{collapses: any}]",
+    )
+    energy = play(timeline, SYSTEMS["exact"]).energy
+    assert energy is not None
+    assert energy.gain < 1e-4
