@@ -89,7 +89,7 @@ def _general_contact(a: BoxSolid, b: BoxSolid, friction: float, reach: float) ->
     found = _best_meeting(a, b, close, Slack(sideways, off + exact, reach))
     # What a gap as wide as the tolerance has displaced further still touches.
     found = found or _best_meeting(a, b, close, Slack(reach, reach, reach))
-    return bridged(_of_meeting(a, b, found, friction), close.gap, reach) if found else None
+    return bridged(_of_meeting(a, b, found, friction), close.gap, reach) if found and found.normals_AB_W else None
 
 
 def _best_meeting(a: BoxSolid, b: BoxSolid, close: Closeness, slack: Slack) -> Meeting | None:

@@ -41,7 +41,7 @@ def hull_contact(a: Solid, b: Solid, friction: float, reach: float) -> Contact |
     found = _best_meeting(close, Slack(sideways, off + exact, reach))
     # What a gap as wide as the tolerance has displaced further still touches.
     found = found or _best_meeting(close, Slack(reach, reach, reach))
-    if found is None:
+    if found is None or not found.normals_AB_W:
         return None
     return bridged(_of_meeting(a, b, found, friction), close.gap, reach)
 

@@ -9,7 +9,7 @@ from stability.shapes.box import Box
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Tolerances
 from stability.statics.margins.acceleration_cut import shaken
-from stability.statics.margins.bearings import Survived, by_bearing
+from stability.statics.margins.bearings import Survived, along_bearing, by_bearing
 from stability.statics.proof import check_motion
 
 TALL = (0.3, 0.2, 0.5)  # [m]
@@ -51,6 +51,27 @@ def test_what_stands_apart_survives_what_each_part_does_and_what_is_weaker_moves
         assert each.motion is not None
         if borne(TALL, 0.55, each.bearing) < 0.54:
             assert set(each.motion.velocity) == {"tall"}
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.7])
+@pytest.mark.parametrize("levels", [4, 6, 9])
+def test_a_tower_that_stands_flush_holds_another_by_the_friction_between_them_alone(levels: int, yaw: float) -> None:
+    # Both tip over their lower edges on one side. With mu the friction, n what one presses the other with over what it
+    # weighs, and a the acceleration: a N - 1 = mu n, as their sides slide, and n (1 - mu^2) = mu - a, as the second is
+    # about to slide on the ground. What is across from a cube, and touches it along an edge, takes no part.
+    friction, side = 0.4, 0.1
+    cubes = [
+        box(f"{k}.{i}", (side, side, side), i * side * cos(yaw), i * side * sin(yaw), (k + 0.5) * side, yaw=yaw)
+        for k in range(levels)
+        for i in range(2)
+    ]
+    share = friction / (1.0 - friction * friction)
+    assembly = Assembly((Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), friction),), friction)
+    assembly.add_all(cubes)
+    found = along_bearing(assembly.problem(), yaw)
+    assert found is not None
+    assert found.value == pytest.approx((1.0 + friction * share) / (levels + share), rel=1e-7)
+    assert found.upper == pytest.approx(found.value, rel=1e-7)
 
 
 def test_a_far_brick_turning_and_size_change_nothing() -> None:
