@@ -3,7 +3,7 @@
 Bodies that touch do so along the separating axis of the largest gap.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import hypot
 
@@ -55,6 +55,11 @@ class Closeness:
     faces_b: Sequence[Axis]
     edges: Sequence[Axis]  # the products along which they are least deep in each other
     sines: Matrix  # of the angles between the axes of a (rows) and b
+
+    def faces(self) -> Iterator[tuple[float, Vec3]]:
+        """The gap along the normal of each face that looks at the other box [m], and that normal from a to b."""
+        for axis in (*self.faces_a, *self.faces_b):
+            yield axis.gap, axis.normal_AB_W
 
 
 def closeness(a: BoxSolid, b: BoxSolid, reach: float) -> Closeness | None:

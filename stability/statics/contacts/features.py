@@ -33,7 +33,7 @@ class Meeting:
     """Where body a and body b touch along a line or in a point."""
 
     points_W: tuple[Vec3, ...]  # [m]
-    normals_AB_W: tuple[Vec3, ...]  # the extreme ones, unit; none where they run flush, and carry nothing
+    normals_AB_W: tuple[Vec3, ...]  # the extreme ones, unit
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,10 +59,8 @@ def meeting(a: BoxSolid, b: BoxSolid, axis: Axis, slack: Slack) -> Meeting | Non
     normals = common_normals(a, found.of_first, b, found.of_second, len(found.points) > 1)
     # Features coincide up to the slack only. A normal along which the bodies are further apart is not theirs: it would
     # let a brick rest on an edge that it just misses.
-    points = tuple(add_scaled(a.pose.position_W, 1.0, point) for point in found.points)
-    if normals is None:
-        return Meeting(points, ())
     touching = tuple(each for each in normals if gap_along(each, a, b) >= axis.gap - slack.off)
+    points = tuple(add_scaled(a.pose.position_W, 1.0, point) for point in found.points)
     return Meeting(points, touching or (normal,))
 
 

@@ -6,7 +6,7 @@ cone of the other, and the extreme directions of that span it.
 """
 
 from collections.abc import Sequence
-from math import atan2, cos, dist, pi, sin
+from math import atan2, dist, pi
 from typing import TypeAlias
 
 from stability.geometry.clipping import cut
@@ -18,13 +18,11 @@ Feature: TypeAlias = tuple[float, float, float]  # by body axis: 1, -1 or 0
 
 # Sine by which a direction may lie outside a cone and be taken to lie on its border, and between two that are one.
 ROUNDING = 1e-9
-ALONG = 1e-3  # sine of the angle below which faces run along each other: half a millimetre of the end of a carton
-UPRIGHT, LEVEL = cos(pi / 6.0), sin(pi / 6.0)  # rise of a normal from where, and up to where, it counts as such
 FACE, EDGE = 1, 2  # how many axes lead out of it
 
 
-def common_normals(a: BoxSolid, of_a: Feature, b: BoxSolid, of_b: Feature, along_line: bool) -> tuple[Vec3, ...] | None:
-    """The extreme unit normals, from a towards b; none if they do not face each other, and None if they run flush.
+def common_normals(a: BoxSolid, of_a: Feature, b: BoxSolid, of_b: Feature, along_line: bool) -> tuple[Vec3, ...]:
+    """The extreme unit normals, from a towards b; none if the features do not face each other.
 
     Edges that touch along a line are taken as parallel, whatever noise has made of them.
     """
@@ -32,26 +30,8 @@ def common_normals(a: BoxSolid, of_a: Feature, b: BoxSolid, of_b: Feature, along
     if len(cone_a) == FACE or len(cone_b) == FACE:
         return cone_a if len(cone_a) == FACE else cone_b
     if len(cone_a) == len(cone_b) == EDGE:
-        found = _of_parallel_edges(cone_a, cone_b) if along_line else _of_crossing_edges(cone_a, cone_b)
-    elif len(cone_a) == EDGE:
-        found = _clipped(cone_a, cone_b)
-    else:
-        found = _clipped(cone_b, cone_a)
-    return None if run_flush(cone_a, cone_b) else found
-
-
-def run_flush(of_a: Sequence[Vec3], of_b: Sequence[Vec3]) -> bool:
-    """Whether two edges or corners, of faces with these normals, do not press on each other where they touch.
-
-    Where all faces beside them run along each other, as those of cartons do that stand flush, no two of these faces
-    overlap: nothing is below the one, and nothing beside it, and it can move down or aside. So nothing is carried there
-    (docs/decisions/0077). At a ridge, where planks that lean on each other meet at a right angle, both faces lean as
-    well, and the load presses one body against the other whichever of the two gives way.
-    """
-    if len(of_a) != len(of_b) or not all(any(dist(one, other) < ALONG for other in of_b) for one in of_a):
-        return False
-    rises = [abs(normal[2]) for normal in of_a]
-    return max(rises) > UPRIGHT or all(rise < LEVEL for rise in rises)
+        return _of_parallel_edges(cone_a, cone_b) if along_line else _of_crossing_edges(cone_a, cone_b)
+    return _clipped(cone_a, cone_b) if len(cone_a) == EDGE else _clipped(cone_b, cone_a)
 
 
 def _cone(body: BoxSolid, feature: Feature, sign: float) -> tuple[Vec3, ...]:

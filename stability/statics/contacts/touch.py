@@ -16,6 +16,7 @@ from stability.statics.contacts.axes import Closeness, closeness, disturbance
 from stability.statics.contacts.bridging import bridged
 from stability.statics.contacts.faces import LEVEL, face_on_face
 from stability.statics.contacts.features import Meeting, Slack, meeting
+from stability.statics.contacts.flush import ROUNDING, run_flush
 from stability.statics.contacts.level import level_patch, side_patch
 from stability.statics.contacts.on_planes import points_on_plane
 from stability.statics.contacts.solids import BoxSolid, HullSolid, Solid, rounding, solid
@@ -61,6 +62,16 @@ def contact_with_plane(a: Solid, plane: Plane, tolerances: Tolerances, friction:
     return Contact(plane.id, a.id, points, (plane.normal_W,), plane.friction if friction is None else friction)
 
 
+def flush_within(a: Solid, b: Solid, reach: float, overlap: float) -> bool:
+    """Whether two bodies that touch would carry nothing if they overlapped by `overlap` less [m]."""
+    if isinstance(a, BoxSolid) and isinstance(b, BoxSolid):
+        close = closeness(a, b, reach)
+        return close is not None and run_flush(close.faces(), overlap)
+    from stability.statics.contacts.hulls.hull_touch import hulls_flush  # noqa: PLC0415 -- boxes do without numpy
+
+    return hulls_flush(a, b, reach, overlap)
+
+
 def _hull_on_plane(body: HullSolid, plane: Plane, reach: float) -> tuple[Vec3, ...]:
     from stability.statics.contacts.hulls.hull_touch import hull_on_plane  # noqa: PLC0415 -- boxes do without numpy
 
@@ -78,7 +89,7 @@ def _boxes_apart(a: Solid, b: Solid, reach: float) -> bool:
 def _general_contact(a: BoxSolid, b: BoxSolid, friction: float, reach: float) -> Contact | None:
     """The contact of two boxes in any pose; a comes first by name."""
     close = closeness(a, b, reach)
-    if close is None:
+    if close is None or run_flush(close.faces(), ROUNDING * reach):
         return None
     off, exact = disturbance(close, max(a.longest, b.longest), reach), rounding(a, b)
     sideways = min(off, SIDEWAYS * reach) + exact
@@ -89,7 +100,7 @@ def _general_contact(a: BoxSolid, b: BoxSolid, friction: float, reach: float) ->
     found = _best_meeting(a, b, close, Slack(sideways, off + exact, reach))
     # What a gap as wide as the tolerance has displaced further still touches.
     found = found or _best_meeting(a, b, close, Slack(reach, reach, reach))
-    return bridged(_of_meeting(a, b, found, friction), close.gap, reach) if found and found.normals_AB_W else None
+    return bridged(_of_meeting(a, b, found, friction), close.gap, reach) if found else None
 
 
 def _best_meeting(a: BoxSolid, b: BoxSolid, close: Closeness, slack: Slack) -> Meeting | None:

@@ -15,6 +15,7 @@ import numpy as np
 from stability.model import BodyId
 from stability.statics.facts import ZERO, Motion, Problem, Tolerances, Wrench
 from stability.statics.margins.prestress import least_prestress
+from stability.statics.margins.slivers import without_slivers
 from stability.statics.proof import MotionCheck, ProofCones, check_forces, check_motion, proof_cones
 from stability.statics.solvers.conic_program import ConicProgram, clarabel_solve
 from stability.statics.solvers.equilibrium import proven_forces, proven_motion
@@ -100,8 +101,15 @@ def shaken(
 ) -> Shaken | None:
     """The problem ready to be accelerated; None if it is not proven to stand.
 
-    Without `gravity` every brick is taken to weigh what its load pulls down with. `accuracy` is asked of the solver.
+    What stands without its slivers is not asked to lean on them (`without_slivers`). Without `gravity` every brick is
+    taken to weigh what its load pulls down with. `accuracy` is asked of the solver.
     """
+    sure = without_slivers(problem)
+    case = _shaken(sure, gravity, tolerances, accuracy)
+    return case if case is not None or sure is problem else _shaken(problem, gravity, tolerances, accuracy)
+
+
+def _shaken(problem: Problem, gravity: float | None, tolerances: Tolerances, accuracy: float) -> Shaken | None:
     if gravity is None:
         weights = {name: -load.force_W[2] for name, load in sorted(problem.loads.items())}
     else:

@@ -1,12 +1,14 @@
 """Along which directions are two hulls apart, or least deep in each other, and how far off their places may they be?"""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
 
-from stability.geometry.polyhedra import Array, EdgePairs, Hull, between, edge_pairs, face_gaps
+from stability.geometry.polyhedra import Array, EdgePairs, Hull, between, edge_pairs, face_gaps, vector
 from stability.geometry.rows import cross_rows
+from stability.model import Vec3
 from stability.statics.contacts.axes import NEARLY_PARALLEL, NOISE_RATIO, NOISY_TILT
 
 ALIKE = 0.5  # cosine above which two directions are worth a closer look
@@ -27,6 +29,11 @@ class HullCloseness:
     gaps_b: Array
     edges: EdgePairs
     facing: list[FacePair]  # nearly parallel
+
+    def faces(self) -> Iterator[tuple[float, Vec3]]:
+        """The gap along the normal of each face of both [m], and that normal from a to b."""
+        yield from zip(self.gaps_a.tolist(), map(vector, self.a.normals), strict=True)
+        yield from zip(self.gaps_b.tolist(), map(vector, -self.b.normals), strict=True)
 
     def gap_along(self, normal_AB: Array) -> float:
         """The gap along a unit direction that leads from a to b [m]."""

@@ -13,7 +13,7 @@ from stability.geometry.clipping import cut
 from stability.geometry.polyhedra import Array, Hull, vector
 from stability.geometry.vectors import add_scaled, cross, dot, norm, scale, unit
 from stability.model import Vec3
-from stability.statics.contacts.normal_cones import ROUNDING, run_flush
+from stability.statics.contacts.normal_cones import ROUNDING
 
 FACE, EDGE = 2, 1  # dimensions of a feature; a corner has none
 
@@ -52,18 +52,13 @@ def _around(normals: Array) -> Array:
     return ordered
 
 
-def common_normals(a: Feature, b: Feature, along_line: bool) -> tuple[Vec3, ...] | None:
-    """The extreme unit normals, from a towards b; none if they do not face each other, and None if they run flush.
+def common_normals(a: Feature, b: Feature, along_line: bool) -> tuple[Vec3, ...]:
+    """The extreme unit normals, from a towards b; none if the features do not face each other.
 
     Edges that touch along a line are taken as parallel, whatever noise has made of them.
     """
     if FACE in (a.dimension, b.dimension):
         return tuple(a.normals(1.0) if a.dimension == FACE else b.normals(-1.0))
-    return None if run_flush(a.normals(1.0), b.normals(-1.0)) else _normals_of_rims(a, b, along_line)
-
-
-def _normals_of_rims(a: Feature, b: Feature, along_line: bool) -> tuple[Vec3, ...]:
-    """Those of edges and corners."""
     if a.dimension == b.dimension == EDGE:
         way_a, way_b = vector(a.body.ways[a.number]), vector(b.body.ways[b.number])
         across = cross(way_a, way_b)

@@ -66,13 +66,11 @@ def meeting_of_edges(close: HullCloseness, pair: int, slack: Slack) -> Meeting |
 
 def _meeting(close: HullCloseness, locus: _Locus, normal: Array, gap: float, slack: Slack) -> Meeting:
     normals = common_normals(locus.of_a, locus.of_b, len(locus.points) > 1)
-    points = tuple(vector(np.array(close.a.p_WC) + point) for point in locus.points)
-    if normals is None:
-        return Meeting(points, ())
     # Features coincide up to the slack only. A normal along which the bodies are further apart is not theirs: it would
     # let a brick rest on an edge that it just misses.
     touching = tuple(each for each in normals if close.gap_along(np.array(each)) >= gap - slack.off)
-    return Meeting(points, touching or (vector(normal),))
+    centre = np.array(close.a.p_WC)
+    return Meeting(tuple(vector(centre + point) for point in locus.points), touching or (vector(normal),))
 
 
 def _segment(body: Hull, edge: int) -> tuple[Array, float]:

@@ -13,6 +13,7 @@ from stability.model import Plane, Vec3
 from stability.statics.contacts.bridging import bridged
 from stability.statics.contacts.faces import LEVEL
 from stability.statics.contacts.features import Meeting, Slack
+from stability.statics.contacts.flush import ROUNDING, run_flush
 from stability.statics.contacts.hulls.hull_closeness import HullCloseness, closeness, disturbance
 from stability.statics.contacts.hulls.hull_features import meeting_of_edges, meeting_on_face
 from stability.statics.contacts.hulls.hull_patches import face_on_face
@@ -29,7 +30,7 @@ def hull_contact(a: Solid, b: Solid, friction: float, reach: float) -> Contact |
     if a.id > b.id:
         a, b = b, a
     close = closeness(as_hull(a), as_hull(b), reach)
-    if close is None:
+    if close is None or run_flush(close.faces(), ROUNDING * reach):
         return None
     off, exact = disturbance(close, reach), rounding(a, b)
     sideways = min(off, SIDEWAYS * reach) + exact
@@ -41,9 +42,15 @@ def hull_contact(a: Solid, b: Solid, friction: float, reach: float) -> Contact |
     found = _best_meeting(close, Slack(sideways, off + exact, reach))
     # What a gap as wide as the tolerance has displaced further still touches.
     found = found or _best_meeting(close, Slack(reach, reach, reach))
-    if found is None or not found.normals_AB_W:
+    if found is None:
         return None
     return bridged(_of_meeting(a, b, found, friction), close.gap, reach)
+
+
+def hulls_flush(a: Solid, b: Solid, reach: float, overlap: float) -> bool:
+    """Whether two bodies that touch would carry nothing if they overlapped by `overlap` less [m]."""
+    close = closeness(as_hull(a), as_hull(b), reach)
+    return close is not None and run_flush(close.faces(), overlap)
 
 
 def _of_meeting(a: Solid, b: Solid, found: Meeting, friction: float) -> Contact:

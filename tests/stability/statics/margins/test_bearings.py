@@ -1,6 +1,7 @@
 """The acceleration that is survived by bearing: against closed forms, and nothing that does not touch changes it."""
 
 from math import cos, inf, pi, radians, sin
+from random import Random
 
 import pytest
 
@@ -72,6 +73,28 @@ def test_a_tower_that_stands_flush_holds_another_by_the_friction_between_them_al
     assert found is not None
     assert found.value == pytest.approx((1.0 + friction * share) / (levels + share), rel=1e-7)
     assert found.upper == pytest.approx(found.value, rel=1e-7)
+
+
+@pytest.mark.parametrize("off", [1e-9, 1e-6, 1e-5])
+def test_cubes_that_are_off_by_a_hair_survive_no_more_than_flush_ones(off: float) -> None:
+    # Each its own way, so that some come to lie on the next tower: a sliver, which carries the whole of one.
+    draws, side = Random(1), 0.1
+    cubes = [
+        box(
+            f"{k}.{i}",
+            (side, side, side),
+            i * side + draws.uniform(-off, off),
+            draws.uniform(-off, off),
+            (k + 0.5) * side,
+        )
+        for k in range(6)
+        for i in range(2)
+    ]
+    assembly = Assembly((Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.4),), 0.4)
+    assembly.add_all(cubes)
+    found = along_bearing(assembly.problem(), 0.0)
+    assert found is not None
+    assert found.value == pytest.approx(0.18382353, rel=30.0 * off / side + 1e-7)
 
 
 def test_a_far_brick_turning_and_size_change_nothing() -> None:

@@ -1,0 +1,38 @@
+"""Do two bodies run flush: do they touch where each can move past the other, so that nothing is carried there?
+
+Cartons that stand side by side in columns touch across from each other too, along the edge of four. The plane of a top
+keeps the upper one of two such cartons from the lower one, and so does the plane of their sides. Either is enough: the
+upper one can slide down past that side, so the top holds it by no force that every motion must work against, nor does
+the side. So nothing is carried, unless they overlap by more than rounding (docs/decisions/0077).
+
+Where both planes lean, as between planks that lean on each other, the load presses one body against the other whichever
+plane it passes: these touch.
+"""
+
+from collections.abc import Iterable
+from itertools import combinations
+from math import cos, pi, sin
+
+from stability.geometry.vectors import dot
+from stability.model import Vec3
+
+# Share of the reach of contact up to which an overlap is none: a millionth of the smallest side, a hundred times what
+# sums of lengths leave, and more than the nanometres by which processors differ.
+ROUNDING = 5e-5
+ACROSS = cos(pi / 3.0)  # cosine of the angle from which on two planes lead past each other
+UPRIGHT, LEVEL = cos(pi / 6.0), sin(pi / 6.0)  # rise of a unit normal above which, and below which, it counts as such
+
+
+def run_flush(faces: Iterable[tuple[float, Vec3]], overlap: float) -> bool:
+    """Whether two bodies carry nothing where they touch, if they overlap by no more than this [m].
+
+    `faces` are those of both: the gap along the normal [m], and that normal, unit and from the one body to the other.
+    """
+    parting = [normal for gap, normal in faces if gap >= -overlap]
+    return any(
+        dot(one, other) < ACROSS and _lead_past(abs(one[2]), abs(other[2])) for one, other in combinations(parting, 2)
+    )
+
+
+def _lead_past(rise: float, other: float) -> bool:
+    return max(rise, other) > UPRIGHT or max(rise, other) < LEVEL
