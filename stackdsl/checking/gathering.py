@@ -81,6 +81,12 @@ class Case:
         return mark.reason if mark is not None and mark.is_of(self.system) else None
 
     @property
+    def is_unread(self) -> bool:
+        """Whether it is made of what cannot be read here, so that no more is known of it than its name."""
+        mark = self.scenario.skip
+        return mark is not None and mark.without is not None and mark.is_of(self.system)
+
+    @property
     def identity(self) -> Identity:
         """What it is called: `stepped-column`, `step=10mm,thesis`, `thesis`."""
         return identity_of(self.scenario.scenario, self.parameters, self.system)

@@ -13,12 +13,17 @@ from stackdsl.report.diagnostic_text import diagnostic_text
 
 
 def selected_of(file: Path, selection: Selection) -> tuple[Gathered, Sequence[Case]]:
-    """What one file holds, and the cases selected of it; its mistakes are told, and why nothing is selected."""
+    """What one file holds, and the cases selected of it; its mistakes are told, and why nothing is selected.
+
+    Of what is not read here, since its author said so, nothing is known: it is told, and left out.
+    """
     gathered = gather([file])
     complain(gathered.diagnostics)
     selected = selection.of(gathered.cases)
     warn_of_nothing(selection, gathered, selected, [file])
-    return gathered, selected
+    for name, skip in {case.scenario_name: case.scenario.skip for case in selected if case.is_unread}.items():
+        tell(f"{name} is skipped: {skip.reason}; try: pip install 'stackdsl[{skip.without}]'" if skip else name)
+    return gathered, [case for case in selected if not case.is_unread]
 
 
 def complain(diagnostics: Iterable[Diagnostic]) -> None:

@@ -14,6 +14,7 @@ from stackdsl.importing.settling import Settled, cannot_settle, settled
 from stackdsl.importing.written_load import written_box
 from stackdsl.language.author_types import MAX_BRICKS
 from stackdsl.language.imports import Import
+from stackdsl.language.unreadable_here import told_only
 from stackdsl.language.validation import mistakes_at
 from stackdsl.reading.composing import Library, composed
 from stackdsl.reading.places import Places
@@ -44,7 +45,8 @@ def whole(loaded: Loaded, library: Library) -> Loaded:
     made = composed(loaded, library)
     sources: list[Source] = []
     mistakes: list[Diagnostic] = []
-    for source in made.sources:
+    for written in made.sources:
+        source = told_only(written) or written
         try:
             sources.append(_expanded(source, library) if any(_steps(source)) else source)
         except _MistakeError as mistake:

@@ -1,11 +1,14 @@
 """Scenarios that are not played, or that are known to come out wrong, each with the reason."""
 
-from typing import Annotated, ClassVar
+from importlib.util import find_spec
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, WithJsonSchema
 
 from stackdsl.language import author_types as t
 from stackdsl.language.author_models import Shorthand
+
+Package = Literal["mujoco", "sapien"]  # that formats are read with, and engines are of
 
 
 class Mark(Shorthand):
@@ -25,6 +28,17 @@ class Mark(Shorthand):
 
 class Skip(Mark):
     """Not played."""
+
+    without: Package | None = Field(None, description="played all the same wherever this Python package is installed")
+
+    def is_of(self, system: str) -> bool:
+        """Whether it is said of a system, here."""
+        return Mark.is_of(self, system) and (self.without is None or not is_installed(self.without))
+
+
+def is_installed(package: str) -> bool:
+    """Whether a Python package can be imported here."""
+    return find_spec(package) is not None
 
 
 class Xfail(Mark):

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from stackdsl.checking.gathering import gather
+from stackdsl.language import marks
 from tests.command_line import GOOD, Result, write
 from tests.paths import ROOT
 
@@ -78,3 +80,34 @@ def test_what_falls_is_stepped_by_mujoco_instead_and_report_and_golden_say_so(tm
     assert (result.code, played["engine"]) == (0, "mujoco")
     assert {"mujoco"} == golden["stamp"].keys() & {"mujoco", "pybullet"}
     assert "mujoco" in without(tmp_path, {"pybullet"}, "check", "scene.yaml").out
+
+
+UNREAD = """\
+scenario: crates
+build: [{import: {file: crates.xml, format: mjcf}}]
+expect: [{pivots: {about: crate}}]
+skip: {reason: MuJoCo reads it, without: mujoco}
+"""
+
+
+def test_what_cannot_be_read_here_is_left_out_if_its_author_says_so(tmp_path: Path) -> None:
+    write(tmp_path, UNREAD, "crates.yaml")
+    checked = without(tmp_path, {"mujoco"}, "check", ".", "--format", "json")
+    assert json.loads(checked.out)["conclusions"] == {"passed": 0, "skipped": 1}
+    explained = without(tmp_path, {"mujoco"}, "explain", "crates.yaml")
+    assert (explained.code, explained.out) == (4, "")
+    assert explained.err == "crates is skipped: MuJoCo reads it; try: pip install 'stackdsl[mujoco]'\n"
+
+
+def test_what_is_left_out_without_a_package_is_read_with_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write(tmp_path, UNREAD, "crates.yaml")
+    monkeypatch.setattr(marks, "find_spec", lambda _: True)
+    (mistake,) = gather([tmp_path / "crates.yaml"]).diagnostics
+    assert mistake.message.startswith("there is no file")
+
+
+def test_what_nothing_is_read_with_is_no_package_to_do_without(tmp_path: Path) -> None:
+    write(tmp_path, UNREAD.replace("import: {file: crates.xml, format: mjcf}", "column: {levels: 2}"), "good.yaml")
+    write(tmp_path, (tmp_path / "good.yaml").read_text().replace("without: mujoco", "without: numpy"), "bad.yaml")
+    (mistake,) = gather([tmp_path / "bad.yaml"]).diagnostics
+    assert mistake.code == "SD104"

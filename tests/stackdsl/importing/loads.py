@@ -81,7 +81,7 @@ PLAN: Final = json.dumps(
 
 OWN: Final = Path(__file__).parents[3] / "scenarios" / "loads"
 ASSEMBLY, SLABS, LINKS = (OWN / name for name in ("wedge.assembly.json", "slabs.obj", "crates.urdf"))
-SCENE = Path(__file__).parent / "scenes" / "crates.xml"
+SCENE = OWN / "crates.xml"
 
 TEXTS: Final[dict[Format, str]] = {
     "table": TABLE,

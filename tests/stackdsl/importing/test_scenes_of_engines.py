@@ -15,7 +15,7 @@ from stackdsl.importing.load import ImportedLoad, UnreadableLoadError
 from stackdsl.importing.load_formats import read_load
 from stackdsl.language.imports import Import
 from tests.command_line import Stackdsl, stackdsl_in_folder, write
-from tests.stackdsl.importing.loads import SCENE, TEXTS, beside, skip_without_parser
+from tests.stackdsl.importing.loads import TEXTS, beside, skip_without_parser
 
 __all__ = ["stackdsl_in_folder"]  # the fixture `stackdsl`
 
@@ -236,12 +236,6 @@ def test_a_mesh_of_a_scene_may_be_in_a_file() -> None:
     theirs, ours = read(MJCF).boxes[2], read(text).boxes[2]
     assert [float(side) for side in ours.size] == pytest.approx([float(side) for side in theirs.size], abs=1e-6)
     assert [float(part) for part in ours.centre] == pytest.approx([float(part) for part in theirs.centre], abs=1e-6)
-
-
-def test_the_scene_of_mujoco_plays_as_its_closed_form_says(stackdsl: Stackdsl) -> None:
-    skip_without_parser("mjcf")
-    done = stackdsl("check", str(SCENE.with_suffix(".yaml")), "--no-golden", "-k", "that-stand")
-    assert (done.code, "1 passed" in done.out) == (ExitCode.OK, True)
 
 
 def test_the_command_tells_what_of_a_scene_is_not_taken(stackdsl: Stackdsl, tmp_path: Path) -> None:
