@@ -5,8 +5,8 @@ keeps the upper one of two such cartons from the lower one, and so does the plan
 upper one can slide down past that side, so the top holds it by no force that every motion must work against, nor does
 the side. So nothing is carried, unless they overlap by more than rounding (docs/decisions/0077).
 
-Where both planes lean, as between planks that lean on each other, the load presses one body against the other whichever
-plane it passes: these touch.
+Where the planes are not square to each other, or both lean, as between planks that lean on each other, the load presses
+one body against the other whichever plane it passes: these touch.
 """
 
 from collections.abc import Iterable
@@ -19,7 +19,7 @@ from stability.model import Vec3
 # Share of the reach of contact up to which an overlap is none: a millionth of the smallest side, a hundred times what
 # sums of lengths leave, and more than the nanometres by which processors differ.
 ROUNDING = 5e-5
-ACROSS = cos(pi / 3.0)  # cosine of the angle from which on two planes lead past each other
+SQUARE = sin(pi / 36.0)  # cosine between the normals of planes that are square to each other, to 5 degrees
 UPRIGHT, LEVEL = cos(pi / 6.0), sin(pi / 6.0)  # rise of a unit normal above which, and below which, it counts as such
 
 
@@ -30,7 +30,8 @@ def run_flush(faces: Iterable[tuple[float, Vec3]], overlap: float) -> bool:
     """
     parting = [normal for gap, normal in faces if gap >= -overlap]
     return any(
-        dot(one, other) < ACROSS and _lead_past(abs(one[2]), abs(other[2])) for one, other in combinations(parting, 2)
+        abs(dot(one, other)) < SQUARE and _lead_past(abs(one[2]), abs(other[2]))
+        for one, other in combinations(parting, 2)
     )
 
 
