@@ -29,11 +29,9 @@ def run_flush(faces: Iterable[tuple[float, Vec3]], overlap: float) -> bool:
     `faces` are those of both: the gap along the normal [m], and that normal, unit and from the one body to the other.
     """
     parting = [normal for gap, normal in faces if gap >= -overlap]
-    return any(
-        abs(dot(one, other)) < SQUARE and _lead_past(abs(one[2]), abs(other[2]))
-        for one, other in combinations(parting, 2)
-    )
+    return any(_lead_past(one, other) for one, other in combinations(parting, 2))
 
 
-def _lead_past(rise: float, other: float) -> bool:
-    return max(rise, other) > UPRIGHT or max(rise, other) < LEVEL
+def _lead_past(one: Vec3, other: Vec3) -> bool:
+    steepest = max(abs(one[2]), abs(other[2]))
+    return abs(dot(one, other)) < SQUARE and (steepest > UPRIGHT or steepest < LEVEL)
