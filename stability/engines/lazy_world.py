@@ -82,6 +82,16 @@ class RestingWorld:
         if world is not None:
             world.remove_brick(brick)
 
+    def absorb(self, other: "RestingWorld") -> None:
+        """Know all bricks of another world as they are and move there, for they come near; that world is over."""
+        self._engine.absorb(other._engine)
+        if other.frictions.worst is not None:
+            self.frictions.note(other.frictions.worst)
+
+    def give_back(self) -> None:
+        """Do without an engine, until one is needed again."""
+        self._engine.give_back()
+
     def close(self) -> None:
         if self._engine.world is not None:
             self._engine.world.close()

@@ -111,6 +111,33 @@ class NearEngine:
         for member in self._groups.get(brick, ()):
             self._groups.pop(member, None)
 
+    def absorb(self, other: "NearEngine") -> None:
+        """Know all that another one knows, which moves on here; that one is over."""
+        moved, groups = other.world is not None, dict.fromkeys(other._groups.values())
+        other.give_back()
+        self.put.absorb(other.put)
+        for name in other.put.frozen:
+            self._stand_outside(name)
+        for name in other.put.loose:
+            self.loosened(name)
+        for group in groups:
+            self.joined(group).join(group)
+        self._fastest = max(self._fastest, other._fastest)
+        if moved or self.world is not None:
+            self.ready().ease_in()
+
+    def give_back(self) -> None:
+        """Do without an engine, until one is needed again."""
+        if self.world is None:
+            return
+        self._take_back(self.world)
+        self.world, inside, self._inside = None, self._inside, {}
+        for name in inside:
+            if name in self.put.frozen:
+                self._stand_outside(name)
+            else:
+                self._waiting[name] = None
+
     def limit_travel(self, fastest: float) -> None:
         """Say how fast bodies are at most until it is said anew [m/s]."""
         self._fastest = fastest

@@ -37,6 +37,18 @@ class PutBodies:
         self.frozen.discard(brick)
         self.loose.pop(brick, None)
 
+    def absorb(self, other: "PutBodies") -> None:
+        """Know all bricks of another one, as they are there."""
+        for name in other.in_order(other.own.bricks):
+            self.own.add_brick(other.own.bricks[name])
+            self._came += 1
+            self._ranks[name] = self._came
+        self._poses |= other._poses
+        self._let_go |= other._let_go
+        self._moving |= other._moving
+        self.frozen |= other.frozen
+        self.loose |= other.loose
+
     def put(self, brick: BodyId, pose: Pose) -> None:
         """Put a brick somewhere else; nothing else of it changes."""
         self._poses[brick] = pose

@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
+from typing import Self
 
 from stability.engines.protocol import Engine
 from stability.exact.candidates import solids
@@ -57,6 +58,13 @@ class AwakeBricks(BrickObserver):
         self.names.difference_update(bricks)
         self.announced.difference_update(bricks)
         self._observers.gone(bricks)
+
+    def absorb(self, other: Self) -> None:
+        """The bricks of another come into this engine."""
+        self.names |= other.names
+        self.announced |= other.announced
+        self._rank(other.in_order(other._ranks))
+        self._observers.absorb(other._observers)
 
     def notice(self, bricks: Collection[BodyId], frozen: Collection[BodyId]) -> None:
         """All bricks of the engine but the frozen ones are awake, whoever has put them there."""

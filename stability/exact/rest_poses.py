@@ -7,6 +7,7 @@ rest.
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import dist
+from typing import Self
 
 from stability.geometry.rotations import turn_between
 from stability.model import BodyId, Pose
@@ -52,6 +53,12 @@ class RestPoses(BrickObserver):
     def gone(self, bricks: Collection[BodyId]) -> None:
         """What is gone has no place to go back to."""
         self.frozen(bricks)
+
+    def absorb(self, other: Self) -> None:
+        """The bricks of another come into this engine."""
+        self._poses |= other._poses
+        self._struck |= other._struck
+        self._driven |= other._driven
 
     def __contains__(self, brick: object) -> bool:
         return brick in self._poses

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from math import atan2, inf, pi
 from typing import NamedTuple
 
-from stability.exact.handled_stability import HandledStability
+from stability.exact.merged_stability import MergedStability
 from stability.graph import components
 from stability.mechanics.ground_motion import GroundMotion
 from stability.model import BodyId
@@ -53,8 +53,8 @@ def borne(assembly: Assembly, bricks: frozenset[BodyId], motion: GroundMotion) -
 
 
 @dataclass
-class ShakenStability(HandledStability):
-    """Watches the bricks of one engine whose ground may shake; see `HandledStability`."""
+class ShakenStability(MergedStability):
+    """Watches the bricks of one engine whose ground may shake; see `MergedStability`."""
 
     _motion: GroundMotion | None = field(default=None, init=False)
     _known: Mapping[BodyId, Placed] = field(default_factory=dict, init=False)  # what `_parts` are of

@@ -99,8 +99,8 @@ class FallingParts:
         step, passed = self.world.settings.time_step, 0
         while passed < steps and not self.landed and known.goes_on(step):
             passed += 1
+            self.world.skip(step)  # one by one: how many pass at once is not to show in a clock
             self.landed = known.take_landed()
-        self.world.skip(passed * step)
         for name, state in known.states().items():
             self.world.set_state(name, state)
         if passed < steps and not self.landed:

@@ -8,6 +8,7 @@ looked at; bricks in contact press on each other, and do not hit.
 from collections.abc import Callable, Collection, Container, Mapping
 from dataclasses import dataclass, field
 from math import hypot, inf, sqrt
+from typing import Self
 
 from stability.engines.protocol import Engine
 from stability.geometry.rotations import multiply
@@ -113,6 +114,11 @@ class Approaches(BrickObserver):
     def gone(self, bricks: Collection[BodyId]) -> None:
         """What is gone hits nothing."""
         self.frozen(bricks)
+
+    def absorb(self, other: Self) -> None:
+        """The bricks of another come into this engine."""
+        self._known |= other._known
+        self._look_at |= other._look_at
 
     def _near(self, flying: _Solid, still: Container[BodyId], within: float) -> list["_Near"]:
         """The bricks `still` that are near."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Protocol, Self, runtime_checkable
 
 from stability.mechanics.ground_motion import GroundMotion
 from stability.model import BodyId, Vec3
@@ -81,6 +81,14 @@ class JudgesLandings(Protocol):
 
     def landed(self, bricks: Iterable[BodyId]) -> Update:
         """Say that these bricks have come to rest: they are judged at once, though nothing was set down."""
+
+
+@runtime_checkable
+class Absorbs(Protocol):
+    """An extension that can go on with what another one of its kind has watched, where its bricks come near."""
+
+    def absorb(self, other: Self) -> None:
+        """Go on with the bricks of another extension, which have come into this one's engine by now."""
 
 
 @runtime_checkable

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Collection, Container, Iterable
 from dataclasses import dataclass, field
+from typing import Self
 
 from stability.engines.protocol import Engine
 from stability.model import BodyId, BodyState
@@ -45,6 +46,10 @@ class HeldBodies(BrickObserver):
     def gone(self, bricks: Collection[BodyId]) -> None:
         """There is nothing left to look after."""
         self.woken(bricks)
+
+    def absorb(self, other: Self) -> None:
+        """The bricks of another come into this engine."""
+        self._held |= other._held
 
     def released(self, frozen: Iterable[BodyId]) -> list[BodyId]:
         """The frozen bricks that the engine no longer holds: another body under the name, or given a mass."""

@@ -6,6 +6,7 @@ conclusions. What observers are told is a fact; they answer nothing and change n
 """
 
 from collections.abc import Collection, Iterable
+from typing import Self
 
 from stability.model import BodyId
 
@@ -27,6 +28,9 @@ class BrickObserver:
 
     def gone(self, bricks: Collection[BodyId]) -> None:
         """These bricks are no longer in the engine, or other ones are there under their names."""
+
+    def absorb(self, other: Self) -> None:
+        """The bricks of which another one of its kind hears come into this engine, with all that is known of them."""
 
 
 class Observers(BrickObserver):
@@ -55,3 +59,8 @@ class Observers(BrickObserver):
         """Tell all observers that these bricks are gone."""
         for observer in self._observers:
             observer.gone(bricks)
+
+    def absorb(self, other: Self) -> None:
+        """Let each take over from the one in its place."""
+        for own, others in zip(self._observers, other._observers, strict=True):
+            own.absorb(others)

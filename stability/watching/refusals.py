@@ -3,6 +3,7 @@
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, field
 from math import dist
+from typing import Self
 
 from stability.model import BodyId, Pose
 from stability.watching.life_cycle import BrickObserver
@@ -74,6 +75,12 @@ class Refusals(BrickObserver):
     def gone(self, bricks: Collection[BodyId]) -> None:
         """There may be less to stand on, and a new brick under an old name was never refused."""
         self._left(bricks)
+
+    def absorb(self, other: Self) -> None:
+        """The bricks of another come into this engine."""
+        self._of |= other._of
+        self._not_before = max(self._not_before, other._not_before)
+        self.changed()
 
     def _left(self, bricks: Collection[BodyId]) -> None:
         """These are not among the bricks that wait for a proof any more."""

@@ -7,6 +7,7 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from math import hypot, inf
+from typing import Self
 
 from stability.model import BodyId, BodyState
 from stability.watching.life_cycle import BrickObserver
@@ -121,6 +122,11 @@ class Stillness(BrickObserver):
         for brick in bricks:
             self._activity.pop(brick, None)
             self._slow_since.pop(brick, None)
+
+    def absorb(self, other: Self) -> None:
+        """The bricks of another come into this engine."""
+        self._activity |= other._activity
+        self._slow_since |= other._slow_since
 
     def _step(self, brick: BodyId, seen: Evidence) -> None:
         self._activity[brick] = next_activity(self._activity.get(brick, Activity.FREE), seen, self.limits_of(brick))

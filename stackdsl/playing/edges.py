@@ -34,6 +34,14 @@ class EdgeWatch:
             if self._most is None or wrong.angle > self._most[0].angle:
                 self._most = wrong, time
 
+    def absorb(self, other: "EdgeWatch") -> None:
+        """Know what another one has seen."""
+        self._seen |= other._seen
+        first = [seen for seen in (self._first, other._first) if seen is not None]
+        self._first = min(first, default=None)
+        if other._most is not None and (self._most is None or other._most[0].angle > self._most[0].angle):
+            self._most = other._most
+
     def wrong(self) -> WrongEdges | None:
         """All that was seen; None if nothing was."""
         if self._most is None or self._first is None:

@@ -5,7 +5,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 from stability.model import BodyId
-from stability.watching.extension import Extension, Update
+from stability.watching.extension import Update
+from stackdsl.playing.together import Tells
 from stackdsl.playing.watch import Watch
 from stackdsl.trace import ACTIONS, Edge, Event, EventKind
 
@@ -35,7 +36,7 @@ class EventLog:
         if update.woken:
             self.tell(Event(now, EventKind.WOKEN, update.woken, update.reason, riding=update.riding))
 
-    def close_placement(self, extension: Extension, watch: Watch) -> None:
+    def close_placement(self, extension: Tells, watch: Watch) -> None:
         """Before the next bricks come: note how the last ones were carried, and how safely the stack stood."""
         if extension.awake():
             return  # what still moves has no margin, and who carries whom is about to change
@@ -50,6 +51,10 @@ class EventLog:
                 shares = extension.shares(placed)
                 self.carried_at_first |= {brick: edges_of(brick, shares.get(brick, {})) for brick in placed}
                 return
+
+    def in_order(self) -> tuple[Event, ...]:
+        """By time: parts of a scene tell what happened in them when it is their turn."""
+        return tuple(sorted(self.events, key=lambda event: event.time))
 
     def last_placed(self) -> tuple[BodyId, ...]:
         """The bricks of the last action, if that was to place some."""

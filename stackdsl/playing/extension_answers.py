@@ -29,6 +29,12 @@ class Answers:
     judgements: int = 0
     clock: UpdateClock = field(default_factory=UpdateClock)
 
+    def absorb(self, other: "Answers") -> None:
+        """Go on with the bricks of another one, which have come near."""
+        self.gave_way = self.gave_way or other.gave_way
+        self.judgements += other.judgements
+        self.clock.absorb(other.clock)
+
     def moving(self) -> Sequence[BodyId]:
         """The bricks that may move."""
         return self.extension.awake() if self.extension is not None else list(self.measures.watch.present)

@@ -89,10 +89,13 @@ class Measures:
         """The ground begins to shake."""
         self.energy.outside.motion = motion
 
-    def acted(self, time: float, states: Mapping[BodyId, BodyState], verdict: Verdict | None) -> None:
-        """Something was done at a time [s], and judged; all that may move is as told."""
+    def saw(self, time: float, states: Mapping[BodyId, BodyState]) -> None:
+        """Some of what may move is as told at a time [s]."""
         self._see(time, states)
         self._record(time, states)
+
+    def acted(self, states: Mapping[BodyId, BodyState], verdict: Verdict | None) -> None:
+        """Something was done, and judged; all that may move was seen as told."""
         self.energy.start()
         if verdict is not None and self.timeline.closely:
             self.onset.proven(verdict, self.watch.where(), self.timeline.world.planes, states)
@@ -106,11 +109,16 @@ class Measures:
         self.watch.freeze(frozen)
         self.motion.stopped(frozen)
 
-    def look(self, time: float, states: Mapping[BodyId, BodyState], in_hands: bool = False) -> None:
-        """Take in all that moves; `in_hands` if hands may be at work on it."""
+    def look(
+        self,
+        time: float,
+        states: Mapping[BodyId, BodyState],
+        everything: Mapping[BodyId, BodyState],
+        in_hands: bool = False,
+    ) -> None:
+        """Take in what moves of one part, and all that does; `in_hands` if hands may be at work on it."""
         self.watch.see(time, states)
-        self._see(time, states)
-        self._record(time, states)
+        self.saw(time, states)
         self.energy.look(self.motion.see(time, states))
         if in_hands:
             self.energy.start()  # what hands do is told from what an engine adds only once they have let go
@@ -118,7 +126,7 @@ class Measures:
             self.sway.see(time, states)
         if self.overlap is not None:
             self.overlap.see(time, self.watch.made_of, {name: state.pose for name, state in states.items()})
-        self.look_closely(time, states)
+        self.look_closely(time, everything)
 
     def look_closely(self, time: float, states: Mapping[BodyId, BodyState]) -> None:
         """The same between two looks. What has left its place is told by those alone, however closely one looks."""

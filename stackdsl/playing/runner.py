@@ -8,38 +8,32 @@ until all that is asked is known.
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from time import perf_counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
-from stability.engines.friction_told import wrong_friction_of
-from stability.engines.protocol import World
 from stability.engines.scene_scale import SAMPLING
 from stability.garbage import rarely_collected
 from stability.geometry.vectors import add
-from stability.model import GROUND, BodyId
-from stability.motion.known_motion import FallingParts
-from stability.watching.extension import Extension
+from stability.model import GROUND, BodyId, BodyState
 from stackdsl.playing.after_collapse import after_collapse, time_of
 from stackdsl.playing.carrying import ForceMeter
 from stackdsl.playing.clearance import keep_clear
-from stackdsl.playing.concerned import concerned
-from stackdsl.playing.edges import EdgeWatch
 from stackdsl.playing.ending import Ending, Known, nothing_is_known
 from stackdsl.playing.event_log import EventLog, OnEvent, edges_of
-from stackdsl.playing.extension_answers import Answers
-from stackdsl.playing.ground import Ground
-from stackdsl.playing.hands import Hands
 from stackdsl.playing.measuring import Measures
+from stackdsl.playing.part import Part, names_of
+from stackdsl.playing.parts import Parts
 from stackdsl.playing.tracks import tracks_of
-from stackdsl.playing.travel import limit_travel
 from stackdsl.systems.modification import as_played
 from stackdsl.systems.systems import System
-from stackdsl.systems.worlds import extension_for, load, opened_world
+from stackdsl.systems.worlds import load
 from stackdsl.timeline import Arrival, Hold, LetGo, Moment, Move, Placement, Push, Removal, Shake, Timeline
 from stackdsl.trace import STAND, BrickState, Collapse, Cost, Event, EventKind, Trace
 from stackdsl.wording import level_text, shaking_text
 
 if TYPE_CHECKING:
     from stackdsl.recording.recorder import Recorder
+
+Pieces: TypeAlias = Sequence[tuple[Part, Moment]]  # what is done with each part
 
 CLOSE_SAMPLING = 0.002  # [s] between looks while it is asked how something begins to fall, or where it lands
 FORCE_WINDOW = 0.25  # [s] at the end over which a bare engine's contact forces are averaged
@@ -60,42 +54,33 @@ def play(
     load(system)
     timeline = as_played(timeline, system.modification)
     started = perf_counter()
-    world = opened_world(timeline, system)
+    log = EventLog(on_event)
+    measures = Measures(timeline, recorder=recorder)
+    parts = Parts(timeline, system, measures, log)
     try:
-        extension = extension_for(timeline, system, world)
-        run = _Run(timeline, world, extension, EventLog(on_event), Ending(timeline, is_known), recorder)
+        run = _Run(timeline, parts, measures, log, Ending(timeline, is_known))
         run.play()
         return run.trace(perf_counter() - started)
     finally:
-        world.close()
+        parts.close()
 
 
 @dataclass
 class _Run:
     timeline: Timeline
-    world: World
-    extension: Extension | None
+    parts: Parts
+    measures: Measures
     log: EventLog
     ending: Ending
-    recorder: "Recorder | None" = None
     collapse: Collapse | None = None
     forces: ForceMeter = field(default_factory=ForceMeter)
-    ticks: int = 0  # time steps that passed while something could move
-    steps: int = 0  # of them, those that an engine took
     one_by_one: int = 0
     shift_before: float = 0.0  # largest of any brick when something was last done before a collapse [m]
     passed: int = 0  # moments
 
     def __post_init__(self) -> None:
         self.moments = tuple(self.timeline.moments())
-        self.measures = Measures(self.timeline, recorder=self.recorder)
         self.watch = self.measures.watch
-        scene = self.timeline.world
-        self.ground = Ground(self.world, scene.gravity)
-        self.edges = EdgeWatch(self.world, scene.gravity)
-        self.falling = FallingParts(self.world, scene.planes, scene.friction, scene.gravity)
-        self.answers = Answers(self.extension, self.world, self.measures, self.log, self.falling)
-        self.hands = Hands(self.world, self.watch, self.answers, self.log, scene.planes)
 
     def play(self) -> None:
         for moment in self.moments:
@@ -106,12 +91,14 @@ class _Run:
             if doing is not None:
                 self._act(doing)
             self.passed += 1
-            if self.answers.only_an_engine_knows_more() and not self.timeline.watched:
+            self.parts.done(moment)
+            if not self.timeline.watched and self.parts.undecided:
                 return
         self._advance(self._end())
         if self.collapse:
             self._advance(self._end())
-        self._look()
+        for part in self.parts:
+            self._look(part)
         self._close_placement()
 
     def _takes_place(self, moment: Moment) -> Moment | None:
@@ -123,26 +110,38 @@ class _Run:
         if self.collapse is None:
             self._close_placement()
             self.shift_before = self.watch.largest_shift
-        if self.answers.nothing_can_move():
-            self.answers.gave_way = None  # what failed before has come to rest again, and is not what fails now
-        self.falling.disturbed(concerned(moment, self.watch.bricks))
+        pieces = self.parts.pieces(moment)
+        for part, piece in pieces:
+            part.prepare(piece, time_of(moment))
         match moment:
             case Removal():
-                self._remove(moment)
+                self._remove(moment, pieces)
             case Push():
-                self._push(moment)
+                self._push(moment, pieces)
             case Shake():
-                self._shake(moment)
+                self._shake(moment, pieces)
             case Move() | Hold() | LetGo():
-                self.hands.act(moment)
+                self.parts.of(names_of(moment)[0]).hands.act(moment)
             case _:
-                self._place(moment)
-        self.answers.let_go()
+                self._place(moment, pieces)
+        for part, _ in pieces:
+            part.answers.let_go()
         self.ending.acted(moment)
-        states = self.world.states(self.answers.moving())
-        self.measures.acted(self.world.time(), states, self.answers.verdict())
-        if self.watch.hit:
-            limit_travel(self.world, states, self.ground.pull)  # until the next look
+        self._see_all(pieces)
+
+    def _see_all(self, acted: Pieces) -> None:
+        """Look at all that moves, once something was done."""
+        states: dict[BodyId, BodyState] = {}
+        for part in self.parts:
+            moving = part.moving()
+            self.measures.saw(part.time, moving)
+            states |= moving
+            if part.hit and any(part is other for other, _ in acted):
+                part.limit_travel(moving)  # until the next look
+        for part, _ in acted:
+            self.parts.look(part, part.moving())
+        told = self.parts.extension
+        self.measures.acted(states, told.verdict() if told is not None else None)
 
     def _end(self) -> float:
         """Until when there is something to see, as far as is known by now."""
@@ -150,113 +149,111 @@ class _Run:
 
     def _all_is_known(self) -> bool:
         """Whether nothing that may still happen changes what is asked."""
-        if self.ending.may_be_early(self.world.time(), self.collapse):
+        if self.ending.may_be_early(self.parts.now, self.collapse):
             to_come = (self._takes_place(moment) for moment in self.moments[self.passed :])
             self.ending.ask(self._so_far(), self._end(), [moment for moment in to_come if moment is not None])
         return self.ending.early is not None
 
-    def _place(self, group: Sequence[Placement]) -> None:
+    def _place(self, group: Sequence[Placement], pieces: Pieces) -> None:
+        of = {placement.brick.id: part for part, piece in pieces if isinstance(piece, tuple) for placement in piece}
         for placement in group:
             keep_clear(placement, self.watch)
-            self.world.add_brick(placement.brick, placement.came or placement.pose, placement.velocity_W)
+            part = of[placement.brick.id]
+            part.add(placement)
             self.measures.add(placement)
             if placement.arrival is Arrival.BY_HAND:
-                self.hands.bring(placement.brick.id)
+                part.hands.bring(placement.brick.id)
         placed = tuple(placement.brick.id for placement in group if placement.arrival is not Arrival.BY_HAND)
         if placed:
             self.log.tell(Event(group[0].time, EventKind.PLACED, placed))
-        self.answers.set_down(placement.brick.id for placement in group if placement.at_rest)
+        for part, piece in pieces:
+            if isinstance(piece, tuple):
+                part.answers.set_down(placement.brick.id for placement in piece if placement.at_rest)
 
-    def _remove(self, removal: Removal) -> None:
+    def _remove(self, removal: Removal, pieces: Pieces) -> None:
         for brick in removal.bricks:
-            self.world.remove_brick(brick)
-        self.hands.gone(removal.bricks)
+            self.parts.of(brick).world.remove_brick(brick)
+        for part, _ in pieces:
+            part.hands.gone(removal.bricks)
         self.measures.remove(removal.time, removal.bricks)
         self.forces = ForceMeter()  # what was measured before is of another structure
         self.log.tell(Event(removal.time, EventKind.REMOVED, removal.bricks))
-        self.answers.taken_out(removal.bricks)
+        for part, piece in pieces:
+            if isinstance(piece, Removal):
+                part.answers.taken_out(piece.bricks)
 
-    def _push(self, push: Push) -> None:
+    def _push(self, push: Push, pieces: Pieces) -> None:
         self.watch.struck()
         self.log.tell(Event(push.time, EventKind.PUSHED, (push.brick,)))
-        if self.answers.struck(push.brick, push.impulse_W):
-            centre_W = self.world.states([push.brick])[push.brick].pose.position_W
-            self.world.push(push.brick, push.impulse_W, add(centre_W, push.offset_W))
+        for part, _ in pieces:
+            if part.answers.struck(push.brick, push.impulse_W):
+                centre_W = part.world.states([push.brick])[push.brick].pose.position_W
+                part.world.push(push.brick, push.impulse_W, add(centre_W, push.offset_W))
 
-    def _shake(self, shake: Shake) -> None:
+    def _shake(self, shake: Shake, pieces: Pieces) -> None:
         self.watch.struck()
         self.log.tell(Event(shake.time, EventKind.SHAKEN, (GROUND,), shaking_text(shake.motion)))
-        self.ground.motion = shake.motion
         self.measures.shaken(shake.motion)
-        self.answers.shaken(shake.motion)
+        for part, _ in pieces:
+            part.ground.motion = shake.motion
+            part.answers.shaken(shake.motion)
 
     def _close_placement(self) -> None:
-        if self.extension is not None:
-            self.log.close_placement(self.extension, self.watch)
+        told = self.parts.extension
+        if told is not None:
+            self.log.close_placement(told, self.watch)
 
     def _advance(self, until: float) -> None:
         """Let time pass up to a time, or to the first collapse, or until all is known."""
         had_collapsed = self.collapse is not None
-        while (left := until - self.world.time()) > 0.0:
-            if self.answers.nothing_can_move() and not self.hands.steps:
-                still = min(left, self.answers.still_for(), self.hands.still_for())
-                self.world.skip(still)
-                if still == left:
-                    return
-                if self.hands.busy:
-                    self._look()
-                self.answers.judge()
-                continue
-            if left <= 0.5 * (step := self.world.settings.time_step):
+        while (part := self.parts.behind(until)) is not None:
+            if self._go_on(part, self.parts.bound(part, until)) and (not had_collapsed or self._all_is_known()):
                 return
-            every, closely = (max(1, round(s / step)) for s in (SAMPLING, CLOSE_SAMPLING))
-            look = closely if self.measures.close else every
-            self._pass(min(look - self.ticks % look, round(left / step)))
-            if self.ticks % every == 0:
-                if self._look() and (not had_collapsed or self._all_is_known()):
-                    return
-            elif self.ticks % closely == 0 and self.measures.close:
-                self.measures.look_closely(self.world.time(), self.world.states(self.answers.moving()))
+        self.parts.reached(until)
 
-    def _pass(self, most: int) -> None:
-        """Let a time step pass, or up to so many while what moves needs no engine."""
-        shaken = self.ground.shake()
-        passed = self.falling.advance(most, driven=shaken or self.hands.busy)
-        self.ticks += passed or 1
-        if passed:
-            self.answers.landed(self.falling.landed)
-            return
-        self.hands.guide()
-        self.world.step()
-        self.steps += 1
-        self.answers.judge()
+    def _go_on(self, part: Part, until: float) -> bool:
+        """Let a part go on, to its next look at most; whether that has shown a collapse."""
+        if part.resting:
+            part.wait(until)
+            if part.hands.busy:
+                self._look(part)
+            part.answers.judge()
+            return False
+        left, step = until - part.time, part.world.settings.time_step
+        every, closely = (max(1, round(s / step)) for s in (SAMPLING, CLOSE_SAMPLING))
+        look = closely if self.measures.close else every
+        part.pass_on(min(look - part.ticks % look, max(1, round(left / step))))
+        if part.ticks % every == 0:
+            return self._look(part)
+        if part.ticks % closely == 0 and self.measures.close:
+            part.seen = part.moving()
+            self.measures.look_closely(part.time, self.parts.seen(part))
+        return False
 
-    def _look(self) -> bool:
-        """See all that moves; True if a collapse is known."""
-        now = self.world.time()
-        self.hands.look()
-        moving = self.answers.moving()
-        states = self.world.states(list(dict.fromkeys([*moving, *self.hands.in_hand])))
-        self.one_by_one = max(self.one_by_one, len(moving) - self.answers.riding())
-        self.measures.look(now, states, in_hands=self.hands.busy)
-        self.edges.look(now, states)
-        limit_travel(self.world, states, self.ground.pull)
-        if self.extension is None and now >= self._end() - FORCE_WINDOW:
+    def _look(self, part: Part) -> bool:
+        """See all of a part that moves; True if a collapse is known."""
+        now = part.time
+        part.hands.look()
+        moving = part.answers.moving()
+        states = part.world.states(list(dict.fromkeys([*moving, *part.hands.in_hand])))
+        part.seen, part.one_by_one = states, len(moving) - part.answers.riding()
+        self.one_by_one = max(self.one_by_one, sum(each.one_by_one for each in self.parts))
+        self.measures.look(now, states, self.parts.seen(part), in_hands=part.hands.busy)
+        part.edges.look(now, states)
+        part.limit_travel(states)
+        self.parts.look(part, states)
+        if part.extension is None and now >= self._end() - FORCE_WINDOW:
             for brick in moving:
-                self.forces.add(brick, self.world.contacts(brick))
+                self.forces.add(brick, part.world.contacts(brick))
         if self.collapse is None and (first := self.watch.first_to_leave()) is not None:
-            youngest = self.watch.youngest()
-            gave_way = self.answers.gave_way
-            self.collapse = Collapse(now, youngest.level, first, gave_way, youngest.step, self._broke(gave_way))
-            self.log.tell(
-                Event(
-                    now,
-                    EventKind.COLLAPSED,
-                    (first,),
-                    f"{level_text(youngest.level, youngest.step)} under construction",
-                )
-            )
+            self._collapsed(now, first)
         return self.collapse is not None
+
+    def _collapsed(self, now: float, first: BodyId) -> None:
+        youngest, gave_way = self.watch.youngest(), self.parts.of(first).answers.gave_way
+        self.collapse = Collapse(now, youngest.level, first, gave_way, youngest.step, self._broke(gave_way))
+        under = f"{level_text(youngest.level, youngest.step)} under construction"
+        self.log.tell(Event(now, EventKind.COLLAPSED, (first,), under))
 
     def _broke(self, gave_way: BodyId | None) -> int | None:
         """The level at which it broke, if the last that was done set nothing down."""
@@ -267,33 +264,35 @@ class _Run:
         """What happened, once it is over."""
         so_far = self._so_far()
         standing = [name for name, track in so_far.tracks.items() if track.state in STAND]
-        shares = self.extension.shares() if self.extension is not None else self.forces.shares(standing)
+        told = self.parts.extension
+        shares = told.shares() if told is not None else self.forces.shares(standing)
         edges = tuple(edge for name in standing for edge in edges_of(name, shares.get(name, {})))
-        cost = replace(so_far.cost, wall_time=wall_time, updates=self.answers.clock.updates())
+        cost = replace(so_far.cost, wall_time=wall_time, updates=self.parts.updates())
         return replace(so_far, edges=edges, cost=cost)
 
     def _so_far(self) -> Trace:
         """What has happened, but for who carries whom."""
-        unproven = not self.timeline.watched and self.answers.only_an_engine_knows_more()
-        tracks = tracks_of(self.timeline, self.watch, self.extension, unproven, self.collapse is not None)
+        told, now = self.parts.extension, self.parts.now
+        unproven = not self.timeline.watched and self.parts.undecided
+        tracks = tracks_of(self.timeline, self.watch, told, unproven, self.collapse is not None)
         return Trace(
-            events=tuple(self.log.events),
+            events=self.log.in_order() if self.parts.several else tuple(self.log.events),
             tracks=tracks,
             edges=(),
             collapse=self.collapse,
-            cost=Cost(0.0, self.world.time(), self.steps, self.answers.judgements, self.log.proofs(), self.one_by_one),
+            cost=Cost(0.0, now, self.parts.steps, self.parts.judgements, self.log.proofs(), self.one_by_one),
             edges_when_placed=self.log.carried_at_first,
             world=self.timeline.world,
             last_arrival=self.ending.last_arrival,
-            statics=self.answers.verdict(),
+            statics=told.verdict() if told is not None else None,
             energy=self.measures.energy.energy(),
             onset=self.measures.onset.onset,
-            wrong_edges=self.edges.wrong(),
-            wrong_friction=wrong_friction_of(self.world),
+            wrong_edges=self.parts.edges(),
+            wrong_friction=self.parts.friction(),
             shift_before=self.shift_before,
             sway=self.measures.swayed,
             penetration=self.measures.overlapped,
             landing=self.measures.landing([n for n, track in tracks.items() if track.state is BrickState.FALLEN]),
-            moving=self.measures.motion.moving(self.world.time()),
+            moving=self.measures.motion.moving(now),
             early_end=self.ending.early,
         )

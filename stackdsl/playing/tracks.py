@@ -4,14 +4,14 @@ from collections.abc import Set
 from dataclasses import replace
 
 from stability.model import BodyId
-from stability.watching.extension import Extension
+from stackdsl.playing.together import Tells
 from stackdsl.playing.watch import Watch
 from stackdsl.timeline import Placement, Timeline
 from stackdsl.trace import BrickState, BrickTrack
 
 
 def tracks_of(
-    timeline: Timeline, watch: Watch, extension: Extension | None, unproven: bool, collapsed: bool
+    timeline: Timeline, watch: Watch, extension: Tells | None, unproven: bool, collapsed: bool
 ) -> dict[BodyId, BrickTrack]:
     """The track of each, in the order of the timeline.
 
@@ -34,7 +34,7 @@ def tracks_of(
     return found
 
 
-def _giving_way(extension: Extension) -> Set[BodyId]:
+def _giving_way(extension: Tells) -> Set[BodyId]:
     """What is proven to fall where nothing was seen to: in weak gravity the run may end before."""
     verdict = extension.verdict()
     return set() if verdict is None or verdict.motion is None else verdict.motion.velocity.keys() & extension.awake()

@@ -25,6 +25,10 @@ class UpdateClock:
         self._took.append(perf_counter() - began)
         return done
 
+    def absorb(self, other: "UpdateClock") -> None:
+        """Count those of another one as well."""
+        self._took += other._took
+
     def updates(self) -> Updates | None:
         """What they took; None if there were none."""
         return Updates(median(self._took), max(self._took)) if self._took else None

@@ -10,6 +10,7 @@ its weight elsewhere before it has lost its support.
 from collections import defaultdict
 from collections.abc import Collection, Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Self
 
 from stability.engines.protocol import Engine, Pressing
 from stability.geometry.vectors import add, dot, norm, scale
@@ -79,6 +80,11 @@ class DeadLoads(BrickObserver):
                         ContactPoint(by, brick, each.at_W, scale(-1.0 / size, each.force_W), 0.0, size, NOTHING)
                     )
         return found
+
+    def absorb(self, other: Self) -> None:
+        """The bricks of another come into this engine."""
+        self._loads |= other._loads
+        self._carrying |= other._carrying
 
     def _states(self) -> Mapping[BodyId, BodyState]:
         return self.engine.states(sorted(self._loads))

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Collection, Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import hypot
+from typing import Self
 
 from stability.engines.protocol import Engine
 from stability.exact.candidates import solids
@@ -121,6 +122,10 @@ class Disturbances(BrickObserver):
     def gone(self, bricks: Collection[BodyId]) -> None:
         """What is gone neither hits nor is disturbed."""
         self._observers.gone(bricks)
+
+    def absorb(self, other: Self) -> None:
+        """The bricks of another come into this engine."""
+        self._observers.absorb(other._observers)
 
 
 def is_level(along_W: Vec3) -> bool:

@@ -9,6 +9,7 @@ it, and its mass M, it has moved by J^2 / (2 M F). A moment's excess is what eve
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import hypot
+from typing import Self
 
 from stability.engines.protocol import Engine
 from stability.friction_law import law_of
@@ -82,6 +83,11 @@ class Overloads(BrickObserver):
 
     def gone(self, bricks: Collection[BodyId]) -> None:
         """What these held, and what held them, may have another proof."""
+        self._may_have_changed()
+
+    def absorb(self, other: Self) -> None:
+        """The bricks of another come into this engine."""
+        self._sums |= other._sums
         self._may_have_changed()
 
     def _may_have_changed(self) -> None:

@@ -3,6 +3,7 @@
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from math import dist
+from typing import Self
 
 from stability.engines.protocol import Joining
 from stability.geometry.rotations import turn_between
@@ -77,6 +78,11 @@ class RigidGroups(BrickObserver):
         for brick in bricks:
             if brick in self:
                 self._strike(brick)
+
+    def absorb(self, other: Self) -> None:
+        """The bricks of another come into this engine."""
+        self._groups |= other._groups
+        self._first |= other._first
 
     def _strike(self, brick: BodyId) -> tuple[BodyId, ...]:
         """Strike the group of a brick from the record; these are its bricks."""
