@@ -26,7 +26,7 @@ from stackdsl.timeline import Moment, Move, Placement, Push, Shake
 from stackdsl.timeline import World as Scene
 
 
-@dataclass
+@dataclass(eq=False)
 class Part:
     """One part, and what is known of how it moves."""
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TypeAlias
 
 from stability.engines.friction_told import WrongFriction, wrong_friction_of
 from stability.model import BodyId, BodyState
@@ -18,6 +19,8 @@ from stackdsl.systems.systems import Method, System
 from stackdsl.systems.worlds import extension_for, opened_world
 from stackdsl.timeline import Hold, LetGo, Moment, Placement, Removal, Timeline
 from stackdsl.trace import Updates, WrongEdges
+
+Pieces: TypeAlias = Sequence[tuple[Part, Moment]]  # what is done with each part
 
 
 @dataclass
@@ -103,11 +106,11 @@ class Parts:
                 part.rest()
         return min(lagging, key=lambda part: part.time, default=None)
 
-    def bound(self, part: Part, until: float) -> float:
-        """Up to when a part may be followed without a look at what is done, of which others hear at a time [s]."""
+    def bound(self, part: Part, until: float, end: float) -> float:
+        """Up to when a part goes on by itself, whatever is done elsewhere at a time, before the run ends [s]."""
         if not self.several:
             return until
-        return max(until, part.to_come[0] if part.to_come else self.timeline.end)
+        return max(until, part.to_come[0] if part.to_come else end)
 
     def reached(self, until: float) -> None:
         """All has happened that happens before a time [s]."""
@@ -118,7 +121,7 @@ class Parts:
 
     # --- what is done -------------------------------------------------------------------------------------------------
 
-    def pieces(self, moment: Moment) -> list[tuple[Part, Moment]]:
+    def pieces(self, moment: Moment) -> Pieces:
         """What is done with each part."""
         self._acted = []
         if not self.several:
@@ -149,14 +152,14 @@ class Parts:
                 part.to_come.popleft()
 
     def __iter__(self) -> Iterator[Part]:
-        """Those that are left."""
-        return iter(tuple(self.found))
+        """Those that are left when it is their turn."""
+        return (part for part in tuple(self.found) if part in self.found)
 
     # --- who meets whom -----------------------------------------------------------------------------------------------
 
     def look(self, part: Part, states: Mapping[BodyId, BodyState]) -> None:
         """See where a part may be soon, and let it take in those that it may come near to."""
-        if not self.several:
+        if not self.several or part not in self.found:
             return
         part.space.follows(self.measures.watch.made_of, states, self.timeline.world.gravity)
         while (other := self._met(part)) is not None:

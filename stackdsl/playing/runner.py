@@ -8,12 +8,12 @@ until all that is asked is known.
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from time import perf_counter
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 from stability.engines.scene_scale import SAMPLING
 from stability.garbage import rarely_collected
 from stability.geometry.vectors import add
-from stability.model import GROUND, BodyId, BodyState
+from stability.model import GROUND, BodyId
 from stackdsl.playing.after_collapse import after_collapse, time_of
 from stackdsl.playing.carrying import ForceMeter
 from stackdsl.playing.clearance import keep_clear
@@ -21,7 +21,7 @@ from stackdsl.playing.ending import Ending, Known, nothing_is_known
 from stackdsl.playing.event_log import EventLog, OnEvent, edges_of
 from stackdsl.playing.measuring import Measures
 from stackdsl.playing.part import Part, names_of
-from stackdsl.playing.parts import Parts
+from stackdsl.playing.parts import Parts, Pieces
 from stackdsl.playing.tracks import tracks_of
 from stackdsl.systems.modification import as_played
 from stackdsl.systems.systems import System
@@ -32,8 +32,6 @@ from stackdsl.wording import level_text, shaking_text
 
 if TYPE_CHECKING:
     from stackdsl.recording.recorder import Recorder
-
-Pieces: TypeAlias = Sequence[tuple[Part, Moment]]  # what is done with each part
 
 CLOSE_SAMPLING = 0.002  # [s] between looks while it is asked how something begins to fall, or where it lands
 FORCE_WINDOW = 0.25  # [s] at the end over which a bare engine's contact forces are averaged
@@ -124,6 +122,7 @@ class _Run:
                 self.parts.of(names_of(moment)[0]).hands.act(moment)
             case _:
                 self._place(moment, pieces)
+        pieces = self.parts.pieces(moment)  # some may have come near to others by that
         for part, _ in pieces:
             part.answers.let_go()
         self.ending.acted(moment)
@@ -131,17 +130,17 @@ class _Run:
 
     def _see_all(self, acted: Pieces) -> None:
         """Look at all that moves, once something was done."""
-        states: dict[BodyId, BodyState] = {}
-        for part in self.parts:
-            moving = part.moving()
-            self.measures.saw(part.time, moving)
-            states |= moving
-            if part.hit and any(part is other for other, _ in acted):
-                part.limit_travel(moving)  # until the next look
+        seen = {part: part.moving() for part in self.parts}
+        for part, states in seen.items():
+            self.measures.saw(part.time, states)
         for part, _ in acted:
-            self.parts.look(part, part.moving())
+            if part.hit:
+                part.limit_travel(seen[part])  # until the next look
+        for part, _ in acted:
+            self.parts.look(part, seen[part])
         told = self.parts.extension
-        self.measures.acted(states, told.verdict() if told is not None else None)
+        everything = {name: state for states in seen.values() for name, state in states.items()}
+        self.measures.acted(everything, told.verdict() if told is not None else None)
 
     def _end(self) -> float:
         """Until when there is something to see, as far as is known by now."""
@@ -166,7 +165,9 @@ class _Run:
         placed = tuple(placement.brick.id for placement in group if placement.arrival is not Arrival.BY_HAND)
         if placed:
             self.log.tell(Event(group[0].time, EventKind.PLACED, placed))
-        for part, piece in pieces:
+        for part, _ in pieces:
+            self.parts.look(part, {})
+        for part, piece in self.parts.pieces(tuple(group)):
             if isinstance(piece, tuple):
                 part.answers.set_down(placement.brick.id for placement in piece if placement.at_rest)
 
@@ -207,7 +208,9 @@ class _Run:
         """Let time pass up to a time, or to the first collapse, or until all is known."""
         had_collapsed = self.collapse is not None
         while (part := self.parts.behind(until)) is not None:
-            if self._go_on(part, self.parts.bound(part, until)) and (not had_collapsed or self._all_is_known()):
+            if self._go_on(part, self.parts.bound(part, until, self._end())) and (
+                not had_collapsed or self._all_is_known()
+            ):
                 return
         self.parts.reached(until)
 
@@ -272,9 +275,9 @@ class _Run:
 
     def _so_far(self) -> Trace:
         """What has happened, but for who carries whom."""
-        told, now = self.parts.extension, self.parts.now
+        told, now, fell = self.parts.extension, self.parts.now, self.collapse is not None
         unproven = not self.timeline.watched and self.parts.undecided
-        tracks = tracks_of(self.timeline, self.watch, told, unproven, self.collapse is not None)
+        tracks = tracks_of(self.timeline, self.watch, told, unproven, fell)
         return Trace(
             events=self.log.in_order() if self.parts.several else tuple(self.log.events),
             tracks=tracks,

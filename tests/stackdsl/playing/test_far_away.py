@@ -4,10 +4,13 @@ from functools import cache
 
 import pytest
 
+from stability.model import AT_REST
 from stackdsl.playing.runner import play
 from stackdsl.systems.systems import SYSTEMS
+from stackdsl.timeline import Placement, Push
 from stackdsl.trace import Trace
 from tests.scenes import timeline_of
+from tests.stackdsl.playing.let_go import CUBE, FLAT, SHEET, TIPPING, let_go, over
 
 FIN_AND_PLANK = """
 - bricks:
@@ -159,3 +162,78 @@ def test_a_far_block_does_not_change_when_a_tower_comes_down() -> None:
     assert beside.collapse == alone.collapse
     times = [event.time for event in beside.events]
     assert times == sorted(times)
+
+
+# --- what moves there -------------------------------------------------------------------------------------------------
+
+
+def planks(count: int, at: float = 10.0, speed: float = 0.0) -> list[Placement]:
+    """They fall, or are thrown away; their names come before and after those of others."""
+    velocity_W = (speed, 0.0, 2.0) if speed else AT_REST
+    names = [f"{'0' if n % 2 else 'z'}{n}" for n in range(count)]
+    return [
+        let_go(name, (at, 0.14 * (n % 4), 0.08 + 0.15 * (n // 4)), velocity_W=velocity_W)
+        for n, name in enumerate(names)
+    ]
+
+
+FALLS_FAR_AWAY = {
+    "eight planks": planks(8),
+    "two planks, thrown": planks(2, speed=6.0),
+    "two thin sheets": [let_go(name, (10.0, y, 0.03), SHEET) for name, y in (("0", 0.0), ("z", 0.1))],
+    "ten kilometres away": planks(2, at=1e4),
+}
+FALLS_HERE = {
+    "askew": [let_go("plank", (0.0, 0.0, 0.09))],
+    "flat": [let_go("plank", (0.0, 0.0, 0.05), turned=FLAT)],
+    "thrown": [let_go("plank", (0.0, 0.0, 0.09), velocity_W=(0.8, -0.5, 0.3))],
+    "over an edge": [
+        let_go("post", (0.0, 0.0, 0.0501), CUBE, FLAT),
+        let_go("plank", (0.06, 0.0, 0.1041), turned=TIPPING),
+    ],
+}
+
+
+@cache
+def fallen_alone(here: str) -> Trace:
+    return play(over(FALLS_HERE[here]), SYSTEMS["exact"])
+
+
+def assert_same(beside: Trace, alone: Trace) -> None:
+    for name, track in alone.tracks.items():
+        assert repr(beside.tracks[name].final) == repr(track.final)
+        assert beside.tracks[name].state is track.state
+
+
+@pytest.mark.parametrize("far", FALLS_FAR_AWAY)
+def test_a_plank_falls_alike_to_the_last_bit_whatever_falls_far_away(far: str) -> None:
+    assert_same(play(over(FALLS_HERE["askew"] + FALLS_FAR_AWAY[far]), SYSTEMS["exact"]), fallen_alone("askew"))
+
+
+@pytest.mark.parametrize("here", FALLS_HERE)
+def test_however_a_plank_falls_it_falls_alike_beside_others_that_fall_far_away(here: str) -> None:
+    assert_same(play(over(planks(2) + FALLS_HERE[here]), SYSTEMS["exact"]), fallen_alone(here))
+
+
+def test_what_has_come_to_rest_is_moved_again_alike_while_others_fall_far_away() -> None:
+    push = Push(0.45, "plank", (0.006, 0.004, 0.0), (0.03, 0.0, 0.0))
+    later = [let_go("late", (10.5, 0.0, 0.05), time=0.42), let_go("later", (10.5, 0.0, 0.3), time=0.44)]
+    alone, beside = (
+        play(over([*FALLS_HERE["askew"], *far, push], hold=0.6), SYSTEMS["exact"]) for far in ([], planks(1) + later)
+    )
+    assert alone.tracks["plank"].frozen
+    assert alone.cost.steps > fallen_alone("askew").cost.steps
+    assert_same(beside, alone)
+
+
+def test_two_towers_topple_at_once_as_each_does_alone() -> None:
+    build = "- column: {{levels: 3, step: 50 mm, origin: [{at}, 0 m, 0 m]}}\n  name: {name}\n  at: 0 s"
+    here, there = build.format(at="0 m", name="here"), build.format(at="20 m", name="there")
+    one, other, both = (played(text) for text in (here, there, f"{here}\n{there}"))
+    assert one.collapse is not None
+    assert both.collapse is not None
+    assert both.collapse.time == one.collapse.time
+    assert_same(both, one)
+    assert_same(both, other)
+    assert both.statics is not None
+    assert {"here.L2.1", "there.L2.1"} <= set(both.statics.moving)
