@@ -38,7 +38,7 @@ class Part:
     ticks: int = 0  # time steps that passed while something could move
     steps: int = 0  # of them, those that an engine took
     hit: bool = False  # whether something has hit it
-    to_come: deque[float] = field(default_factory=deque)  # when something is to be done with it [s]
+    to_come: deque[tuple[int, float]] = field(default_factory=deque)  # what is done with it: which moment, and when [s]
     seen: Mapping[BodyId, BodyState] = field(default_factory=dict)  # what moved when that was looked at last
     resting: bool = True  # whether it was idle when that was asked last
     one_by_one: int = 0  # bricks that the engine moved one by one then
@@ -70,10 +70,9 @@ class Part:
 
     def lags(self, until: float) -> bool:
         """Whether something happens here before a time [s]."""
-        left = until - self.time
+        self.resting, left = self.idle, until - self.time
         if left <= 0.0:
             return False
-        self.resting = self.idle
         return self.still_for(left) < left if self.resting else left > 0.5 * self.world.settings.time_step
 
     def wait(self, until: float) -> None:

@@ -47,7 +47,8 @@ class Parts:
         except BaseException:
             self.close()
             raise
-        if self.several:
+        self.split = self.several
+        if self.split:
             self._tell_when()
 
     def _open(self, placements: Sequence[Placement]) -> None:
@@ -61,11 +62,11 @@ class Parts:
     def _tell_when(self) -> None:
         """Tell each part when something is to be done with it."""
         of: dict[BodyId, Part] = {}
-        for moment in self.timeline.moments():
+        for number, moment in enumerate(self.timeline.moments()):
             if isinstance(moment, tuple):
                 of |= {each.brick.id: self._coming[each.time, each.brick.id] for each in moment}
             for part in {id(of[name]): of[name] for name in names_of(moment) if name in of}.values():
-                part.to_come.append(time_of(moment))
+                part.to_come.append((number, time_of(moment)))
 
     def close(self) -> None:
         """End all of them."""
@@ -110,7 +111,7 @@ class Parts:
         """Up to when a part goes on by itself, whatever is done elsewhere at a time, before the run ends [s]."""
         if not self.several:
             return until
-        return max(until, part.to_come[0] if part.to_come else end)
+        return max(until, part.to_come[0][1] if part.to_come else end)
 
     def reached(self, until: float) -> None:
         """All has happened that happens before a time [s]."""
@@ -143,12 +144,10 @@ class Parts:
             case _:
                 return moment
 
-    def done(self, moment: Moment) -> None:
-        """A moment is over, whether it took place or not."""
-        if not self.several:
-            return
+    def done(self, number: int) -> None:
+        """A moment of this number is over, whether it took place or not."""
         for part in self.found:
-            while part.to_come and part.to_come[0] <= time_of(moment):
+            while part.to_come and part.to_come[0][0] <= number:
                 part.to_come.popleft()
 
     def __iter__(self) -> Iterator[Part]:

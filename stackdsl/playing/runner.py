@@ -88,8 +88,8 @@ class _Run:
             doing = None if self._all_is_known() else self._takes_place(moment)
             if doing is not None:
                 self._act(doing)
+            self.parts.done(self.passed)
             self.passed += 1
-            self.parts.done(moment)
             if not self.timeline.watched and self.parts.undecided:
                 return
         self._advance(self._end())
@@ -279,7 +279,7 @@ class _Run:
         unproven = not self.timeline.watched and self.parts.undecided
         tracks = tracks_of(self.timeline, self.watch, told, unproven, fell)
         return Trace(
-            events=self.log.in_order() if self.parts.several else tuple(self.log.events),
+            events=self.log.in_order() if self.parts.split else tuple(self.log.events),
             tracks=tracks,
             edges=(),
             collapse=self.collapse,

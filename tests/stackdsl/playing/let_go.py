@@ -23,12 +23,20 @@ def let_go(  # noqa: PLR0913, PLR0917 -- all that a brick in the air is made of
     turned: Quaternion = ASKEW,
     velocity_W: Vec3 = AT_REST,
     time: float = 0.0,
+    flight: float = 0.0,
+    arrival: Arrival = Arrival.LET_GO,
 ) -> Placement:
     """A brick with its centre there [m], and a velocity [m/s]."""
     x, y, z = shape.size
-    return Placement(time, Brick(name, shape, DENSITY * x * y * z), 1, Pose(at_W, turned), Arrival.LET_GO, velocity_W)
+    brick = Brick(name, shape, DENSITY * x * y * z)
+    return Placement(time, brick, 1, Pose(at_W, turned), arrival, velocity_W, flight)
+
+
+def set_down(name: str, at_W: Vec3, shape: Box = PLANK, time: float = 0.0) -> Placement:
+    """A level brick that is put there at rest [m]."""
+    return let_go(name, at_W, shape, FLAT, time=time, arrival=Arrival.SET_DOWN)
 
 
 def over(actions: Iterable[Action], hold: float = 0.5) -> Timeline:
     """What happens then, watched for some time after the last [s]."""
-    return Timeline(LEVEL, tuple(sorted(actions, key=lambda action: action.time)), hold)
+    return Timeline(LEVEL, tuple(sorted(actions, key=lambda action: action.time)), hold, followed=0.3)
