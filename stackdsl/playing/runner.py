@@ -200,8 +200,7 @@ class _Run:
             part.answers.shaken(shake.motion)
 
     def _close_placement(self) -> None:
-        told = self.parts.extension
-        if told is not None:
+        if (told := self.parts.extension) is not None:
             self.log.close_placement(told, self.watch)
 
     def _advance(self, until: float) -> None:

@@ -216,12 +216,20 @@ def test_however_a_plank_falls_it_falls_alike_beside_others_that_fall_far_away(h
 
 
 def test_what_has_come_to_rest_is_moved_again_alike_while_others_fall_far_away() -> None:
-    push = Push(0.45, "plank", (0.006, 0.004, 0.0), (0.03, 0.0, 0.0))
-    later = [let_go("late", (10.5, 0.0, 0.05), time=0.42), let_go("later", (10.5, 0.0, 0.3), time=0.44)]
+    again = [
+        Push(0.45, "plank", (0.006, 0.004, 0.0), (0.03, 0.0, 0.0)),
+        let_go("second", (0.0, 0.0, 0.09), time=0.6),  # and pushed as it comes
+        Push(0.6, "second", (0.006, 0.0, 0.0)),
+    ]
+    far = [
+        let_go("late", (10.5, 0.0, 0.05), time=0.42),
+        let_go("later", (10.5, 0.0, 0.3), time=0.44),
+        Push(0.6, "late", (0.006, 0.0, 0.0)),
+    ]
     alone, beside = (
-        play(over([*FALLS_HERE["askew"], *far, push], hold=0.6), SYSTEMS["exact"]) for far in ([], planks(1) + later)
+        play(over([*FALLS_HERE["askew"], *again, *others]), SYSTEMS["exact"]) for others in ([], planks(1) + far)
     )
-    assert alone.tracks["plank"].frozen
+    assert alone.tracks["second"].frozen
     assert alone.cost.steps > fallen_alone("askew").cost.steps
     assert_same(beside, alone)
 
