@@ -167,6 +167,61 @@ def test_joined_bricks_fall_as_one_and_may_be_frozen_again_when_they_are_parted(
     assert states["top"].velocity_W[2] == pytest.approx(0.0, abs=0.1)  # it lies on the other
 
 
+def test_a_world_goes_on_with_what_moved_and_what_stood_in_another_that_has_come_near() -> None:
+    opened = Opened()
+    one, other = opened.world(), opened.world()
+    for world, x in ((one, 0.0), (other, 0.5)):
+        world.add_brick(Brick(f"stands at {x}", Box(SIZE), 0.012), Pose((x, 0.0, 0.004)))
+        world.freeze(f"stands at {x}")
+        world.add_brick(Brick(f"falls at {x}", Box(SIZE), 0.012), Pose((x, 0.2, 1.0)), (0.3, 0.0, 0.0))
+    for name, height in (("low", 1.0), ("top", 1.008)):
+        other.add_brick(Brick(name, Box(SIZE), 0.012), Pose((0.5, 0.4, height)))
+        other.freeze(name)
+    other.join(["low", "top"])
+    for _ in range(96):
+        one.step()
+        other.step()
+    one.absorb(other)
+    assert len(opened.engines) == 2
+    for _ in range(96):
+        one.step()
+    states = one.states(one.masses())
+    fall = 0.5 * 9.81 * 0.2 * (0.2 + 1.0 / 960.0)  # by Euler's steps
+    assert one.holds("stands at 0.5")
+    assert states["stands at 0.5"].pose.position_W == (0.5, 0.0, 0.004)
+    for x in (0.0, 0.5):
+        assert states[f"falls at {x}"].pose.position_W == pytest.approx((x + 0.06, 0.2, 1.0 - fall), abs=1e-6)
+        assert states[f"falls at {x}"].velocity_W == pytest.approx((0.3, 0.0, -1.962), abs=1e-6)
+    assert states["top"].pose.position_W[2] - states["low"].pose.position_W[2] == pytest.approx(0.008, abs=1e-9)
+    assert one.part("top") == ("low", "top")
+    assert one.time() == pytest.approx(0.2)
+    one.close()
+
+
+def test_a_world_that_gives_its_engine_back_opens_another_when_something_moves_again() -> None:
+    opened = Opened()
+    world = opened.world()
+    world.give_back()  # there is none
+    for name, x in (("a", 0.0), ("b", 0.01)):
+        world.add_brick(Brick(name, Box(SIZE), 0.012), Pose((x, 0.0, 1.0 + x)))
+    for _ in range(96):
+        world.step()
+    before = world.states(["a", "b"])
+    for name in before:
+        world.freeze(name)
+    world.give_back()
+    held = world.states(["a", "b"])
+    assert {name: state.pose for name, state in held.items()} == {name: state.pose for name, state in before.items()}
+    assert world.time() == pytest.approx(0.1)
+    assert not world.contacts("a")
+    world.wake("a")
+    world.step()
+    assert len(opened.engines) == 2
+    assert set(opened.engines[1].masses()) == {"a", "b"}  # the other is near
+    assert world.time() == pytest.approx(0.1 + 1.0 / 960.0)
+    world.close()
+
+
 def test_exact_imports_no_engine_while_all_is_proven() -> None:
     code = """
 import sys
