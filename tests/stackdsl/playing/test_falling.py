@@ -207,6 +207,19 @@ def test_what_is_awake_besides_stays_where_it_is_while_the_others_turn_as_a_part
     assert all_awake["p10"].pose.position_W == pytest.approx(alone["p10"].pose.position_W, abs=1e-3 * way)
 
 
+def test_it_is_as_late_after_ten_steps_at_once_as_after_ten_by_one() -> None:
+    bricks = stepped(0.011, 11)
+    motion, times = motion_of(bricks), []
+    for at_once in (1, 10, 100):
+        world = world_of(bricks)
+        falling = FallingParts(world, [FLOOR], 0.5, G)
+        falling.woken(list(motion.velocity), motion)
+        assert sum(falling.advance(at_once) for _ in range(100 // at_once)) == 100
+        times.append(world.time())
+        world.close()
+    assert times[0] == times[1] == times[2]  # to the last bit: limits of time are compared with it
+
+
 def test_what_is_pushed_at_the_moment_when_a_part_begins_to_fall_does_not_wait_for_it() -> None:
     bricks = stepped(0.011, 11)
     motion, world = motion_of(bricks), world_of(bricks)

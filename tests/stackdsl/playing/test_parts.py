@@ -95,6 +95,19 @@ def test_two_that_fly_towards_one_another_meet_and_keep_their_momentum() -> None
     assert trace.energy.gain < 1e-3
 
 
+def test_two_that_pass_each_other_are_one_part_and_fall_on_as_before(met: list[str]) -> None:
+    #   One drops straight, of which no engine is told; the other flies by, 0.2 m beside it.
+    drops = let_go("drops", (0.0, 0.0, 1.2), CUBE, FLAT, time=0.003)
+    flies = let_go("flies", (3.6, 0.2, 1.1), CUBE, FLAT, (-10.0, 0.0, 0.0))
+    recorder = Seen(until=0.42)
+    trace = play(over([drops, flies], hold=0.44), EXACT, recorder=recorder)
+    assert met == ["drops meets flies"]
+    for each in (drops, flies):
+        height = each.pose.position_W[2] - 0.5 * GRAVITY * (recorder.time - each.time) ** 2
+        assert recorder.last[each.brick.id].pose.position_W[2] == pytest.approx(height, abs=2e-3)
+    assert trace.cost.judgements >= trace.cost.steps  # one after each, of either part
+
+
 TOWER = [set_down(f"tower {n}", (0.0, 0.0, 0.05 + 0.1 * n), CUBE) for n in range(3)]
 
 
