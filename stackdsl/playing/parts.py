@@ -17,7 +17,7 @@ from stackdsl.playing.together import Together
 from stackdsl.playing.update_clock import UpdateClock
 from stackdsl.systems.systems import Method, System
 from stackdsl.systems.worlds import extension_for, opened_world
-from stackdsl.timeline import Hold, LetGo, Moment, Placement, Removal, Timeline
+from stackdsl.timeline import Moment, Placement, Removal, Timeline
 from stackdsl.trace import Updates, WrongEdges
 
 Pieces: TypeAlias = Sequence[tuple[Part, Moment]]  # what is done with each part
@@ -137,7 +137,7 @@ class Parts:
 
     def _piece(self, moment: Moment, part: Part) -> Moment:
         match moment:
-            case Removal() | Hold() | LetGo():
+            case Removal():
                 return replace(moment, bricks=tuple(name for name in moment.bricks if self._of[name] is part))
             case tuple():
                 return tuple(each for each in moment if self._of[each.brick.id] is part)

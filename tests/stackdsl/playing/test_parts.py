@@ -178,6 +178,14 @@ def test_an_engine_is_given_back_where_all_is_at_rest_for_good(monkeypatch: pyte
     assert all(track.frozen for track in trace.tracks.values())
 
 
+def test_what_happens_in_two_parts_is_told_in_the_order_of_time() -> None:
+    #   The first lands after sqrt(2 h / g) = 98 ms, of which it is known ten time steps ahead.
+    flat = [let_go("first", (0.0, 0.0, 0.05), turned=FLAT), let_go("second", (9.0, 0.0, 0.05), time=0.096, turned=FLAT)]
+    events = play(over(flat, hold=0.2), EXACT).events
+    assert [event.bricks for event in events] == [("first",), ("second",), ("first",), ("second",)]
+    assert [event.time for event in events] == pytest.approx([0.0, 0.096, 0.098, 0.194], abs=1.1e-3)
+
+
 def test_bricks_are_taken_out_of_two_parts_at_once() -> None:
     there = [set_down(f"there {n}", (9.0, 0.0, 0.05 + 0.1 * n), CUBE) for n in range(2)]
     trace = play(over([*TOWER, *there, Removal(0.5, ("tower 0", "there 0"))], hold=0.5), EXACT)
