@@ -123,6 +123,8 @@ class NearEngine:
         for group in groups:
             self.joined(group).join(group)
         self._fastest = max(self._fastest, other._fastest)
+        if other.frictions.worst is not None:
+            self.frictions.note(other.frictions.worst)
         if moved or self.world is not None:
             self.ready().ease_in()
 

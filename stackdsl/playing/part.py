@@ -123,7 +123,7 @@ class Part:
         self.falling.end()
         other.falling.end()
         if isinstance(self.world, RestingWorld) and isinstance(other.world, RestingWorld):
-            self.world.absorb(other.world)
+            self.world.engine.absorb(other.world.engine)
         if isinstance(self.extension, Absorbs) and other.extension is not None:
             self.extension.absorb(other.extension)
         self.answers.absorb(other.answers)
@@ -136,7 +136,7 @@ class Part:
     def rest(self) -> None:
         """Give its engine back if it is not needed any more."""
         if isinstance(self.world, RestingWorld) and self.resting and not self.to_come:
-            self.world.give_back()
+            self.world.engine.give_back()
 
 
 def _hits(moment: Moment) -> bool:

@@ -181,7 +181,7 @@ def test_a_world_goes_on_with_what_moved_and_what_stood_in_another_that_has_come
     for _ in range(96):
         one.step()
         other.step()
-    one.absorb(other)
+    one.engine.absorb(other.engine)
     assert len(opened.engines) == 2
     for _ in range(96):
         one.step()
@@ -201,7 +201,7 @@ def test_a_world_goes_on_with_what_moved_and_what_stood_in_another_that_has_come
 def test_a_world_that_gives_its_engine_back_opens_another_when_something_moves_again() -> None:
     opened = Opened()
     world = opened.world()
-    world.give_back()  # there is none
+    world.engine.give_back()  # there is none
     for name, x in (("a", 0.0), ("b", 0.5), ("falls on", 1.0)):
         world.add_brick(Brick(name, Box(SIZE), 0.012), Pose((x, 0.0, 1.0)))
     for _ in range(96):
@@ -209,7 +209,7 @@ def test_a_world_that_gives_its_engine_back_opens_another_when_something_moves_a
     world.freeze("a")
     world.freeze("b")
     before = world.states(["a", "b", "falls on"])
-    world.give_back()
+    world.engine.give_back()
     assert world.states(before) == before
     assert world.time() == pytest.approx(0.1)
     assert not world.contacts("a")

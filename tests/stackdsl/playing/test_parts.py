@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import pytest
 
-from stability.engines.lazy_world import RestingWorld
+from stability.engines.near_engine import NearEngine
 from stability.model import BodyId, BodyState, Vec3
 from stackdsl.playing import parts
 from stackdsl.playing.clearance import BlockedPlacementError
@@ -158,15 +158,15 @@ def test_what_stood_alone_stands_on_beside_what_has_come_near_and_is_pushed_as_b
 
 def test_an_engine_is_given_back_where_all_is_at_rest_for_good(monkeypatch: pytest.MonkeyPatch) -> None:
     given_back: dict[str, float] = {}
-    give_back = RestingWorld.give_back
+    give_back = NearEngine.give_back
 
-    def noted(world: RestingWorld) -> None:
-        for name in world.masses():
-            given_back.setdefault(name, world.time())
-        give_back(world)
-        assert not any(world.contacts(name) for name in world.masses())  # no engine knows any
+    def noted(engine: NearEngine) -> None:
+        for name in engine.put.own.bricks:
+            given_back.setdefault(name, engine.clock if engine.world is None else engine.world.time())
+        give_back(engine)
+        assert engine.world is None
 
-    monkeypatch.setattr(RestingWorld, "give_back", noted)
+    monkeypatch.setattr(NearEngine, "give_back", noted)
     falling = [
         let_go("a", (0.0, 0.0, 0.06)),
         let_go("b", (10.0, 0.0, 0.4)),
