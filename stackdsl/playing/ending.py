@@ -5,7 +5,7 @@ while in any case: what fell is kept in golden files, and told. Beyond, it goes 
 """
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 from stackdsl.playing.after_collapse import last_arrival, time_of
@@ -32,6 +32,10 @@ class Ending:
     last_arrival: float = 0.0  # of what has to fly to the structure [s]
     early: EarlyEnd | None = None
     _asked: float = 0.0  # when it was last asked whether all is known [s]
+    _planned: float = field(init=False)  # when it ends if nothing collapses [s]
+
+    def __post_init__(self) -> None:
+        self._planned = self.timeline.end  # which is asked for at every step
 
     def acted(self, moment: Moment) -> None:
         """Something was done."""
@@ -43,7 +47,7 @@ class Ending:
         if self.early is not None:
             return self.early.time
         if collapse is None:
-            return self.timeline.end
+            return self._planned
         aftermath = collapse.time + (self.timeline.followed if self.timeline.aftermath else 0.0)
         goes_on = hit or self.last_action > collapse.time
         return max(aftermath, self.last_arrival + self.timeline.hold) if goes_on else aftermath
