@@ -39,8 +39,9 @@ def far_apart(timeline: Timeline) -> list[list[Placement]]:
         return [list(placements)]
     ground = timeline.world.planes[0]
     found = sorted(_parted([_room(number, each, ground) for number, each in enumerate(placements)]))
-    kept = [*found[: MOST - 1], sorted(number for part in found[MOST - 1 :] for number in part)]
-    return [[placements[number] for number in part] for part in kept if part]
+    if len(found) > MOST:
+        found[MOST - 1 :] = [sorted(number for part in found[MOST - 1 :] for number in part)]
+    return [[placements[number] for number in part] for part in found]
 
 
 def _room(number: int, placement: Placement, ground: Plane) -> _Room:

@@ -174,7 +174,7 @@ class Parts:
         part.absorb(other)
         self._coming |= {key: part for key, at in self._coming.items() if at is other}
         self._of |= {name: part for name, at in self._of.items() if at is other}
-        self._acted = [part if at is other else at for at in self._acted]
+        self._acted = list(dict.fromkeys(part if at is other else at for at in self._acted))
 
     @staticmethod
     def _keep_step(part: Part, other: Part) -> None:

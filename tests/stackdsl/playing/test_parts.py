@@ -48,6 +48,10 @@ def test_beyond_so_many_the_last_part_has_all_that_is_left() -> None:
     assert [len(part) for part in found] == [1] * (MOST - 1) + [4]
 
 
+def test_as_many_as_there_may_be_are_each_by_itself() -> None:
+    assert [len(part) for part in names(over([let_go(f"{n}", (5.0 * n, 0.0, 0.1)) for n in range(MOST)]))] == [1] * MOST
+
+
 def test_hands_have_all_in_one_part() -> None:
     assert len(names(over([let_go("a", (0.0, 0.0, 0.1)), let_go("b", (9.0, 0.0, 0.1)), Hold(1.0, ("a",))]))) == 1
 
@@ -192,6 +196,17 @@ def test_bricks_are_taken_out_of_two_parts_at_once() -> None:
     assert [event.bricks for event in trace.events if event.kind == "removed"] == [("tower 0", "there 0")]
     assert {trace.tracks[name].state for name in ("tower 1", "tower 2", "there 1")} == {"fallen"}
     assert trace.tracks["there 1"].final.position_W[2] == pytest.approx(0.05, abs=1e-4)
+
+
+def test_what_is_proven_in_a_part_that_meets_another_at_once_is_told_once(met: list[str]) -> None:
+    #   More than half of the plank on top hangs over. Beside it two cubes are thrown at each other, far from a tower.
+    planks = [set_down("foot", (9.0, 0.0, 0.0039)), set_down("top", (9.07, 0.0, 0.0117))]
+    west = let_go("west", (9.0, 0.4, 0.2), CUBE, FLAT, (30.0, 0.0, 0.0))
+    east = let_go("east", (11.0, 0.4, 0.2), CUBE, FLAT, (-30.0, 0.0, 0.0))
+    trace = play(over([*TOWER, *planks, west, east], hold=0.01), EXACT)
+    assert met == ["foot meets east"]
+    assert trace.statics is not None
+    assert trace.statics.moving == ("top",)
 
 
 def test_what_stands_in_two_parts_carries_as_it_does_in_one() -> None:
