@@ -103,6 +103,7 @@ MOVING = replace(
     fresh_edges=True,  # on edges as sharp as those of `tuned` a V that has landed then slips off with 5 % to spare
     half_spaces=False,
     sinking=0.0,
+    sliding_cones=True,  # a plank that is hit with the one below it moves 12 % too little without
     lively_parts=2,  # what a hit moves errs by 3 % then, and by 9 % without
     most_travel=0.001,  # so deep at most it enters what it hits
     first_steps=20,  # so that what is let go starts as it should (docs/decisions/0014)

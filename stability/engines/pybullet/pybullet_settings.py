@@ -43,6 +43,8 @@ class PyBulletSettings(EngineSettings):
     sinking: float = 0.0
     # What leans at rest is held by no more friction than Coulomb's cone allows, not by a pyramid about it.
     friction_cones: bool = False
+    # What slides while something is lively is not held across its sliding either.
+    sliding_cones: bool = False
     # Bodies by themselves, not as roots of trees of links: another solver, whose friction acts against the sliding
     # whatever its direction, which steps in half the time, and which keeps warm starts.
     maximal_coordinates: bool = False

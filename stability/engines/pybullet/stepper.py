@@ -2,12 +2,14 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from math import sqrt
 
 from stability.engines.pressing import Presses
 from stability.engines.pybullet.free_fall import FreeFall
 from stability.engines.pybullet.parameters import step_parameters
 from stability.engines.pybullet.pybullet_binding import pybullet
 from stability.engines.pybullet.pybullet_settings import PyBulletSettings
+from stability.engines.pybullet.sliding_friction import turn_to_sliding
 from stability.engines.pybullet.stepping import Awake, Stepping, stepping
 
 
@@ -65,11 +67,14 @@ class Stepper:
         """Let one time step pass, in the parts that it was suited to."""
         parts = self._stepping.parts
         duration = self.settings.time_step / parts
-        self._exert(duration)
-        self.fall.step(duration)
-        for _ in range(parts - 1):
+        for part in range(parts):
             self._exert(duration)
-            self.fall.go_on(duration)
+            if part == 0:
+                self.fall.step(duration)
+            else:
+                self.fall.go_on(duration)
+            if self.settings.sliding_cones and self.lively:
+                turn_to_sliding(self.client, duration * sqrt(self.settings.scale))
         if self._eased:
             self._eased -= 1
             self._suited = self._suited and self._eased > 0
