@@ -450,6 +450,23 @@ TABLES: Mapping[str, Table] = {
         ),
         _HITS,
     ),
+    "end-hits": Table(
+        "end-hits",
+        "hits",
+        (
+            Column("aim, and speed", "{row}"),
+            Column("speed, m/s", "{speed:sig2}"),
+            Column("aside, mm", "{aside_mm:+.1f}"),
+            Column("above, mm", "{above_mm:+.1f}"),
+            Column("askew, deg", "{askew_deg:+.1f}"),
+            Column("reference, mm", "{reference_mm:sig3}"),
+            Column("at twice the step, mm", "{coarse_mm:sig3}"),
+            Column("SAPIEN, mm", "{sapien_mm:sig3}"),
+            Column("`exact`, mm", "{exact_mm:sig3}"),
+            Column("error of `exact`", "{error_percent:+.1f} %"),
+            Column("sensitive", "{sensitive}"),
+        ),
+    ),
     "pulls": Table(
         "mending",
         "pulls",

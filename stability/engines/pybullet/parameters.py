@@ -60,6 +60,7 @@ def step_parameters(settings: PyBulletSettings, how: Stepping) -> dict[str, floa
         # What overlaps is then parted without being given speed. Stacks at rest creep by it.
         parted = how.lively or how.parts > MOST_PUSHING
         parameters |= {"useSplitImpulse": int(parted), "splitImpulsePenetrationThreshold": 0.0}
+        parameters["globalCFM"] = settings.first_cfm if how.may_hit else 0.0
     if settings.maximal_coordinates and not how.lively:
         # The speed by which a share of an overlap is taken back in a step grows with the parts: what slips deep into
         # another is shot out. Divided by all of them, light bricks give way under heavy ones.

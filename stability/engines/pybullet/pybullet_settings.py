@@ -43,8 +43,6 @@ class PyBulletSettings(EngineSettings):
     sinking: float = 0.0
     # What leans at rest is held by no more friction than Coulomb's cone allows, not by a pyramid about it.
     friction_cones: bool = False
-    # What slides while something is lively is not held across its sliding either.
-    sliding_cones: bool = False
     # Bodies by themselves, not as roots of trees of links: another solver, whose friction acts against the sliding
     # whatever its direction, which steps in half the time, and which keeps warm starts.
     maximal_coordinates: bool = False
@@ -55,6 +53,8 @@ class PyBulletSettings(EngineSettings):
     lively_speed: float | None = None
     lively_iterations: int = 0
     lively_parts: int = 1  # into so many at least steps are then split
+    # What slides then is held against its sliding alone, by Coulomb's cone, and not across it as well.
+    sliding_cones: bool = False
     # Steps are split while the heaviest that is awake has more than this many times the mass of the lightest, by the
     # root of what it has more, into no more than so many parts.
     most_mass_ratio: float | None = None
@@ -67,6 +67,9 @@ class PyBulletSettings(EngineSettings):
     # deeper than it overlaps sideways is parted sideways, and slips past what it should hit.
     first_travel: float | None = None
     first_iterations: int = 0  # of the contact solver then, if that is more: a hit begins with no impulse to start from
+    # [engine s/kg] Constraint force mixing of contacts then: they give way a little, and what lies on several others
+    # shares its load out among them anew. What is rigid leaves shares as a shock leaves them.
+    first_cfm: float = 0.0
 
     def numerics(self) -> Iterator[str]:
         yield f"{self.iterations} iterations"

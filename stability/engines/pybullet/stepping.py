@@ -29,6 +29,7 @@ class Stepping:
     parts: int  # engine steps in it
     iterations: int  # of the contact solver in each
     lively: bool  # whether something may hit something
+    may_hit: bool = False  # whether that is about to be, for the first time
 
 
 def stepping(settings: PyBulletSettings, awake: Awake) -> Stepping:
@@ -43,7 +44,9 @@ def stepping(settings: PyBulletSettings, awake: Awake) -> Stepping:
         settings.lively_parts if lively else 1,
     )
     iterations = settings.lively_iterations if lively else settings.iterations
-    return Stepping(max(parts), max(iterations, settings.first_iterations) if may_hit else iterations, lively)
+    if may_hit:
+        iterations = max(iterations, settings.first_iterations)
+    return Stepping(max(parts), iterations, lively, may_hit)
 
 
 def _for_hits(settings: PyBulletSettings, fastest: float) -> int:

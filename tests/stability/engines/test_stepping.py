@@ -49,6 +49,7 @@ def test_a_hit_that_is_about_to_come_is_stepped_finely_and_solved_well() -> None
     hit = stepping(MOVING, replace(QUIET, begins=True, fastest=4.0))
     assert hit.parts == ceil(4.0 * MOVING.time_step / MOVING.first_travel) > MOVING.first_parts
     assert hit.iterations == MOVING.first_iterations > MOVING.lively_iterations
+    assert hit.may_hit
     assert stepping(MOVING, replace(QUIET, begins=True)).iterations == MOVING.iterations, "what is slow hits nothing"
     assert stepping(MOVING, replace(QUIET, fastest=4.0)).iterations == MOVING.lively_iterations
 
