@@ -8,9 +8,10 @@ with sharp boxes take one of these faces instead where the edges are parallel (d
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from math import acos, ceil, cos, radians
-from typing import TypeAlias
+from typing import Self
 
 from stability.engines.protocol import World
+from stability.geometry.nearest_points import nearest_points
 from stability.geometry.rotations import body_axes
 from stability.geometry.separation import Block, block
 from stability.geometry.vectors import add, add_scaled, cross, dot, norm, scale, subtract
@@ -23,13 +24,11 @@ LEANS = cos(radians(1.0))  # of the angle of the most upright axis of a brick to
 WRONG = cos(radians(10.0))  # of the angle between a normal and the true one: below it, the normal is wrong
 FACE_ON = cos(radians(5.0))  # of the angle between a normal and that of a face: below it, no face is touched
 LOADED = 0.01  # share of the weight of the lighter brick that a contact must carry to matter
-ROUNDS = 60  # of going to and fro between two boxes: parallel edges need two, edges that cross at 20 deg fifty
+ROUNDS = 2  # of going to and fro between two boxes
+TOUCHING = 2.1  # times a rounding: what is so near without that of both touches
 MOST_BEFORE = 64  # places of the last time step at which contacts may have been found
 TURNS = 0.15  # share of the rounding by which two edges may slide across each other: normals turn by 4 deg
 NEAR = 0.01  # share of the rounding by which the nearest point may still move
-
-# The middle of a box without its rounding, and along each of its axes half of what it measures.
-_Core: TypeAlias = tuple[Vec3, tuple[tuple[Vec3, float], ...]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,40 +50,68 @@ def leans(pose: Pose) -> bool:
     return all(abs(axis_W[2]) < LEANS for axis_W in body_axes(pose.orientation))
 
 
-def true_normal(a: Block, b: Block, touching_W: Vec3, radius: float) -> Vec3 | None:
-    """The unit normal from b to a of two boxes with rounded edges where they touch; None if they lie too deep."""
-    on_a, on_b = nearest_points(a, b, touching_W, radius)
+def true_normals(a: Block, b: Block, touching_W: Vec3, radius: float) -> Iterator[Vec3]:
+    """The unit normals from b to a that a contact of two boxes with rounded edges may have; none if they lie too deep.
+
+    Where the boxes touch at the contact, as edges that are a little twisted do along all of their length, that between
+    the points that are nearest there; and that between the points that are nearest of all.
+    """
+    core_a, core_b, on_a = _Core.of(a, radius), _Core.of(b, radius), touching_W
+    for _ in range(ROUNDS):
+        on_b = core_b.nearest(on_a)
+        on_a = core_a.nearest(on_b)
+    if norm(subtract(on_a, on_b)) < TOUCHING * radius:
+        yield from _normal(on_a, on_b, radius)
+    # To go on until these are the nearest of all would take edges that cross by a few degrees thousands of rounds.
+    nearest = nearest_points(core_a.farthest, core_b.farthest, subtract(a.p_WC, b.p_WC))
+    if nearest is not None:
+        yield from _normal(*nearest, radius)
+
+
+def _normal(on_a: Vec3, on_b: Vec3, radius: float) -> Iterator[Vec3]:
+    """The unit normal between two points, unless they are too near to each other to have one."""
     between = subtract(on_a, on_b)
     distance = norm(between)
-    return scale(1.0 / distance, between) if distance > NEAR * radius else None
+    if distance > NEAR * radius:
+        yield scale(1.0 / distance, between)
 
 
-def nearest_points(a: Block, b: Block, start_W: Vec3, radius: float) -> tuple[Vec3, Vec3]:
-    """The points of two boxes without their rounding that are nearest to each other, from a start near to them [m]."""
-    core_a, core_b, on_a = _core(a, radius), _core(b, radius), start_W
-    for _ in range(ROUNDS):
-        on_b = _nearest_inside(core_b, on_a)
-        before, on_a = on_a, _nearest_inside(core_a, on_b)
-        if norm(subtract(on_a, before)) < NEAR * EDGE_RADIUS:
-            break
-    return on_a, on_b
+def nearest_of(a: Block, b: Block, radius: float) -> tuple[Vec3, Vec3] | None:
+    """The points of two boxes without their rounding that are nearest to each other [m]; None if these overlap."""
+    core_a, core_b = _Core.of(a, radius), _Core.of(b, radius)
+    return nearest_points(core_a.farthest, core_b.farthest, subtract(a.p_WC, b.p_WC))
 
 
-def _core(box: Block, radius: float) -> _Core:
-    """A box without its rounding."""
-    axes = zip(box.axes_W, box.half_edges_W, strict=True)
-    return box.p_WC, tuple((axis, max(dot(axis, half_edge) - radius, 0.0)) for axis, half_edge in axes)
+@dataclass(frozen=True, slots=True)
+class _Core:
+    """A box without its rounding: its middle, and along each of its axes half of what it measures."""
 
+    middle_W: Vec3
+    axes: tuple[tuple[Vec3, float], ...]
 
-def _nearest_inside(core: _Core, point_W: Vec3) -> Vec3:
-    """The point of a box without its rounding that is nearest to another; the inner loop, so in plain numbers."""
-    (x, y, z), axes = core
-    from_x, from_y, from_z = point_W[0] - x, point_W[1] - y, point_W[2] - z
-    for (ux, uy, uz), most in axes:
-        along = from_x * ux + from_y * uy + from_z * uz
-        along = most if along > most else -most if along < -most else along
-        x, y, z = x + along * ux, y + along * uy, z + along * uz
-    return x, y, z
+    @classmethod
+    def of(cls, box: Block, radius: float) -> Self:
+        """A box without so much rounding [m]."""
+        axes = zip(box.axes_W, box.half, strict=True)
+        return cls(box.p_WC, tuple((axis, max(half - radius, 0.0)) for axis, half in axes))
+
+    def nearest(self, point_W: Vec3) -> Vec3:
+        """Its point that is nearest to another; the inner loop, so in plain numbers."""
+        x, y, z = self.middle_W
+        from_x, from_y, from_z = point_W[0] - x, point_W[1] - y, point_W[2] - z
+        for (ux, uy, uz), most in self.axes:
+            along = from_x * ux + from_y * uy + from_z * uz
+            along = most if along > most else -most if along < -most else along
+            x, y, z = x + along * ux, y + along * uy, z + along * uz
+        return x, y, z
+
+    def farthest(self, along_W: Vec3) -> Vec3:
+        """Its corner that lies farthest along a direction."""
+        x, y, z = self.middle_W
+        for (ux, uy, uz), most in self.axes:
+            way = most if ux * along_W[0] + uy * along_W[1] + uz * along_W[2] > 0.0 else -most
+            x, y, z = x + way * ux, y + way * uy, z + way * uz
+        return x, y, z
 
 
 def wrong_normals(engine: World, states: Mapping[BodyId, BodyState], gravity: float) -> Iterator[WrongNormal]:
@@ -142,8 +169,8 @@ def _agreements(
     places = min(max(2, ceil(norm(slip_W) * time_step / (TURNS * radius))), MOST_BEFORE)
     for place in range(places + 1):
         where = add_scaled(state_a.pose.position_W, -place / places * time_step, slip_W)
-        normal = true_normal(block(box_a.size, Pose(where, state_a.pose.orientation)), resting, middle_W, radius)
-        if normal is not None:
+        moved = block(box_a.size, Pose(where, state_a.pose.orientation))
+        for normal in true_normals(moved, resting, middle_W, radius):
             yield dot(normal, point.normal_BA_W)
 
 
@@ -164,11 +191,15 @@ def agreement(point: ContactPoint, a: tuple[Box, Pose], b: tuple[Box, Pose], rou
     within = max(_within_face(point.normal_BA_W, middle_W, each) for each in (block_a, block_b))
     if within > 2.0 * radius:
         return Agreement(1.0, within)
-    normal = true_normal(block_a, block_b, middle_W, radius)
+    cosine, normal = 1.0, None
+    for normal in true_normals(block_a, block_b, middle_W, radius):
+        cosine = dot(normal, point.normal_BA_W)
+        if cosine > FACE_ON:
+            break
     if normal is None:
         return Agreement(1.0, radius)
     on_face = any(abs(dot(axis, normal)) > FACE_ON for axis in (*block_a.axes_W, *block_b.axes_W))
-    return Agreement(dot(normal, point.normal_BA_W), radius if on_face else TURNS * radius)
+    return Agreement(cosine, radius if on_face else TURNS * radius)
 
 
 def _within_face(normal_W: Vec3, touching_W: Vec3, box: Block) -> float:
