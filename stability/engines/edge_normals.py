@@ -8,12 +8,12 @@ with sharp boxes take one of these faces instead where the edges are parallel (d
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from math import acos, ceil, cos, radians
-from typing import Self
+from typing import Self, TypeAlias
 
 from stability.engines.protocol import World
 from stability.geometry.nearest_points import nearest_points
 from stability.geometry.rotations import body_axes
-from stability.geometry.separation import Block, block
+from stability.geometry.separation import Block, block, blocks_apart
 from stability.geometry.vectors import add, add_scaled, cross, dot, norm, scale, subtract
 from stability.model import BodyId, BodyState, ContactPoint, Pose, Vec3
 from stability.shapes.box import Box
@@ -25,10 +25,13 @@ WRONG = cos(radians(10.0))  # of the angle between a normal and the true one: be
 FACE_ON = cos(radians(5.0))  # of the angle between a normal and that of a face: below it, no face is touched
 LOADED = 0.01  # share of the weight of the lighter brick that a contact must carry to matter
 ROUNDS = 2  # of going to and fro between two boxes
-TOUCHING = 2.1  # times a rounding: what is so near without that of both touches
+TOUCHING = 1.05  # times the rounding of both: what is so near without that touches
 MOST_BEFORE = 64  # places of the last time step at which contacts may have been found
 TURNS = 0.15  # share of the rounding by which two edges may slide across each other: normals turn by 4 deg
-NEAR = 0.01  # share of the rounding by which the nearest point may still move
+NEAR = 0.005  # share of the rounding of both: what is nearer without that has no normal
+
+# How much the edges of two bodies are rounded [m].
+Radii: TypeAlias = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,29 +53,38 @@ def leans(pose: Pose) -> bool:
     return all(abs(axis_W[2]) < LEANS for axis_W in body_axes(pose.orientation))
 
 
-def true_normals(a: Block, b: Block, touching_W: Vec3, radius: float) -> Iterator[Vec3]:
+def true_normals(a: Block, b: Block, touching_W: Vec3, radii: Radii) -> Iterator[Vec3]:
     """The unit normals from b to a that a contact of two boxes with rounded edges may have; none if they lie too deep.
 
     Where the boxes touch at the contact, as edges that are a little twisted do along all of their length, that between
-    the points that are nearest there; and that between the points that are nearest of all.
+    the points that are nearest there. Then that between the points that are nearest of all; and, where the boxes are
+    deeper in each other than their edges are rounded, with edges that are rounded by more.
     """
-    core_a, core_b, on_a = _Core.of(a, radius), _Core.of(b, radius), touching_W
+    core_a, core_b, on_a = _Core.of(a, radii[0]), _Core.of(b, radii[1]), touching_W
     for _ in range(ROUNDS):
         on_b = core_b.nearest(on_a)
         on_a = core_a.nearest(on_b)
-    if norm(subtract(on_a, on_b)) < TOUCHING * radius:
-        yield from _normal(on_a, on_b, radius)
+    if norm(subtract(on_a, on_b)) < TOUCHING * sum(radii):
+        yield from _normal(on_a, on_b, radii)
     # To go on until these are the nearest of all would take edges that cross by a few degrees thousands of rounds.
-    nearest = nearest_points(core_a.farthest, core_b.farthest, subtract(a.p_WC, b.p_WC))
+    yield from _normal_of_all(core_a, core_b, radii)
+    more = -2.0 * blocks_apart(a, b).gap / sum(radii)
+    if more > 1.0:
+        deeper = more * radii[0], more * radii[1]
+        yield from _normal_of_all(_Core.of(a, deeper[0]), _Core.of(b, deeper[1]), deeper)
+
+
+def _normal_of_all(a: "_Core", b: "_Core", radii: Radii) -> Iterator[Vec3]:
+    nearest = nearest_points(a.farthest, b.farthest, subtract(a.middle_W, b.middle_W))
     if nearest is not None:
-        yield from _normal(*nearest, radius)
+        yield from _normal(*nearest, radii)
 
 
-def _normal(on_a: Vec3, on_b: Vec3, radius: float) -> Iterator[Vec3]:
+def _normal(on_a: Vec3, on_b: Vec3, radii: Radii) -> Iterator[Vec3]:
     """The unit normal between two points, unless they are too near to each other to have one."""
     between = subtract(on_a, on_b)
     distance = norm(between)
-    if distance > NEAR * radius:
+    if distance > NEAR * sum(radii):
         yield scale(1.0 / distance, between)
 
 
@@ -162,16 +174,27 @@ def _agreements(
     An engine finds contacts first and moves bodies then, in steps of its own.
     """
     (box_a, state_a), (box_b, state_b) = a, b
-    radius = max(min(edge_radius(box_a.size), edge_radius(box_b.size)), -point.gap)
+    radii = _radii(point, min(edge_radius(box_a.size), edge_radius(box_b.size)))
     middle_W = add_scaled(point.position_W, 0.5 * point.gap, point.normal_BA_W)
     slip_W = subtract(velocity_at(state_a, middle_W), velocity_at(state_b, middle_W))
     resting = block(box_b.size, state_b.pose)
-    places = min(max(2, ceil(norm(slip_W) * time_step / (TURNS * radius))), MOST_BEFORE)
+    places = min(max(2, ceil(norm(slip_W) * time_step / (TURNS * 0.5 * sum(radii)))), MOST_BEFORE)
     for place in range(places + 1):
         where = add_scaled(state_a.pose.position_W, -place / places * time_step, slip_W)
         moved = block(box_a.size, Pose(where, state_a.pose.orientation))
-        for normal in true_normals(moved, resting, middle_W, radius):
+        for normal in true_normals(moved, resting, middle_W, radii):
             yield dot(normal, point.normal_BA_W)
+
+
+def _radii(point: ContactPoint, sharp: float) -> Radii:
+    """How much the edges of both bodies of a contact are rounded [m], sharp ones by so much.
+
+    More where they are deeper in each other, so that they are apart without it.
+    """
+    a, b = point.rounded
+    radii = a or sharp, b or sharp
+    deeper = max(1.0, -2.0 * point.gap / sum(radii))
+    return deeper * radii[0], deeper * radii[1]
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,16 +206,17 @@ class Agreement:
 
 
 def agreement(point: ContactPoint, a: tuple[Box, Pose], b: tuple[Box, Pose], rounding: float) -> Agreement:
-    """How well the normal of a contact of two boxes fits, with edges that are rounded by so much [m]."""
+    """How well the normal of a contact of two boxes fits; sharp edges are taken to be rounded by so much [m]."""
     (box_a, pose_a), (box_b, pose_b) = a, b
-    radius = max(rounding, -point.gap)
+    radii = _radii(point, rounding)
+    radius = 0.5 * sum(radii)
     middle_W = add_scaled(point.position_W, 0.5 * point.gap, point.normal_BA_W)
     block_a, block_b = block(box_a.size, pose_a), block(box_b.size, pose_b)
     within = max(_within_face(point.normal_BA_W, middle_W, each) for each in (block_a, block_b))
-    if within > 2.0 * radius:
+    if within > 2.0 * max(radii):
         return Agreement(1.0, within)
     cosine, normal = 1.0, None
-    for normal in true_normals(block_a, block_b, middle_W, radius):
+    for normal in true_normals(block_a, block_b, middle_W, radii):
         cosine = dot(normal, point.normal_BA_W)
         if cosine > FACE_ON:
             break

@@ -24,6 +24,7 @@ from tests.scenes import timeline_of
 
 SIZE = LENGTH, WIDTH, THICKNESS = (0.1176, 0.0234, 0.0078)
 MASS, GRAVITY = 0.012, 9.81
+BOTH_ROUNDED = EDGE_RADIUS, EDGE_RADIUS
 BOTH = pytest.mark.parametrize("settings", [TUNED, MOVING], ids=["tuned", "exact"])
 
 
@@ -74,7 +75,7 @@ def test_two_planks_of_an_inverted_v_push_each_other_sideways(angle: float) -> N
     #   /\    by symmetry; the faces beside the edges are 90 deg - angle off
     left, right = (block(SIZE, leaning(radians(angle), side)) for side in (-1.0, 1.0))
     touching = (0.0, 0.0, LENGTH * sin(radians(angle)))
-    for normal in true_normals(left, right, touching, EDGE_RADIUS):
+    for normal in true_normals(left, right, touching, BOTH_ROUNDED):
         assert normal == pytest.approx((-1.0, 0.0, 0.0), abs=1e-9)
 
 
@@ -89,7 +90,7 @@ def test_edges_that_cross_push_across_both(crossing: float) -> None:
     upper = lowest_or_highest(Pose((0.0, 0.0, 0.0), multiply(turn, roll)), (-up[0], -up[1], -up[2]))
     boxes = block(SIZE, upper), block(SIZE, lower)
     for beside in (0.0, 0.2 * LENGTH, -0.4 * LENGTH):  # where somebody begins to look
-        assert list(true_normals(*boxes, (beside, 0.0, 0.0), EDGE_RADIUS))[-1] == pytest.approx(up, abs=1e-6)
+        assert list(true_normals(*boxes, (beside, 0.0, 0.0), BOTH_ROUNDED))[-1] == pytest.approx(up, abs=1e-6)
 
 
 def lowest_or_highest(pose: Pose, direction: Vec3) -> Pose:
@@ -105,7 +106,7 @@ def lowest_or_highest(pose: Pose, direction: Vec3) -> Pose:
 def test_an_edge_that_stands_on_a_face_is_pushed_straight_off_it() -> None:
     edge = lowest_or_highest(Pose((0.0, 0.0, 0.0), about((1.0, 0.0, 0.0), radians(40.0))), (0.0, 0.0, -1.0))
     below = Pose((0.01, 0.0, -THICKNESS / 2.0))
-    for normal in true_normals(block(SIZE, edge), block(SIZE, below), (0.0, 0.0, 0.0), EDGE_RADIUS):
+    for normal in true_normals(block(SIZE, edge), block(SIZE, below), (0.0, 0.0, 0.0), BOTH_ROUNDED):
         assert normal == pytest.approx((0.0, 0.0, 1.0))
 
 
