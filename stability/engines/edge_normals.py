@@ -213,7 +213,7 @@ def agreement(point: ContactPoint, a: tuple[Box, Pose], b: tuple[Box, Pose], rou
     middle_W = add_scaled(point.position_W, 0.5 * point.gap, point.normal_BA_W)
     block_a, block_b = block(box_a.size, pose_a), block(box_b.size, pose_b)
     within = max(_within_face(point.normal_BA_W, middle_W, each) for each in (block_a, block_b))
-    if within > 2.0 * max(radii):
+    if within > 2.0 * max(radii) and max(_outside(middle_W, each) for each in (block_a, block_b)) < radius:
         return Agreement(1.0, within)
     cosine, normal = 1.0, None
     for normal in true_normals(block_a, block_b, middle_W, radii):
@@ -237,6 +237,12 @@ def _within_face(normal_W: Vec3, touching_W: Vec3, box: Block) -> float:
         for i, (axis, half_edge) in enumerate(zip(box.axes_W, box.half_edges_W, strict=True))
         if i != across
     )
+
+
+def _outside(point_W: Vec3, box: Block) -> float:
+    """How far a point is outside of the face of a box that it is farthest from [m]; less than 0 inside."""
+    from_middle = subtract(point_W, box.p_WC)
+    return max(abs(dot(from_middle, axis)) - half for axis, half in zip(box.axes_W, box.half, strict=True))
 
 
 def velocity_at(state: BodyState, point_W: Vec3) -> Vec3:
