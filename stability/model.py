@@ -135,3 +135,4 @@ class ContactPoint:
     gap: float  # distance between the surfaces [m], negative where they overlap
     normal_force: float = 0.0  # what the engine's last step pressed with [N]
     friction_W: Vec3 = (0.0, 0.0, 0.0)  # force of b on a along the surfaces in that step [N]
+    rounded: tuple[float, float] = (0.0, 0.0)  # by how much the edges of a and b are in the engine [m]; 0 if sharp

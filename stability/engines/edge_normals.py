@@ -8,11 +8,12 @@ with sharp boxes take one of these faces instead where the edges are parallel (d
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from math import acos, ceil, cos, radians
-from typing import TypeAlias
+from typing import Self, TypeAlias
 
 from stability.engines.protocol import World
+from stability.geometry.nearest_points import nearest_points
 from stability.geometry.rotations import body_axes
-from stability.geometry.separation import Block, block
+from stability.geometry.separation import Block, block, blocks_apart
 from stability.geometry.vectors import add, add_scaled, cross, dot, norm, scale, subtract
 from stability.model import BodyId, BodyState, ContactPoint, Pose, Vec3
 from stability.shapes.box import Box
@@ -23,13 +24,14 @@ LEANS = cos(radians(1.0))  # of the angle of the most upright axis of a brick to
 WRONG = cos(radians(10.0))  # of the angle between a normal and the true one: below it, the normal is wrong
 FACE_ON = cos(radians(5.0))  # of the angle between a normal and that of a face: below it, no face is touched
 LOADED = 0.01  # share of the weight of the lighter brick that a contact must carry to matter
-ROUNDS = 60  # of going to and fro between two boxes: parallel edges need two, edges that cross at 20 deg fifty
+ROUNDS = 2  # of going to and fro between two boxes
+TOUCHING = 1.05  # times the rounding of both: what is so near without that touches
 MOST_BEFORE = 64  # places of the last time step at which contacts may have been found
 TURNS = 0.15  # share of the rounding by which two edges may slide across each other: normals turn by 4 deg
-NEAR = 0.01  # share of the rounding by which the nearest point may still move
+NEAR = 0.005  # share of the rounding of both: what is nearer without that has no normal
 
-# The middle of a box without its rounding, and along each of its axes half of what it measures.
-_Core: TypeAlias = tuple[Vec3, tuple[tuple[Vec3, float], ...]]
+# How much the edges of two bodies are rounded [m].
+Radii: TypeAlias = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,40 +53,77 @@ def leans(pose: Pose) -> bool:
     return all(abs(axis_W[2]) < LEANS for axis_W in body_axes(pose.orientation))
 
 
-def true_normal(a: Block, b: Block, touching_W: Vec3, radius: float) -> Vec3 | None:
-    """The unit normal from b to a of two boxes with rounded edges where they touch; None if they lie too deep."""
-    on_a, on_b = nearest_points(a, b, touching_W, radius)
+def true_normals(a: Block, b: Block, touching_W: Vec3, radii: Radii) -> Iterator[Vec3]:
+    """The unit normals from b to a that a contact of two boxes with rounded edges may have; none if they lie too deep.
+
+    Where the boxes touch at the contact, as edges that are a little twisted do along all of their length, that between
+    the points that are nearest there. Then that between the points that are nearest of all; and, where the boxes are
+    deeper in each other than their edges are rounded, with edges that are rounded by more.
+    """
+    core_a, core_b, on_a = _Core.of(a, radii[0]), _Core.of(b, radii[1]), touching_W
+    for _ in range(ROUNDS):
+        on_b = core_b.nearest(on_a)
+        on_a = core_a.nearest(on_b)
+    if norm(subtract(on_a, on_b)) < TOUCHING * sum(radii):
+        yield from _normal(on_a, on_b, radii)
+    # To go on until these are the nearest of all would take edges that cross by a few degrees thousands of rounds.
+    yield from _normal_of_all(core_a, core_b, radii)
+    more = -2.0 * blocks_apart(a, b).gap / sum(radii)
+    if more > 1.0:
+        deeper = more * radii[0], more * radii[1]
+        yield from _normal_of_all(_Core.of(a, deeper[0]), _Core.of(b, deeper[1]), deeper)
+
+
+def _normal_of_all(a: "_Core", b: "_Core", radii: Radii) -> Iterator[Vec3]:
+    nearest = nearest_points(a.farthest, b.farthest, subtract(a.middle_W, b.middle_W))
+    if nearest is not None:
+        yield from _normal(*nearest, radii)
+
+
+def _normal(on_a: Vec3, on_b: Vec3, radii: Radii) -> Iterator[Vec3]:
+    """The unit normal between two points, unless they are too near to each other to have one."""
     between = subtract(on_a, on_b)
     distance = norm(between)
-    return scale(1.0 / distance, between) if distance > NEAR * radius else None
+    if distance > NEAR * sum(radii):
+        yield scale(1.0 / distance, between)
 
 
-def nearest_points(a: Block, b: Block, start_W: Vec3, radius: float) -> tuple[Vec3, Vec3]:
-    """The points of two boxes without their rounding that are nearest to each other, from a start near to them [m]."""
-    core_a, core_b, on_a = _core(a, radius), _core(b, radius), start_W
-    for _ in range(ROUNDS):
-        on_b = _nearest_inside(core_b, on_a)
-        before, on_a = on_a, _nearest_inside(core_a, on_b)
-        if norm(subtract(on_a, before)) < NEAR * EDGE_RADIUS:
-            break
-    return on_a, on_b
+def nearest_of(a: Block, b: Block, radius: float) -> tuple[Vec3, Vec3] | None:
+    """The points of two boxes without their rounding that are nearest to each other [m]; None if these overlap."""
+    core_a, core_b = _Core.of(a, radius), _Core.of(b, radius)
+    return nearest_points(core_a.farthest, core_b.farthest, subtract(a.p_WC, b.p_WC))
 
 
-def _core(box: Block, radius: float) -> _Core:
-    """A box without its rounding."""
-    axes = zip(box.axes_W, box.half_edges_W, strict=True)
-    return box.p_WC, tuple((axis, max(dot(axis, half_edge) - radius, 0.0)) for axis, half_edge in axes)
+@dataclass(frozen=True, slots=True)
+class _Core:
+    """A box without its rounding: its middle, and along each of its axes half of what it measures."""
 
+    middle_W: Vec3
+    axes: tuple[tuple[Vec3, float], ...]
 
-def _nearest_inside(core: _Core, point_W: Vec3) -> Vec3:
-    """The point of a box without its rounding that is nearest to another; the inner loop, so in plain numbers."""
-    (x, y, z), axes = core
-    from_x, from_y, from_z = point_W[0] - x, point_W[1] - y, point_W[2] - z
-    for (ux, uy, uz), most in axes:
-        along = from_x * ux + from_y * uy + from_z * uz
-        along = most if along > most else -most if along < -most else along
-        x, y, z = x + along * ux, y + along * uy, z + along * uz
-    return x, y, z
+    @classmethod
+    def of(cls, box: Block, radius: float) -> Self:
+        """A box without so much rounding [m]."""
+        axes = zip(box.axes_W, box.half, strict=True)
+        return cls(box.p_WC, tuple((axis, max(half - radius, 0.0)) for axis, half in axes))
+
+    def nearest(self, point_W: Vec3) -> Vec3:
+        """Its point that is nearest to another; the inner loop, so in plain numbers."""
+        x, y, z = self.middle_W
+        from_x, from_y, from_z = point_W[0] - x, point_W[1] - y, point_W[2] - z
+        for (ux, uy, uz), most in self.axes:
+            along = from_x * ux + from_y * uy + from_z * uz
+            along = most if along > most else -most if along < -most else along
+            x, y, z = x + along * ux, y + along * uy, z + along * uz
+        return x, y, z
+
+    def farthest(self, along_W: Vec3) -> Vec3:
+        """Its corner that lies farthest along a direction."""
+        x, y, z = self.middle_W
+        for (ux, uy, uz), most in self.axes:
+            way = most if ux * along_W[0] + uy * along_W[1] + uz * along_W[2] > 0.0 else -most
+            x, y, z = x + way * ux, y + way * uy, z + way * uz
+        return x, y, z
 
 
 def wrong_normals(engine: World, states: Mapping[BodyId, BodyState], gravity: float) -> Iterator[WrongNormal]:
@@ -135,16 +174,27 @@ def _agreements(
     An engine finds contacts first and moves bodies then, in steps of its own.
     """
     (box_a, state_a), (box_b, state_b) = a, b
-    radius = max(min(edge_radius(box_a.size), edge_radius(box_b.size)), -point.gap)
+    radii = _radii(point, min(edge_radius(box_a.size), edge_radius(box_b.size)))
     middle_W = add_scaled(point.position_W, 0.5 * point.gap, point.normal_BA_W)
     slip_W = subtract(velocity_at(state_a, middle_W), velocity_at(state_b, middle_W))
     resting = block(box_b.size, state_b.pose)
-    places = min(max(2, ceil(norm(slip_W) * time_step / (TURNS * radius))), MOST_BEFORE)
+    places = min(max(2, ceil(norm(slip_W) * time_step / (TURNS * 0.5 * sum(radii)))), MOST_BEFORE)
     for place in range(places + 1):
         where = add_scaled(state_a.pose.position_W, -place / places * time_step, slip_W)
-        normal = true_normal(block(box_a.size, Pose(where, state_a.pose.orientation)), resting, middle_W, radius)
-        if normal is not None:
+        moved = block(box_a.size, Pose(where, state_a.pose.orientation))
+        for normal in true_normals(moved, resting, middle_W, radii):
             yield dot(normal, point.normal_BA_W)
+
+
+def _radii(point: ContactPoint, sharp: float) -> Radii:
+    """How much the edges of both bodies of a contact are rounded [m], sharp ones by so much.
+
+    More where they are deeper in each other, so that they are apart without it.
+    """
+    a, b = point.rounded
+    radii = a or sharp, b or sharp
+    deeper = max(1.0, -2.0 * point.gap / sum(radii))
+    return deeper * radii[0], deeper * radii[1]
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,19 +206,24 @@ class Agreement:
 
 
 def agreement(point: ContactPoint, a: tuple[Box, Pose], b: tuple[Box, Pose], rounding: float) -> Agreement:
-    """How well the normal of a contact of two boxes fits, with edges that are rounded by so much [m]."""
+    """How well the normal of a contact of two boxes fits; sharp edges are taken to be rounded by so much [m]."""
     (box_a, pose_a), (box_b, pose_b) = a, b
-    radius = max(rounding, -point.gap)
+    radii = _radii(point, rounding)
+    radius = 0.5 * sum(radii)
     middle_W = add_scaled(point.position_W, 0.5 * point.gap, point.normal_BA_W)
     block_a, block_b = block(box_a.size, pose_a), block(box_b.size, pose_b)
     within = max(_within_face(point.normal_BA_W, middle_W, each) for each in (block_a, block_b))
-    if within > 2.0 * radius:
+    if within > 2.0 * max(radii) and max(_outside(middle_W, each) for each in (block_a, block_b)) < radius:
         return Agreement(1.0, within)
-    normal = true_normal(block_a, block_b, middle_W, radius)
+    cosine, normal = 1.0, None
+    for normal in true_normals(block_a, block_b, middle_W, radii):
+        cosine = dot(normal, point.normal_BA_W)
+        if cosine > FACE_ON:
+            break
     if normal is None:
         return Agreement(1.0, radius)
     on_face = any(abs(dot(axis, normal)) > FACE_ON for axis in (*block_a.axes_W, *block_b.axes_W))
-    return Agreement(dot(normal, point.normal_BA_W), radius if on_face else TURNS * radius)
+    return Agreement(cosine, radius if on_face else TURNS * radius)
 
 
 def _within_face(normal_W: Vec3, touching_W: Vec3, box: Block) -> float:
@@ -182,6 +237,12 @@ def _within_face(normal_W: Vec3, touching_W: Vec3, box: Block) -> float:
         for i, (axis, half_edge) in enumerate(zip(box.axes_W, box.half_edges_W, strict=True))
         if i != across
     )
+
+
+def _outside(point_W: Vec3, box: Block) -> float:
+    """How far a point is outside of the face of a box that it is farthest from [m]; less than 0 inside."""
+    from_middle = subtract(point_W, box.p_WC)
+    return max(abs(dot(from_middle, axis)) - half for axis, half in zip(box.axes_W, box.half, strict=True))
 
 
 def velocity_at(state: BodyState, point_W: Vec3) -> Vec3:

@@ -85,6 +85,7 @@ class ResizedWorld:
                 gap=1.0 / self.factor * point.gap,
                 normal_force=weaker * point.normal_force,
                 friction_W=scale(weaker, point.friction_W),
+                rounded=(point.rounded[0] / self.factor, point.rounded[1] / self.factor),
             )
             for point in self.engine.contacts(brick)
         ]

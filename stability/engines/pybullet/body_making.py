@@ -8,7 +8,7 @@ from stability.engines.pybullet.client_bodies import ClientBodies
 from stability.engines.pybullet.parameters import body_parameters
 from stability.engines.pybullet.pybullet_binding import pybullet
 from stability.engines.pybullet.pybullet_settings import PyBulletSettings
-from stability.engines.pybullet.shapes import Solids
+from stability.engines.pybullet.shapes import PART_MARGIN, Solids
 from stability.friction_law import Friction, GivenFriction, law_of
 from stability.geometry.vectors import scale
 from stability.mechanics.rigid_group import RigidGroup
@@ -57,6 +57,9 @@ class BodyMaker:
             self.bodies.inertia_turns[brick.id] = brick.shape.principal_axes
         if radius:
             pybullet.changeDynamics(body, -1, collisionMargin=radius, physicsClientId=self.bodies.client)
+            self.bodies.margins[brick.id] = radius
+            if isinstance(brick.shape, Box) and not rounded:
+                self.bodies.sharp.add(brick.id)
             if rounded:
                 self._round(body, brick.mass, brick.shape.least_thickness)
             self.weigh_brick(brick)
@@ -76,6 +79,7 @@ class BodyMaker:
         shape = self.solids.rounded_solids(solids, times)
         body = self._body(group.mass, shape, scale(times, group.pose.position_W), group.pose.orientation)
         self._enter(body, name, self.own_friction())
+        self.bodies.margins[name] = PART_MARGIN
         self._weigh(body, group.mass, group.moments)
 
     def edge_radius(self, brick: Brick) -> float:

@@ -30,6 +30,7 @@ class BrickBodies:
     displaced: bool = field(
         default=True, init=False
     )  # whether one was put elsewhere since somebody looked how they lie
+    let_go: dict[BodyId, None] = field(default_factory=dict, init=False)  # since somebody looked what touches them
 
     def __post_init__(self) -> None:
         self.anchors = Anchors(self.bodies, self.maker.settings.friction_anchor)
@@ -123,6 +124,7 @@ class BrickBodies:
         """Note that a body is awake from now on."""
         self.stepper.look_again()
         self.stepper.fall.begin(body)
+        self.let_go[body] = None
 
     def stays(self, body: BodyId) -> None:
         """Note that a body is not awake any more."""

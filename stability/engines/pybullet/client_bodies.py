@@ -22,6 +22,9 @@ class ClientBodies:
     numbers: dict[BodyId, int] = field(default_factory=dict, init=False)
     # From the axes of a body in the engine, which are those of its inertia, to those of its shape, where they differ.
     inertia_turns: dict[BodyId, Quaternion] = field(default_factory=dict, init=False)
+    # [engine m] by which the edges of bodies are rounded; those of two that are sharp only against others.
+    margins: dict[BodyId, float] = field(default_factory=dict, init=False)
+    sharp: set[BodyId] = field(default_factory=set, init=False)
     unseen: set[int] = field(default_factory=set, init=False)  # bodies that stand beside others, and are no neighbours
 
     def name_of(self, number: int) -> BodyId:
@@ -39,6 +42,8 @@ class ClientBodies:
         pybullet.removeBody(number, self.client)
         del self.names[number]
         self.inertia_turns.pop(name, None)
+        self.margins.pop(name, None)
+        self.sharp.discard(name)
 
     def states(self, names: Iterable[BodyId]) -> dict[BodyId, BodyState]:
         """Poses and motions, as the engine has them."""
@@ -124,4 +129,8 @@ class ClientBodies:
         along, across = sign * along / self.mass_unit, sign * across / self.mass_unit
         friction_W = add_scaled(scale(along, way), across, other_way)
         on_b_W = scale(1.0 / self.scale, on_b)
-        return ContactPoint(a, b, on_b_W, normal, gap / self.scale, force / self.mass_unit, friction_W)
+        rounded = (0.0, 0.0) if a in self.sharp and b in self.sharp else (self._rounding(a), self._rounding(b))
+        return ContactPoint(a, b, on_b_W, normal, gap / self.scale, force / self.mass_unit, friction_W, rounded)
+
+    def _rounding(self, name: BodyId) -> float:
+        return self.margins.get(name, 0.0) / self.scale

@@ -25,6 +25,7 @@ WRONG = cos(radians(5.0))  # of the angle from a normal to the true one: below i
 # What leans is looked at after so long [s], or when it may have moved by the rounding of its edges.
 AGAIN = 0.004
 STILL = 10.0  # [1/s] in such roundings: of what is slower normals hardly change
+CLOSE = 0.02  # of such a rounding: what is so near may press in the next step
 ALIKE = 2.0  # times the mass of the lightest that touches: what is heavier is not left to one point alone
 # Half of how far a hull is turned to and fro, about each corner of a tetrahedron: its end goes by two micrometres of a
 # plank, as contacts are told apart by one.
@@ -47,29 +48,36 @@ class FreshContacts:
         """Take in all bricks that are awake by themselves; they will be seen again at a time on the clock [s]."""
         self._found = {name: self._found.get(name, state.pose) for name, state in states.items()}
         self._due = {}
+        self.bricks.let_go.clear()
         self._renew(states, until)
 
     def look(self, until: float) -> None:
-        """Look before a step at those that turn fast; all will be seen again at a time [s]."""
+        """Look before a step at those that turn fast, or were just let go; all will be seen again at a time [s]."""
         now = self.bricks.stepper.time
         due = [name for name, when in self._due.items() if when <= now]
-        if due:
-            for name in due:
-                del self._due[name]
-            awake = [name for name in due if name in self.bricks.bodies.numbers and not self.bricks.holds(name)]
-            self._renew(self.bricks.states(awake), until)
+        for name in due:
+            del self._due[name]
+        due += [name for name in self.bricks.let_go if name in self.bricks.own.bricks and name not in due]
+        self.bricks.let_go.clear()
+        awake = [name for name in due if self._moves_by_itself(name)]
+        if awake:
+            states = self.bricks.states(awake)
+            self._found |= {name: state.pose for name, state in states.items() if name not in self._found}
+            self._renew(states, until)
 
     def _renew(self, states: Mapping[BodyId, BodyState], until: float) -> None:
         """Find contacts anew of all of these that have wrong ones; boxes that touch others on edges become hulls."""
         anew: list[BodyId] = []
         mistaken: dict[BodyId, None] = {}
         for name, state in states.items():
-            lasts = inf
-            if self.bricks.maker.settings.fresh_edges and self._is_box(name) and leans(state.pose):
+            lasts, slid_off = inf, False
+            if self.bricks.maker.settings.fresh_edges and self._is_box(name):
                 wrong, lasts = self._seen_edges(name, state)
-                mistaken |= dict.fromkeys(wrong)
+                leaning = [each for each, pose in wrong if leans(pose)]
+                mistaken |= dict.fromkeys(leaning)
+                slid_off = bool(wrong) and not leaning
             stale = turn_between(self._found[name], state.pose) > STALE and self._may_lose_its_forces(name)
-            if name in mistaken or stale:
+            if name in mistaken or stale or slid_off:
                 anew.append(name)
                 self._found[name] = state.pose
             turned = turn_between(self._found[name], state.pose)
@@ -98,16 +106,19 @@ class FreshContacts:
     def _moves_by_itself(self, name: BodyId) -> bool:
         return name in self.bricks.bodies.numbers and not self.bricks.holds(name)
 
-    def _seen_edges(self, name: BodyId, state: BodyState) -> tuple[list[BodyId], float]:
-        """The leaning bricks of contacts with wrong normals, and how long the others may stay right [s]."""
+    def _seen_edges(self, name: BodyId, state: BodyState) -> tuple[list[tuple[BodyId, Pose]], float]:
+        """The bricks of contacts with wrong normals, and how long the others may stay right [s]."""
         own, radius = self.bricks.own.bricks, self.bricks.maker.edge_radius
         speed = norm(state.velocity_W)
+        again = AGAIN if leans(state.pose) else inf
         if speed < STILL * radius(own[name]):
-            return [], AGAIN
-        wrong, lasts = [], min(AGAIN, radius(own[name]) / speed)
+            return [], again
+        wrong, lasts = list[tuple[BodyId, Pose]](), min(again, radius(own[name]) / speed)
         for point in self.groups.contacts(name, self.bricks.stepper.time):
-            if point.normal_force <= 0.0 or point.a not in own or point.b not in own:
+            if point.a not in own or point.b not in own:
                 continue
+            if point.normal_force <= 0.0 and point.gap > CLOSE * radius(own[name]):
+                continue  # it presses on nothing, and will not soon
             other = point.b if point.a == name else point.a
             if not self._is_box(other):
                 continue  # hulls are rounded all over
@@ -117,7 +128,7 @@ class FreshContacts:
             pair = (box, state.pose), (its_box, its.pose)
             found = agreement(point, *(pair if point.a == name else pair[::-1]), rounding)
             if found.cosine < WRONG:
-                wrong += [each for each, how in ((name, state), (other, its)) if leans(how.pose)]
+                wrong += [(name, state.pose), (other, its.pose)]
             slip = norm(subtract(velocity_at(state, point.position_W), velocity_at(its, point.position_W)))
             if slip > 0.0:
                 lasts = min(lasts, found.holds_for / slip)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from math import cos, hypot, radians
 from typing import Protocol
 
-from stability.engines.edge_normals import FACE_ON, leans, nearest_points, velocity_at
+from stability.engines.edge_normals import FACE_ON, leans, nearest_of, velocity_at
 from stability.engines.pybullet.brick_bodies import BrickBodies
 from stability.engines.pybullet.fresh_contacts import FreshContacts, find_all_points
 from stability.engines.pybullet.joined_groups import JoinedGroups
@@ -135,11 +135,12 @@ def _edges_meet(a: _Seen, b: _Seen, near: float, radius: float) -> bool:
     alike = sum(abs(dot(x, y)) > ALONG for x in a.block.axes_W for y in b.block.axes_W)
     if alike == 0 or (alike == 3 and _faces_meet(a.block, b.block, 2.0 * radius)):  # noqa: PLR2004 -- all three axes
         return False
-    on_a, on_b = nearest_points(a.block, b.block, a.block.p_WC, radius)
+    nearest = nearest_of(a.block, b.block, radius)
+    if nearest is None:
+        return False
+    on_a, on_b = nearest
     between = subtract(on_a, on_b)
     distance = norm(between)
-    if distance == 0.0:
-        return False
     normal = scale(1.0 / distance, between)
     closing = dot(subtract(velocity_at(b.state, on_b), velocity_at(a.state, on_a)), normal)
     if distance > near + 2.0 * radius + AHEAD * max(closing, 0.0):

@@ -9,7 +9,7 @@ from pathlib import Path
 import pybullet
 import pytest
 
-from stability.engines.edge_normals import EDGE_RADIUS, leans, true_normal, wrong_normals
+from stability.engines.edge_normals import EDGE_RADIUS, leans, true_normals, wrong_normals
 from stability.engines.pybullet import PyBulletWorld
 from stability.engines.pybullet.pybullet_settings import PyBulletSettings
 from stability.geometry.rotations import multiply
@@ -24,6 +24,7 @@ from tests.scenes import timeline_of
 
 SIZE = LENGTH, WIDTH, THICKNESS = (0.1176, 0.0234, 0.0078)
 MASS, GRAVITY = 0.012, 9.81
+BOTH_ROUNDED = EDGE_RADIUS, EDGE_RADIUS
 BOTH = pytest.mark.parametrize("settings", [TUNED, MOVING], ids=["tuned", "exact"])
 
 
@@ -74,10 +75,11 @@ def test_two_planks_of_an_inverted_v_push_each_other_sideways(angle: float) -> N
     #   /\    by symmetry; the faces beside the edges are 90 deg - angle off
     left, right = (block(SIZE, leaning(radians(angle), side)) for side in (-1.0, 1.0))
     touching = (0.0, 0.0, LENGTH * sin(radians(angle)))
-    assert true_normal(left, right, touching, EDGE_RADIUS) == pytest.approx((-1.0, 0.0, 0.0), abs=1e-9)
+    for normal in true_normals(left, right, touching, BOTH_ROUNDED):
+        assert normal == pytest.approx((-1.0, 0.0, 0.0), abs=1e-9)
 
 
-@pytest.mark.parametrize("crossing", [20.0, 60.0, 90.0])
+@pytest.mark.parametrize("crossing", [0.1, 1.0, 3.0, 8.0, 20.0, 60.0, 90.0])
 def test_edges_that_cross_push_across_both(crossing: float) -> None:
     roll = about((1.0, 0.0, 0.0), radians(30.0))
     turn = multiply(about((0.0, 1.0, 0.0), radians(10.0)), about((0.0, 0.0, 1.0), radians(crossing)))
@@ -86,9 +88,9 @@ def test_edges_that_cross_push_across_both(crossing: float) -> None:
     up = unit(cross(along_b, along_a))
     lower = lowest_or_highest(Pose((0.0, 0.0, 0.0), roll), up)
     upper = lowest_or_highest(Pose((0.0, 0.0, 0.0), multiply(turn, roll)), (-up[0], -up[1], -up[2]))
-    assert true_normal(block(SIZE, upper), block(SIZE, lower), (0.0, 0.0, 0.0), EDGE_RADIUS) == pytest.approx(
-        up, abs=0.01
-    )
+    boxes = block(SIZE, upper), block(SIZE, lower)
+    for beside in (0.0, 0.2 * LENGTH, -0.4 * LENGTH):  # where somebody begins to look
+        assert list(true_normals(*boxes, (beside, 0.0, 0.0), BOTH_ROUNDED))[-1] == pytest.approx(up, abs=1e-6)
 
 
 def lowest_or_highest(pose: Pose, direction: Vec3) -> Pose:
@@ -104,8 +106,8 @@ def lowest_or_highest(pose: Pose, direction: Vec3) -> Pose:
 def test_an_edge_that_stands_on_a_face_is_pushed_straight_off_it() -> None:
     edge = lowest_or_highest(Pose((0.0, 0.0, 0.0), about((1.0, 0.0, 0.0), radians(40.0))), (0.0, 0.0, -1.0))
     below = Pose((0.01, 0.0, -THICKNESS / 2.0))
-    normal = true_normal(block(SIZE, edge), block(SIZE, below), (0.0, 0.0, 0.0), EDGE_RADIUS)
-    assert normal == pytest.approx((0.0, 0.0, 1.0))
+    for normal in true_normals(block(SIZE, edge), block(SIZE, below), (0.0, 0.0, 0.0), BOTH_ROUNDED):
+        assert normal == pytest.approx((0.0, 0.0, 1.0))
 
 
 @pytest.mark.parametrize(
@@ -119,12 +121,13 @@ def test_a_plank_that_lies_or_stands_upright_does_not_lean(orientation: Quaterni
 
 @pytest.mark.parametrize("angle", [60.0, 70.0])
 def test_pybullet_as_it_comes_gives_a_v_the_normal_of_a_face_and_is_caught(angle: float) -> None:
-    with world(STOCK, friction=0.7) as engine:
+    #   in so short a time that they have hardly sunk: where rounded edges touch depends on micrometres
+    with world(replaced_step(STOCK, 960), friction=0.7) as engine:
         put_up_v(engine, radians(angle))
-        played(engine, 0.01)
+        played(engine, 2.0 / 960.0)
         wrong = list(wrong_normals(engine, engine.states(engine.masses()), GRAVITY))
     assert [{one.upper, one.lower} for one in wrong] == [{"left", "right"}]
-    assert degrees(wrong[0].angle) == pytest.approx(90.0 - angle, abs=3.0)
+    assert degrees(wrong[0].angle) == pytest.approx(90.0 - angle, abs=0.1)
 
 
 @BOTH
