@@ -26,6 +26,9 @@ WRONG = cos(radians(5.0))  # of the angle from a normal to the true one: below i
 AGAIN = 0.004
 STILL = 10.0  # [1/s] in such roundings: of what is slower normals hardly change
 CLOSE = 0.02  # of such a rounding: what is so near may press in the next step
+# In an engine: of more only those that lean are looked at, where they press, since where one of hundreds comes to lie
+# is chance, and to look at all takes as long as their steps (docs/decisions/0075).
+MOST_BODIES = 200
 ALIKE = 2.0  # times the mass of the lightest that touches: what is heavier is not left to one point alone
 # Half of how far a hull is turned to and fro, about each corner of a tetrahedron: its end goes by two micrometres of a
 # plank, as contacts are told apart by one.
@@ -71,7 +74,11 @@ class FreshContacts:
         mistaken: dict[BodyId, None] = {}
         for name, state in states.items():
             lasts, slid_off = inf, False
-            if self.bricks.maker.settings.fresh_edges and self._is_box(name):
+            if (
+                self.bricks.maker.settings.fresh_edges
+                and self._is_box(name)
+                and (leans(state.pose) or not self._crowd())
+            ):
                 wrong, lasts = self._seen_edges(name, state)
                 leaning = [each for each, pose in wrong if leans(pose)]
                 mistaken |= dict.fromkeys(leaning)
@@ -91,6 +98,9 @@ class FreshContacts:
         find_all_points(self.bricks, rounding)
         find_contacts_anew(self.bricks, [name for name in anew if name not in rounding])
 
+    def _crowd(self) -> bool:
+        return len(self.bricks.bodies.numbers) > MOST_BODIES
+
     def _may_lose_its_forces(self, name: BodyId) -> bool:
         """Whether it does no harm that it is held by fewer points at first: by all of them at once, or no heavy one."""
         if self.bricks.maker.settings.fresh_edges:
@@ -109,7 +119,7 @@ class FreshContacts:
     def _seen_edges(self, name: BodyId, state: BodyState) -> tuple[list[tuple[BodyId, Pose]], float]:
         """The bricks of contacts with wrong normals, and how long the others may stay right [s]."""
         own, radius = self.bricks.own.bricks, self.bricks.maker.edge_radius
-        speed = norm(state.velocity_W)
+        speed, crowd = norm(state.velocity_W), self._crowd()
         again = AGAIN if leans(state.pose) else inf
         if speed < STILL * radius(own[name]):
             return [], again
@@ -117,7 +127,7 @@ class FreshContacts:
         for point in self.groups.contacts(name, self.bricks.stepper.time):
             if point.a not in own or point.b not in own:
                 continue
-            if point.normal_force <= 0.0 and point.gap > CLOSE * radius(own[name]):
+            if point.normal_force <= 0.0 and (crowd or point.gap > CLOSE * radius(own[name])):
                 continue  # it presses on nothing, and will not soon
             other = point.b if point.a == name else point.a
             if not self._is_box(other):
