@@ -33,7 +33,7 @@ SPREAD = 4  # times more levels, or bricks, each time that a group grows
 SEARCHED = 300  # bricks: in a tipping body up to this size the smallest part that tips by itself is looked for
 TOLD = 20  # moving bricks that are tested for lying deep in another body, for the reason of a verdict
 SMALL = 60  # bricks: a program of so many is still cheap
-MUCH_LESS = 0.5  # share of a group: so much less is asked first
+MUCH_LESS = 0.5  # share of a group, or of all that is connected: so much less is asked first
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,6 +126,8 @@ def _programs(structure: Structure, brick: BodyId, group: set[BodyId], partners:
             asked = asked | group
         else:
             asked = partners.of(structure.spread(asked, at_least=max(SMALL, SPREAD * len(asked))))
+        if len(asked) > MUCH_LESS * len(whole):
+            asked = whole  # what leans on cores, and is nearly all, is as dear, and may be too close to call
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,9 +23,10 @@ from stability.statics.solvers.wrench_matrix import Array, WrenchMatrix, wrench_
 
 ACCURACY = 1e-11  # asked of the solver
 FURTHEST = 1e3  # [g] what can be accelerated so much is held on all sides
-# Shares of the forces at rest that are tried in turn to bring others into their cones.
-SHARES = (0.0, *(2.0**exponent for exponent in range(-40, 0)))
-SHARPER = 0.1  # of a share: the least one is not looked for any nearer
+# Times the least share of the forces at rest that brings others into their cones, which are tried in turn.
+SURELY = 1.0 + 1e-6  # for rounding
+MORE = tuple(2.0**exponent for exponent in range(40))
+LEAST = 2.0**-40  # a share below is rounding
 FAINT = 1e-3  # of usual forces: by so much even contacts that do not press share in mending
 MENDINGS = 2  # the second mends what the first left of rounding
 # [g] by which a cut is first put further out than the solver has it; then by multiples of the gain that a proof needs.
@@ -135,12 +136,15 @@ def heading(case: Shaken, angle: float) -> Heading:
 
 def program_along(case: Shaken, angle: float) -> ConicProgram:
     """The program of one direction: minus its first dual is the reach [g], the others but the last are the forces."""
-    from scipy.sparse import bmat  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
+    from scipy.sparse import bmat, csr_matrix  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
 
     system = case.system
     along = system.wrench_of(case.pull(cos(angle), sin(angle)))
+    columns = len(along)
+    # Entries of nothing too, so that the programs of all directions have theirs in the same places.
+    gained = csr_matrix((along, np.arange(columns), (0, columns)), shape=(1, columns))
     # Whatever is left of the unit gain may be bought at the highest price: no reach is infinite.
-    matrix = bmat([[along[None, :], [[1.0]]], [-system.matrix, None], [None, [[-1.0]]]], format="csc")
+    matrix = bmat([[gained, [[1.0]]], [-system.matrix, None], [None, [[-1.0]]]], format="csc")
     return ConicProgram(
         np.append(-system.loads, FURTHEST),
         matrix,
@@ -168,21 +172,31 @@ def proven_reach(case: Shaken, along: tuple[float, float], value: float, rows: A
 
 
 def _shares(case: Shaken, balanced: Array) -> Iterator[float]:
-    """Shares of the forces at rest that bring others into their cones, nearly the least of them first."""
-    held, outside = len(case.system.round), 0.0
-    for share in SHARES:
-        if not inside(balanced + share * (case.rest - balanced), held):
-            outside = share
-            continue
-        enough = share
-        while 0.0 < outside < (1.0 - SHARPER) * enough:
-            middle = 0.5 * (outside + enough)
-            if inside(balanced + middle * (case.rest - balanced), held):
-                enough = middle
-            else:
-                outside = middle
-        yield enough
-        outside = share
+    """Shares of the forces at rest that bring others into their cones, the least of them first."""
+    least = least_share(balanced, case.rest, len(case.system.round))
+    if least == 0.0:
+        yield 0.0
+    least = max(SURELY * least, LEAST)
+    yield from (more * least for more in MORE if more * least < 1.0)
+
+
+def least_share(rows: Array, deep: Array, round_cones: int) -> float:
+    """The least share of forces deep in their cones, all of unit slope, that brings others into these."""
+    held = 3 * round_cones
+    own, change = rows[:held].reshape(-1, 3), (deep - rows)[:held].reshape(-1, 3)
+    outside = np.hypot(own[:, 1], own[:, 2]) > own[:, 0]
+    own, change = own[outside], change[outside]
+    # (t + s dt)^2 = (n + s dn)^2: the way in is the last crossing, as one before is of the cone upside down.
+    signs = np.array([-1.0, 1.0, 1.0])
+    squared, mixed, first = ((x * y) @ signs for x, y in ((change, change), (own, change), (own, own)))
+    root = np.sqrt(np.maximum(mixed * mixed - squared * first, 0.0))
+    larger = -(mixed + np.copysign(root, mixed))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        crossings = np.stack([larger / squared, first / larger])
+        flat = -rows[held:] / (deep - rows)[held:]
+    crossings[~((crossings >= 0.0) & (crossings <= 1.0))] = 0.0
+    flat = np.where(rows[held:] < 0.0, flat, 0.0)
+    return float(max(crossings.max(initial=0.0), flat.max(initial=0.0)))
 
 
 def mended(system: WrenchMatrix, rows: Array) -> Array:
@@ -193,17 +207,12 @@ def mended(system: WrenchMatrix, rows: Array) -> Array:
     held = 3 * len(system.round)
     weight = FAINT + np.abs(np.append(np.repeat(rows[:held:3], 3), rows[held:]))
     weighted = diags(weight) @ system.matrix
-    solve = splu((system.matrix.T @ weighted + FAINT**4 * identity(len(system.loads))).tocsc()).solve
+    square = (system.matrix.T @ weighted + FAINT**4 * identity(len(system.loads))).tocsc()
+    # Symmetric and positive definite: no pivots need be looked for, which takes a third of the time.
+    solve = splu(square, "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}).solve
     for _ in range(MENDINGS):
         rows = rows - weighted @ solve(system.matrix.T @ rows + system.loads)
     return rows
-
-
-def inside(rows: Array, round_cones: int) -> bool:
-    """Whether forces lie in their cones, all of unit slope."""
-    held = 3 * round_cones
-    cones = rows[:held].reshape(-1, 3)
-    return bool((np.hypot(cones[:, 1], cones[:, 2]) <= cones[:, 0]).all() and (rows[held:] >= 0.0).all())
 
 
 def _cut(case: Shaken, along: tuple[float, float], value: float, columns: Array) -> Cut | None:

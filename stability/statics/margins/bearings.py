@@ -6,6 +6,7 @@ points and the nearest cut. The bearing where these are furthest apart is solved
 What does not touch is solved apart: together it survives what each part does.
 """
 
+from bisect import bisect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -201,7 +202,10 @@ class _Found:
         """How far along a bearing the points that are solved reach: to the chord of the two on either side."""
         if len(self.solved) == 1:
             return self.solved[0].reach if self.solved[0].angle == bearing else 0.0
-        return max(_chord(one, other, bearing) for one, other in pairwise([*self.solved, self.solved[0]]))
+        # One pair has it between them, or two where it is solved itself, as far as that can be told.
+        after = bisect(self.solved, bearing % (2.0 * pi), key=_angle)
+        around = [self.solved[number % len(self.solved)] for number in range(after - 2, after + 2)]
+        return max(_chord(one, other, bearing) for one, other in pairwise(around))
 
     def _bound(self, bearing: float) -> tuple[float, Cut | None]:
         """How far off the nearest cut is along a bearing [g]; that of what slides is as far off in all directions."""

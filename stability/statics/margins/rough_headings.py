@@ -21,12 +21,12 @@ from stability.statics.margins.acceleration_cut import (
     program_along,
     proven_reach,
 )
-from stability.statics.solvers.conic_program import quick_solve
+from stability.statics.solvers.conic_program import QuickSeries
 from stability.statics.solvers.separating_motion import separating_velocities
 from stability.statics.solvers.wrench_matrix import Array
 
 FINEST, ROUGHEST = 1e-10, 1e-6  # accuracies that are asked of the solver
-OF_TOLERANCE = 1e-4  # share of what a reach may be off by that the solver is asked for
+OF_TOLERANCE = 2e-5  # share of what a reach may be off by that the solver is asked for: with more, more directions
 QUIET = (1e-4, 1e-9, 0.0)  # shares of the largest speed below which a brick is first taken to stay
 MOST_OPENED = 0.01  # of the speed of the fastest: a motion that needs to be opened by more is no solution
 SURELY = 1.0 + 1e-6  # times what is needed to open contacts, and to gain what a proof must: rounding
@@ -40,13 +40,13 @@ class RoughHeadings:
     case: Shaken
     tolerance: float
     opening: Array | None  # (columns,) a motion that opens every contact; without one directions are solved finely
+    series: QuickSeries
 
     def solve(self, angle: float) -> Heading:
         """How far the assembly can be accelerated in one direction."""
         if self.opening is None:
             return heading(self.case, angle)
-        accuracy = min(ROUGHEST, max(FINEST, OF_TOLERANCE * self.tolerance))
-        point = quick_solve(program_along(self.case, angle), accuracy)
+        point = self.series.solve(program_along(self.case, angle))
         if not (np.isfinite(point.x).all() and np.isfinite(point.dual).all()):
             return heading(self.case, angle)
         value, columns = max(0.0, -float(point.dual[0])), point.x[:-1]
@@ -97,10 +97,11 @@ class RoughHeadings:
 def rough_headings(case: Shaken, tolerance: float) -> RoughHeadings:
     """Directions of a case, solved to a relative tolerance."""
     velocities = separating_velocities(case.problem, case.problem.bricks)
-    if velocities is None:
-        return RoughHeadings(case, tolerance, None)
-    opening = Motion({name: (velocity, ZERO) for name, velocity in velocities.items()})
-    return RoughHeadings(case, tolerance, case.system.columns_of(opening))
+    opening = None
+    if velocities is not None:
+        opening = case.system.columns_of(Motion({name: (velocity, ZERO) for name, velocity in velocities.items()}))
+    series = QuickSeries(min(ROUGHEST, max(FINEST, OF_TOLERANCE * tolerance)))
+    return RoughHeadings(case, tolerance, opening, series)
 
 
 def proven_cut(case: Shaken, motion: Motion) -> Cut | None:

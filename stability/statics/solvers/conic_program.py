@@ -64,6 +64,34 @@ def quick_solve(program: ConicProgram, accuracy: float) -> Point:
 
 
 def _solved(program: ConicProgram, accuracy: float, *, refined: bool) -> Point:
+    return _point(_made_ready(program, accuracy, refined=refined).solve())
+
+
+class QuickSeries:
+    """Solves programs quickly that differ in the values of their matrices alone, not in where these have entries.
+
+    What the first takes to be made ready, a tenth of its time, the others do not.
+    """
+
+    def __init__(self, accuracy: float) -> None:
+        """`accuracy` is asked of the solver for all of them."""
+        self._accuracy = accuracy
+        self._solver: Any = None
+
+    def solve(self, program: ConicProgram) -> Point:
+        """The point of one more program."""
+        if self._solver is None:
+            self._solver = _made_ready(program, self._accuracy, refined=False)
+        else:
+            self._solver.update(A=program.matrix)
+        return _point(self._solver.solve())
+
+
+def _point(solution: Any) -> Point:  # noqa: ANN401 -- Clarabel's has no type
+    return Point(np.array(solution.x), np.array(solution.z), str(solution.status))
+
+
+def _made_ready(program: ConicProgram, accuracy: float, *, refined: bool) -> Any:  # noqa: ANN401 -- likewise
     import clarabel  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
 
     settings = clarabel.DefaultSettings()
@@ -83,9 +111,7 @@ def _solved(program: ConicProgram, accuracy: float, *, refined: bool) -> Point:
     cones += [clarabel.NonnegativeConeT(program.positive)] if program.positive else []
     cones += [clarabel.PSDTriangleConeT(program.semidefinite)] if program.semidefinite else []
     curvature = _flat(len(program.cost)) if program.curvature is None else program.curvature
-    solver = clarabel.DefaultSolver(curvature, program.cost, program.matrix, program.offset, cones, settings)
-    solution = solver.solve()
-    return Point(np.array(solution.x), np.array(solution.z), str(solution.status))
+    return clarabel.DefaultSolver(curvature, program.cost, program.matrix, program.offset, cones, settings)
 
 
 @lru_cache(maxsize=64)

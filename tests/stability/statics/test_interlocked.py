@@ -1,10 +1,12 @@
 """Boxes that hold one another up by the dozen are asked about together, not one by one with most of the others."""
 
+from collections.abc import Collection
 from dataclasses import replace
+from random import Random
 
 import pytest
 
-from stability.model import GROUND, Brick, Plane, Pose
+from stability.model import GROUND, BodyId, Brick, Plane, Pose
 from stability.shapes.box import Box
 from stability.statics import cascade
 from stability.statics.assembly import Assembly
@@ -13,6 +15,7 @@ from stability.statics.proof import check_forces
 from stability.statics.solvers import conic_program, equilibrium
 from stability.statics.solvers.conic_program import Point
 from stability.statics.solvers.separating_motion import separating_motion
+from stability.statics.structure import Structure
 from stability.statics.upright_forces import upright_group
 
 SIDE = 0.04  # [m]: every box but the lowest lies on the corners of four that touch one another
@@ -51,6 +54,21 @@ def test_a_heap_of_interlocked_boxes_stands_with_forces_that_hold_and_few_progra
     assert forces is not None
     assert check_forces(assembly.problem(), forces, Tolerances()).holds
     assert len(asked) <= 3  # one by one: eight
+
+
+def test_a_group_that_would_grow_to_over_half_of_all_grows_to_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[int] = []
+    ask = cascade._cones
+
+    def counted(structure: Structure, group: Collection[BodyId], last: bool) -> object:
+        asked.append(len(group))
+        return ask(structure, sorted(group), last)
+
+    monkeypatch.setattr(cascade, "_cones", counted)
+    kept = Random(107)
+    heap_with_holes = [box for box in heap(kept.choice([3, 4])) if kept.random() < 0.8]
+    assert Assembly((FLOOR,), 0.5, 9.81).add_all(heap_with_holes).stability is Stability.UNSTABLE
+    assert asked == [7, len(heap_with_holes)]  # with 13 between, which shows nothing
 
 
 def test_what_hangs_out_tips_where_gaps_let_nothing_hold_it_from_the_side() -> None:

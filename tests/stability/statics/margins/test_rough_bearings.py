@@ -14,11 +14,12 @@ from stability.statics.assembly import Assembly
 from stability.statics.facts import Motion, Placed, Problem, Stability, Tolerances
 from stability.statics.margins import bearings
 from stability.statics.margins import rough_headings as rough_headings_module
-from stability.statics.margins.acceleration_cut import Heading, Shaken, heading, shaken
+from stability.statics.margins.acceleration_cut import Heading, Shaken, heading, least_share, program_along, shaken
 from stability.statics.margins.bearings import Survived, along_bearing, by_bearing
 from stability.statics.margins.rough_headings import RoughHeadings, proven_cut, rough_headings
 from stability.statics.margins.symmetries import Symmetry, symmetries
 from stability.statics.proof import check_motion
+from stability.statics.solvers.conic_program import QuickSeries, quick_solve
 from tests.stability.statics.random_piles import random_pile
 
 COUNT, TOLERANCE = 12, 0.01
@@ -85,6 +86,35 @@ def test_a_direction_that_is_solved_roughly_is_proven_all_the_same(angle: float,
     assert rough.cut is not None
     x, y = rough.cut.normal
     assert case.falls(rough.cut.distance * x, rough.cut.distance * y, rough.cut.motion).holds
+
+
+def test_a_direction_that_is_solved_after_others_reaches_as_far_as_alone() -> None:
+    case = shaken_grid()
+    series = QuickSeries(1e-9)
+    for angle in (0.0, 0.3, pi / 2.0, 3.9):  # along an axis nothing pulls across it
+        program = program_along(case, angle)
+        assert series.solve(program).dual[0] == pytest.approx(quick_solve(program, 1e-9).dual[0], rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("force", "share"),
+    [
+        ((0.0, 1.0, 0.0), 0.5),  # |1 - s| = s
+        ((-1.0, 0.0, 0.0), 0.5),  # s = 1 - s
+        ((-1.0, 0.0, 0.5), 0.6),  # 0.5 (1 - s) = 2 s - 1; it leaves the cone upside down before, at 0.2
+        ((0.0, 3.0, 4.0), 5.0 / 6.0),  # 5 (1 - s) = s
+        ((1.0, 0.6, 0.8), 0.0),
+    ],
+)
+def test_a_force_is_brought_into_its_cone_by_no_more_of_one_on_its_axis_than_it_takes(
+    force: tuple[float, float, float], share: float
+) -> None:
+    rows, deep = np.array([*force, 0.1]), np.array([1.0, 0.0, 0.0, 1.0])
+    assert least_share(rows, deep, 1) == pytest.approx(share, rel=1e-12)
+
+
+def test_what_pulls_at_a_contact_without_friction_is_pressed_by_no_more_than_it_takes() -> None:
+    assert least_share(np.array([1.0, 0.0, 0.0, -3.0]), np.array([1.0, 0.0, 0.0, 1.0]), 1) == pytest.approx(0.75)
 
 
 def test_a_grid_needs_no_direction_solved_finely(monkeypatch: pytest.MonkeyPatch) -> None:
