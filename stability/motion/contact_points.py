@@ -46,22 +46,21 @@ class Touching:
     resting: Sequence[Contact]  # those of what stands, which stay as they are
     falling: Collection[BodyId]
     offsets: Mapping[tuple[BodyId, BodyId], float]  # gaps that count as none, of those that touched at first [m]
-    before: Set[Set[BodyId]] = frozenset()  # those that touched when this was asked last
+    before: Set[Set[BodyId]] = frozenset()  # those that have touched before, and those that rest
 
     def then(self, place: Place) -> "Touching | None":
         """Those of later; None if one brick has come to be inside of another."""
         moving = _contacts_of(self.falling, place)
-        met = frozenset(frozenset((contact.lower, contact.upper)) for contact in self.moving)
-        return None if moving is None else replace(self, moving=moving, before=met)
+        met = frozenset(frozenset((contact.lower, contact.upper)) for contact in (*self.moving, *self.resting))
+        return None if moving is None else replace(self, moving=moving, before=self.before | met)
 
     def touched(self, one: BodyId, other: BodyId) -> bool:
         """Whether two bodies were in touch before."""
         return frozenset((one, other)) in self.before
 
     def gaps(self, moving: Sequence[Contact], place: Place) -> Array:
-        """How far the bodies are from each other at each point and normal of these contacts and of what rests [m]."""
-        gaps = [gap - self.offsets.get((c.lower, c.upper), 0.0) for c in moving for gap in _gaps(c, place)]
-        return np.array(gaps + [0.0] * sum(cones_in(contact) for contact in self.resting))
+        """How far the bodies are from each other at each point and normal of these contacts [m]."""
+        return np.array([gap - self.offsets.get((c.lower, c.upper), 0.0) for c in moving for gap in _gaps(c, place)])
 
     def deepest(self, place: Place) -> float:
         """How far one body is in another, as a gap [m]; 0 if none is."""

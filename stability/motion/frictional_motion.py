@@ -3,9 +3,10 @@
 Gauss' principle of least constraint with Coulomb's cone at every point of contact says how they accelerate
 (coulomb.py). It is asked anew at each step, for velocities in the middle of steps and places at their ends (leapfrog),
 so that errors are of second order in the step; contacts and their gaps follow from the places alone. A step in which a
-corner lands on what its brick touches elsewhere is taken in parts, and what lands stops in one blow. It goes on for as
-long as every step is found and checked: momentum by construction, cones and slips by arithmetic, energy that only
-friction takes. It ends where a brick lands, where one that is to stand begins to move, and where nothing is found.
+corner lands on what its brick has touched is taken in parts, and what lands stops in one blow; what the blow throws by
+micrometres moves on until it stands again. It goes on for as long as every step is found and checked: momentum by
+construction, cones and slips by arithmetic, energy that only friction takes. It ends where a brick lands on something
+new, where one that is to stand begins to move, and where nothing is found.
 """
 
 from collections.abc import Collection, Iterator, Sequence, Set
@@ -35,7 +36,9 @@ LANDS = 3.0  # times what gravity gives in a step: what meets faster than that l
 GENTLY = 0.3  # the same of what touches elsewhere already
 # A step in which something lands is taken in so many: what a landing leaves is found to the first order only.
 PARTS_OF_A_LANDING = 16
-JOLTED = 1e-4  # share of its least thickness by which landings may move what stands, before it stands again
+# Share of its least thickness by which landings may move what stands, before it stands again: a twentieth of what
+# counts as touching, for the points on which it rests are not found anew.
+JOLTED = 1e-3
 AT_REST = 1e-6  # the same: what is slower has come to rest, and may be frozen
 STANDS = 1e-5  # share of the speed of what moves: what is to stand and is faster does not
 GAINED, ROUNDING = 1e-3, 1e-9  # shares of the potential energy lost, and of all: more kinetic energy is an error
@@ -61,11 +64,14 @@ class FrictionalMotion:
     _deepest: float = field(default=0.0, init=False)  # how far one body is in another, as a gap [m]
     _falls_by: float = field(default=inf, init=False)  # what is faster falls until it is there, and stops then [m/s]
     _jolted: float = field(default=0.0, init=False)  # by how much landings have moved what stands, at most [m]
+    _stirs: bool = field(default=False, init=False)  # whether it moves still
+    _opened: Array = field(init=False)  # the gaps that this has left at each point where it rests [m]
 
     def __post_init__(self) -> None:
         """All is at rest."""
         self._velocities = [np.zeros(6 * len(self.place.bricks))]
         self._energy = potential(self.place.bricks.values(), self.gravity)
+        self._opened = np.zeros(sum(cones_in(contact) for contact in self.touching.resting))
 
     def goes_on(self, duration: float) -> bool:
         """Move for a short time [s]; False, and not at all, if it is not known how."""
@@ -73,7 +79,7 @@ class FrictionalMotion:
         if not self._steps(duration):
             return False
         unseen = self._deepest < finer._deepest - duration * self._drift().max()
-        if self._lands or unseen:
+        if self._lands or unseen or finer._stirs:
             finer._falls_by = GENTLY * self.gravity * duration
             if all(finer._steps(part) for _ in range(PARTS_OF_A_LANDING)):
                 vars(self).update(vars(finer), _falls_by=inf)
@@ -84,14 +90,17 @@ class FrictionalMotion:
         found = self.next_velocities(duration)
         if found is None or np.abs(found).max() <= AT_REST * self.gravity * duration:
             return False
-        place = self._moved(found, duration)
+        stirs = self._stir(found) > 0.0
+        place = self._moved(found, duration, self.place.bricks if stirs else self.falling)
         touches = None if place is None else self.touching.then(place)
         if place is None or touches is None or self._gains(found, place):
             return False
         smoothly = not self._lands and isclose(self._last, duration)
         self._velocities = [found, *(self._velocities if smoothly else ())][: max(ONWARD)]
         self._last = duration
-        self.place, self.touching = place, touches
+        if stirs:
+            self._opened = self._opened + duration * self._opening(found)
+        self.place, self.touching, self._stirs = place, touches, stirs
         self._deepest = touches.deepest(place)
         return True
 
@@ -148,7 +157,8 @@ class FrictionalMotion:
         free = self._velocities[0] + time * accelerations(bricks, self._velocities[0], self.gravity)
         slips = slip_matrix(cones, self.place) * units.columns / units.speed
         before = (slips @ (self._velocities[0] / units.columns))[0::3]
-        gaps = np.maximum(self.touching.gaps(moving, self.place) / duration, -out) / units.speed
+        gaps = np.concatenate([self.touching.gaps(moving, self.place), self._opened])
+        gaps = np.maximum(gaps / duration, -out) / units.speed
         gaps[(gaps > 0.0) & (before * units.speed < -self._falls_by)] += 10.0 * np.abs(before).max(initial=0.0)
         meeting = Meeting(
             slips,
@@ -183,17 +193,27 @@ class FrictionalMotion:
 
     def _others_stand(self, velocities: Array, duration: float) -> bool:
         """Whether what is to stand does, but for what landings move it by."""
-        bricks = self.place.bricks.values()
-        speeds = np.abs(velocities.reshape(-1, 6))
-        speeds[:, 3:] *= [[placed.brick.shape.bounding_radius] for placed in bricks]
-        others = [name not in self.falling for name in self.place.bricks]
-        fastest = float(speeds[others].max(initial=0.0))
-        if fastest <= STANDS * speeds.max(initial=0.0):
+        fastest = self._stir(velocities)
+        if not fastest:
             return True
         if not self._lands and not self._jolted:
             return False
         self._jolted += fastest * duration
-        return self._jolted <= JOLTED * min(placed.brick.shape.least_thickness for placed in bricks)
+        return self._jolted <= JOLTED * min(placed.brick.shape.least_thickness for placed in self.place.bricks.values())
+
+    def _stir(self, velocities: Array) -> float:
+        """How fast what is to stand moves, at most [m/s]; 0 if it stands."""
+        bricks = self.place.bricks
+        speeds = np.abs(velocities.reshape(-1, 6))
+        speeds[:, 3:] *= [[placed.brick.shape.bounding_radius] for placed in bricks.values()]
+        fastest = float(speeds[[name not in self.falling for name in bricks]].max(initial=0.0))
+        return fastest if fastest > STANDS * speeds.max(initial=0.0) else 0.0
+
+    def _opening(self, velocities: Array) -> Array:
+        """How fast bodies part at each point where what stands rests [m/s]."""
+        cones = cones_of(Problem({}, self.touching.resting, {}), tuple(self.place.bricks))
+        parting: Array = (slip_matrix(cones, self.place) @ velocities)[0::3]
+        return parting
 
     def _guess(self, contacts: Sequence[Contact], cones: Cones, share: float) -> Array | None:
         """Impulses like the forces of the last step."""
@@ -215,13 +235,13 @@ class FrictionalMotion:
             for contact, first, last in zip(contacts, ends, ends[1:], strict=False)
         }
 
-    def _moved(self, velocities: Array, duration: float) -> Place | None:
-        """Where the bricks are after a step; None if one is so fast that it might pass through another."""
+    def _moved(self, velocities: Array, duration: float, movers: Collection[BodyId]) -> Place | None:
+        """Where the bricks are once some have moved; None if one is so fast that it might pass through another."""
         moved = {}
         for (name, placed), (a, b, c, d, e, f) in zip(
             self.place.bricks.items(), velocities.reshape(-1, 6).tolist(), strict=True
         ):
-            if name not in self.falling:
+            if name not in movers:
                 continue
             speed, shape = norm((d, e, f)), placed.brick.shape
             if duration * (norm((a, b, c)) + speed * shape.bounding_radius) > 0.5 * shape.least_thickness:

@@ -8,7 +8,7 @@ and fro by less than anything is told apart by.
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from math import cos, inf, radians
+from math import cos, inf, radians, sqrt
 
 from stability.engines.edge_normals import agreement, leans, velocity_at
 from stability.engines.pybullet.body_making import ALL, ROUNDED, SHARP
@@ -16,7 +16,7 @@ from stability.engines.pybullet.brick_bodies import BrickBodies
 from stability.engines.pybullet.joined_groups import JoinedGroups
 from stability.engines.pybullet.pybullet_binding import pybullet
 from stability.geometry.rotations import multiply, turn_between
-from stability.geometry.vectors import norm, subtract
+from stability.geometry.vectors import dot, norm, subtract
 from stability.model import BodyId, BodyState, Brick, Pose, Quaternion
 from stability.shapes.box import Box, as_box
 
@@ -25,7 +25,7 @@ WRONG = cos(radians(5.0))  # of the angle from a normal to the true one: below i
 # What leans is looked at after so long [s], or when it may have moved by the rounding of its edges.
 AGAIN = 0.004
 STILL = 10.0  # [1/s] in such roundings: of what is slower normals hardly change
-CLOSE = 0.02  # of such a rounding: what is so near may press in the next step
+CLOSE = 0.02  # of such a rounding: what comes so near in the next step may press
 # In an engine: of more only those that lean are looked at, where they press, since where one of hundreds comes to lie
 # is chance, and to look at all takes as long as their steps (docs/decisions/0075).
 MOST_BODIES = 200
@@ -124,25 +124,42 @@ class FreshContacts:
         if speed < STILL * radius(own[name]):
             return [], again
         wrong, lasts = list[tuple[BodyId, Pose]](), min(again, radius(own[name]) / speed)
+        # What would be wrong in the middle of a step is looked at before that, but in a crowd.
+        ahead, gravity = (0.0, 0.0) if crowd else (self.bricks.maker.settings.time_step, self.bricks.maker.gravity)
         for point in self.groups.contacts(name, self.bricks.stepper.time):
             if point.a not in own or point.b not in own:
                 continue
-            if point.normal_force <= 0.0 and (crowd or point.gap > CLOSE * radius(own[name])):
-                continue  # it presses on nothing, and will not soon
+            if point.normal_force <= 0.0 and crowd:
+                continue  # it presses on nothing
             other = point.b if point.a == name else point.a
             if not self._is_box(other):
                 continue  # hulls are rounded all over
             its = self.groups.states([other])[other]
+            slip_W = subtract(velocity_at(state, point.position_W), velocity_at(its, point.position_W))
+            if point.normal_force <= 0.0:
+                parting = dot(slip_W, point.normal_BA_W) * (1.0 if point.a == name else -1.0)
+                # The gap that is told is that of before the engine's last step.
+                near = point.gap + parting * self.bricks.stepper.part - CLOSE * radius(own[name])
+                presses_in = _takes(near, -parting, gravity)
+                if presses_in > ahead:
+                    lasts = min(lasts, presses_in - ahead)
+                    continue  # it presses on nothing, and will not in the next step
             rounding = min(radius(own[name]), radius(own[other]))
             box, its_box = (_as_box(own[each]) for each in (name, other))
             pair = (box, state.pose), (its_box, its.pose)
             found = agreement(point, *(pair if point.a == name else pair[::-1]), rounding)
             if found.cosine < WRONG:
                 wrong += [(name, state.pose), (other, its.pose)]
-            slip = norm(subtract(velocity_at(state, point.position_W), velocity_at(its, point.position_W)))
-            if slip > 0.0:
-                lasts = min(lasts, found.holds_for / slip)
+            lasts = min(lasts, _takes(found.holds_for, norm(slip_W), gravity) - ahead)
         return wrong, lasts
+
+
+def _takes(way: float, speed: float, acceleration: float) -> float:
+    """How long a way takes [s] from a speed, with an acceleration along it; infinitely, if there is neither."""
+    if way <= 0.0:
+        return 0.0
+    at_end = sqrt(speed * speed + 2.0 * acceleration * way)
+    return 2.0 * way / (speed + at_end) if speed + at_end > 0.0 else inf
 
 
 def _as_box(brick: Brick) -> Box:

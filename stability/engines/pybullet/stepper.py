@@ -35,6 +35,11 @@ class Stepper:
         """Whether something may hit something, as far as the engine knows."""
         return self._stepping.lively
 
+    @property
+    def part(self) -> float:
+        """How long a step of the engine is [s], as far as it knows."""
+        return self.settings.time_step / self._stepping.parts
+
     def limit_travel(self, fastest: float) -> None:
         """Say how fast the bodies of the coming steps are at most [m/s]; steps are taken to suit that."""
         self._fastest, self._suited = fastest, False

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from math import pi
 from pathlib import Path
 
@@ -10,11 +11,12 @@ import pytest
 from stability.engines.edge_normals import wrong_normals
 from stability.engines.pybullet import PyBulletWorld
 from stability.engines.pybullet.fresh_contacts import find_all_points, find_contacts_anew
-from stability.geometry.rotations import about
-from stability.model import GROUND, Brick, Plane, Pose
+from stability.geometry.rotations import about, multiply
+from stability.model import AT_REST, GROUND, Brick, Plane, Pose
 from stability.shapes.box import Box
-from stackdsl.checking.gathering import gather
+from stackdsl.checking.gathering import cases_of, gather
 from stackdsl.playing.runner import play
+from stackdsl.reading.source import parse
 from stackdsl.systems.systems import MOVING, SYSTEMS
 
 SIZE = LENGTH, WIDTH, THICKNESS = (0.1176, 0.0234, 0.0078)
@@ -59,6 +61,35 @@ def test_edges_that_slide_down_each_other_in_a_card_house_are_pushed_as_they_lie
     trace = play(case.timeline, SYSTEMS["exact"])
     assert trace.collapse is not None
     assert trace.wrong_edges is None
+
+
+def test_edges_that_are_pushed_off_each_other_within_two_steps_are_pushed_as_they_lie() -> None:
+    #  The lower Vs spread under the house, the uppermost two shut, and their edges slide at 20 mm/s a step later.
+    layout = "{levels: 3, angle: 66.749 deg}"
+    text = f"scenario: house\nbrick: kapla\nfriction: 0.0855\nbuild:\n  - card_house: {layout}\n"
+    cases, _ = cases_of(parse(text, "house.yaml"))
+    trace = play(replace(cases[0].timeline, aftermath=False), SYSTEMS["exact"])
+    assert trace.collapse is not None
+    assert trace.wrong_edges is None
+
+
+@pytest.mark.parametrize("speed", [0.15, 0.2])
+def test_an_edge_that_comes_down_along_another_while_it_slides_is_pushed_as_it_lies(speed: float) -> None:
+    #  \/ ->   cubes whose edges are rounded by 1.3 mm: while the gap closes the normal turns by 30 deg, and the point
+    #  /\      that the engine finds first, at one end of the edge, keeps that of before
+    side, before, gap, askew = 0.1, 0.0005, 0.0003, 0.002
+    apart = 2.0 * MOVING.edge_rounding * side + gap  # edges without their rounding
+    inside = 2.0**0.5 * (0.5 - MOVING.edge_rounding) * side  # from the middle of a cube to these
+    on_edge = about((0.0, 1.0, 0.0), 0.25 * pi)
+    with world(friction=0.4) as engine:
+        lower = Brick("lower", Box((side, side, side)), 0.6)
+        engine.add_brick(lower, Pose((0.0, 0.0, 1.0), on_edge))
+        engine.freeze("lower")
+        centre = (-before, 0.0, 1.0 + 2.0 * inside + (apart**2 - before**2) ** 0.5)
+        turned = multiply(about((0.0, 0.0, 1.0), askew), on_edge)
+        engine.add_brick(replace(lower, id="upper"), Pose(centre, turned), (speed, 0.0, 0.0))
+        assert worst_normal(engine, 0.04, fastest=1.2 * speed) == 0.0
+        assert engine.states(["upper"])["upper"].angular_velocity_W != AT_REST  # they have met
 
 
 def test_a_plank_that_slides_off_broadside_stands_on_no_point_behind_it() -> None:
