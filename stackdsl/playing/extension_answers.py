@@ -10,7 +10,7 @@ from stability.model import BodyId, Vec3
 from stability.motion.known_motion import FallingParts
 from stability.statics.facts import Stability, Verdict
 from stability.watching.extension import Extension, FeelsHands, FeelsShaking, JudgesLandings, Update
-from stackdsl.playing.beginnings import begins_to_matter
+from stackdsl.playing.beginnings import Beginnings
 from stackdsl.playing.event_log import EventLog
 from stackdsl.playing.measuring import Measures
 from stackdsl.playing.update_clock import UpdateClock
@@ -28,12 +28,17 @@ class Answers:
     gave_way: BodyId | None = None
     judgements: int = 0
     clock: UpdateClock = field(default_factory=UpdateClock)
+    beginnings: Beginnings = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.beginnings = Beginnings(self.world)
 
     def absorb(self, other: "Answers") -> None:
         """Go on with the bricks of another one, which have come near."""
         self.gave_way = self.gave_way or other.gave_way
         self.judgements += other.judgements
         self.clock.absorb(other.clock)
+        self.beginnings.absorb(other.beginnings)
 
     def moving(self) -> Sequence[BodyId]:
         """The bricks that may move."""
@@ -144,7 +149,7 @@ class Answers:
         self.log.tell_update(self.world.time(), update)
         if update.failed:
             self._let_fall()
-        elif update.woken and begins_to_matter(self.world, update, self.moving()):
+        elif update.woken and self.beginnings.matters(update, self.moving()):
             self.world.ease_in()
         if update.failed and self.gave_way is None:
             self.gave_way = min(update.failed, key=list(self.measures.watch.bricks).index)

@@ -94,6 +94,11 @@ class Part:
         self.steps += 1
         self.answers.judge()
 
+    def look(self, states: Mapping[BodyId, BodyState]) -> None:
+        """Take in all that moves here, as it moves now, and step it as finely as that asks for until the next look."""
+        self.answers.beginnings.look(states)
+        self.limit_travel(states)
+
     def limit_travel(self, states: Mapping[BodyId, BodyState]) -> None:
         """Let it be stepped as finely as what moves asks for, until the next look."""
         limit_travel(self.world, states, self.ground.pull)
@@ -105,6 +110,7 @@ class Part:
         self.wait(time)
         if self.answers.nothing_can_move():
             self.answers.gave_way = None  # what failed before has come to rest again, and is not what fails now
+        self.answers.beginnings.done()
         self.falling.disturbed(concerned(moment, self.measures.watch.bricks))
         self.hit = self.hit or _hits(moment)
 

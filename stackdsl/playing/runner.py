@@ -242,7 +242,7 @@ class _Run:
         self.one_by_one = max(self.one_by_one, sum(each.one_by_one for each in self.parts))
         self.measures.look(now, states, self.parts.seen(part), in_hands=part.hands.busy)
         part.edges.look(now, states)
-        part.limit_travel(states)
+        part.look(states)
         self.parts.look(part, states)
         if part.extension is None and now >= self._end() - FORCE_WINDOW:
             for brick in moving:
