@@ -124,6 +124,7 @@ class FreshContacts:
         if speed < STILL * radius(own[name]):
             return [], again
         wrong, lasts = list[tuple[BodyId, Pose]](), min(again, radius(own[name]) / speed)
+        others: dict[BodyId, BodyState] = {}  # two bricks may touch at several points
         for point in self.groups.contacts(name, self.bricks.stepper.time):
             if point.a not in own or point.b not in own:
                 continue
@@ -132,7 +133,7 @@ class FreshContacts:
             other = point.b if point.a == name else point.a
             if not self._is_box(other):
                 continue  # hulls are rounded all over
-            its = self.groups.states([other])[other]
+            its = others.get(other) or others.setdefault(other, self.groups.states([other])[other])
             rounding = min(radius(own[name]), radius(own[other]))
             box, its_box = (_as_box(own[each]) for each in (name, other))
             pair = (box, state.pose), (its_box, its.pose)
