@@ -41,7 +41,8 @@ PARTS_OF_A_LANDING = 16
 JOLTED = 1e-3
 AT_REST = 1e-6  # the same: what is slower has come to rest, and may be frozen
 STANDS = 1e-5  # share of the speed of what moves: what is to stand and is faster does not
-GAINED, ROUNDING = 1e-3, 1e-9  # shares of the potential energy lost, and of all: more kinetic energy is an error
+GAINED = 1e-3  # share of the potential energy lost: more kinetic energy is an error
+ROUNDING = 1e-9  # share of all of that energy, and of the least thickness of a brick, that says nothing
 PARTS = 1e-5  # of the largest velocity: more slowly, bodies that press part by rounding
 # From velocities in the middles of steps, latest first, to that at the end of the last one, by how many are known.
 ONWARD = {1: (1.0,), 2: (1.5, -0.5), 3: (1.875, -1.25, 0.375)}
@@ -78,7 +79,7 @@ class FrictionalMotion:
         finer, part = copy(self), duration / PARTS_OF_A_LANDING
         if not self._steps(duration):
             return False
-        unseen = self._deepest < finer._deepest - duration * self._drift().max()
+        unseen = self._deepest < finer._deepest - duration * self._drift().max() - self._rounding()
         if self._lands or unseen or finer._stirs:
             finer._falls_by = GENTLY * self.gravity * duration
             if all(finer._steps(part) for _ in range(PARTS_OF_A_LANDING)):
@@ -190,6 +191,10 @@ class FrictionalMotion:
         spins = np.linalg.norm(velocities[:, 3:], axis=1)
         radii = np.array([placed.brick.shape.bounding_radius for placed in self.place.bricks.values()])
         return np.append(self._last * spins * (np.linalg.norm(velocities[:, :3], axis=1) + spins * radii), 0.0)
+
+    def _rounding(self) -> float:
+        """How much deeper a brick may seem from step to step though nothing landed [m]."""
+        return ROUNDING * min(placed.brick.shape.least_thickness for placed in self.place.bricks.values())
 
     def _others_stand(self, velocities: Array, duration: float) -> bool:
         """Whether what is to stand does, but for what landings move it by."""

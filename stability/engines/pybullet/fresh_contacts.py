@@ -126,6 +126,7 @@ class FreshContacts:
         wrong, lasts = list[tuple[BodyId, Pose]](), min(again, radius(own[name]) / speed)
         # What would be wrong in the middle of a step is looked at before that, but in a crowd.
         ahead, gravity = (0.0, 0.0) if crowd else (self.bricks.maker.settings.time_step, self.bricks.maker.gravity)
+        others: dict[BodyId, BodyState] = {}  # two bricks may touch at several points
         for point in self.groups.contacts(name, self.bricks.stepper.time):
             if point.a not in own or point.b not in own:
                 continue
@@ -134,7 +135,7 @@ class FreshContacts:
             other = point.b if point.a == name else point.a
             if not self._is_box(other):
                 continue  # hulls are rounded all over
-            its = self.groups.states([other])[other]
+            its = others.get(other) or others.setdefault(other, self.groups.states([other])[other])
             slip_W = subtract(velocity_at(state, point.position_W), velocity_at(its, point.position_W))
             if point.normal_force <= 0.0:
                 parting = dot(slip_W, point.normal_BA_W) * (1.0 if point.a == name else -1.0)

@@ -27,7 +27,10 @@ Array: TypeAlias = NDArray[np.float64]
 MOST_BODIES = 64  # in an engine: to ask what touches in a crowd takes longer than its step (docs/decisions/0074)
 BEYOND = 1.005  # times as much friction as the cone allows: less is let be
 SWEEPS = 8  # of Jacobi: with one, planks that are hit at 1 m/s go up to 13 % too far, with four 5 %
+ALONG_AXES = np.eye(3)
 TINY = np.finfo(float).tiny
+# The moment of a unit of impulse along an axis of W: about which other one, along which, and the arm with its sign.
+MOMENTS = ((4, 0, 1.0, 2), (5, 0, -1.0, 1), (3, 1, -1.0, 2), (5, 1, 1.0, 0), (3, 2, 1.0, 1), (4, 2, -1.0, 0))
 MASS, FRICTION = 0, 1  # of what is told of a body
 A, B, ON_A, ON_B, NORMAL, PRESSES, ALONG, WAY, ACROSS, OTHER_WAY = 1, 2, 5, 6, 7, 9, 10, 11, 12, 13  # of a point
 
@@ -76,7 +79,7 @@ class _Bodies:
             speeds[row, :3], speeds[row, 3:] = pybullet.getBaseVelocity(body, client)
             if mass > 0.0:
                 turn = np.array(pybullet.getMatrixFromQuaternion(orientation)).reshape(3, 3)
-                answers[row, :3, :3] = np.eye(3) / mass
+                answers[row, :3, :3] = ALONG_AXES / mass
                 answers[row, 3:, 3:] = turn / np.array(moments) @ turn.T
         return cls(rows, places, speeds, answers)
 
@@ -95,8 +98,9 @@ def _project(bodies: _Bodies, points: Sequence[Sequence[Any]], duration: float, 
     arms = np.array([(point[ON_A], point[ON_B]) for point in points]) - bodies.places[rows]
     # (points, 2 bodies, 6, 3): the impulse and its moment that a unit of impulse along each axis of W is to a body.
     acting = np.zeros((*arms.shape[:2], 6, 3))
-    acting[:, :, :3] = np.eye(3)
-    acting[:, :, 3:] = np.cross(arms[:, :, None], np.eye(3)).swapaxes(2, 3)
+    acting[:, :, :3] = ALONG_AXES
+    for about, on_axis, sign, arm in MOMENTS:
+        acting[:, :, about, on_axis] = sign * arms[:, :, arm]
     acting[:, 1] *= -1.0
     answers = bodies.answers[rows] @ acting
     shared = np.bincount(rows.ravel(), minlength=len(bodies.rows))[rows]
@@ -110,7 +114,7 @@ def _project(bodies: _Bodies, points: Sequence[Sequence[Any]], duration: float, 
         sliding = np.einsum("psij,psi->pj", acting, bodies.speeds[rows])
         sliding -= np.einsum("pj,pj->p", sliding, normals)[:, None] * normals
         wanted = impulses - sliding / gives[:, None]
-        sizes = np.linalg.norm(wanted, axis=1)
+        sizes = np.sqrt(np.add.reduce(wanted * wanted, axis=1))
         wanted *= np.minimum(1.0, limits / np.maximum(sizes, TINY))[:, None]
         np.add.at(bodies.speeds, rows, np.einsum("psij,pj->psi", answers, wanted - impulses))
         impulses = wanted

@@ -6,8 +6,10 @@ Where bodies slip the force lies on the far side of its cone, against the slip; 
 """
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stability.statics.solvers.wrench_matrix import Array, Sparse, WrenchMatrix
 
@@ -17,6 +19,8 @@ BALANCED = 1e-11  # what may be left over, in units of what bricks carry
 BOUND = 0.7  # share of the way to the border that a step may go
 TINIEST = 1e-300  # close to the smallest normal float, 2e-308: no division by zero where nothing slips at all
 FAINT = 1e-9  # keeps directions in which no force can act out of the way
+
+Places: TypeAlias = tuple[NDArray[np.int32], NDArray[np.int32]]  # rows of entries, and where each column begins
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,14 +39,16 @@ def centred(system: WrenchMatrix, rows: Array, slips: Array) -> Array:
 
     face = _face(len(system.round), rows, slips)
     balance = (system.matrix.T @ face.basis).tocsc()
+    transposed, faint = balance.T, FAINT * identity(balance.shape[0], format="csc")
+    blocks = _blocks(face.sticking, len(face.start))
     wanted = system.matrix.T @ rows
     values = face.start
     for _ in range(MOST_STEPS):
-        gradient, inverse = _barrier(values, face.sticking)
+        gradient, inverse = _barrier(values, face.sticking, blocks)
         pull = inverse @ gradient
-        normal = (balance @ inverse @ balance.T + FAINT * identity(balance.shape[0])).tocsc()
+        normal = (balance @ inverse @ transposed + faint).tocsc()
         missing = wanted - balance @ values
-        step = inverse @ (balance.T @ splu(normal).solve(missing + balance @ pull)) - pull
+        step = inverse @ (transposed @ splu(normal).solve(missing + balance @ pull)) - pull
         share = _share(values, step, face.sticking)
         values = values + share * step
         if share == 1.0 and abs(step @ gradient) < CENTRED and np.abs(missing).max(initial=0.0) < BALANCED:
@@ -86,20 +92,32 @@ def _off_the_border(values: Array, sticking: int) -> Array:
     return values
 
 
-def _barrier(values: Array, sticking: int) -> tuple[Array, Sparse]:
-    """The gradient of minus the logarithm of what is to spare, and the inverse of its Hessian, z z' - (q/2) J."""
-    from scipy.sparse import block_diag, bsr_matrix, diags  # noqa: PLC0415 -- slow to import
+def _blocks(sticking: int, count: int) -> Places:
+    """Where the entries of a matrix are that has a block of three for each part that sticks, then single values.
+
+    By column, as sparse matrices keep them.
+    """
+    first = 3 * np.arange(sticking, dtype=np.int32)
+    rows = np.repeat(first, 9) + np.tile(np.arange(3, dtype=np.int32), 3 * sticking)
+    singles = np.arange(3 * sticking, count, dtype=np.int32)
+    sizes = np.concatenate([np.full(3 * sticking, 3), np.ones(len(singles), dtype=int)])
+    return np.concatenate([rows, singles]), np.append(0, np.cumsum(sizes)).astype(np.int32)
+
+
+def _barrier(values: Array, sticking: int, at: Places) -> tuple[Array, Sparse]:
+    """The gradient of minus the logarithm of what is to spare, and the inverse of its Hessian, z z' - (q/2) J.
+
+    `at` are the places of the entries of the latter, which stay the same from step to step.
+    """
+    from scipy.sparse import csc_matrix  # noqa: PLC0415 -- slow to import
 
     cones, singles = values[: 3 * sticking].reshape(-1, 3), values[3 * sticking :]
     signs = np.array([1.0, -1.0, -1.0])
     spare = (cones * cones) @ signs
     gradient = np.append((-2.0 * signs * cones / spare[:, None]).ravel(), -1.0 / singles)
     blocks = cones[:, :, None] * cones[:, None, :] - 0.5 * spare[:, None, None] * np.diag(signs)
-    parts = [diags(singles * singles)] if len(singles) else []
-    if sticking:
-        at = (blocks, np.arange(sticking), np.arange(sticking + 1))
-        parts.insert(0, bsr_matrix(at, shape=(3 * sticking, 3 * sticking)))
-    return gradient, block_diag(parts, format="csc")
+    entries = np.append(blocks.ravel(), singles * singles)  # the blocks are symmetric
+    return gradient, csc_matrix((entries, *at), shape=(len(values), len(values)))
 
 
 def _share(values: Array, step: Array, sticking: int) -> float:

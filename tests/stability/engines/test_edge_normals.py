@@ -298,7 +298,9 @@ def test_a_run_tells_of_edges_that_were_taken_for_faces(system: str, caught: boo
         assert (wrong.contacts, {wrong.upper, wrong.lower}) == (1, {"left", "right"})
 
 
-@pytest.mark.parametrize("scenario", ["hard-stepped-column-falls", "harmonic-too-far"])
+@pytest.mark.parametrize(
+    "scenario", ["hard-stepped-column-falls", pytest.param("harmonic-too-far", marks=pytest.mark.slow)]
+)
 def test_planks_that_topple_together_are_pressed_along_the_normals_that_they_have_by_then(scenario: str) -> None:
     #   They turn by 30 deg and more with faces on faces, which PyBullet takes for no reason to find normals anew.
     root = Path(__file__).parents[3] / "scenarios"

@@ -60,6 +60,19 @@ def test_a_block_slides_down_its_sheet_by_what_the_friction_of_the_two_leaves(th
     assert gone == {"block": pytest.approx(way(sin(SLOPE) - 0.1 * cos(SLOPE)), rel=1e-6)}
 
 
+def test_what_only_slides_lands_nowhere_and_so_takes_whole_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    taken: list[float] = []
+    steps = FrictionalMotion._steps
+
+    def noted(motion: FrictionalMotion, duration: float) -> bool:
+        taken.append(duration)
+        return steps(motion, duration)
+
+    monkeypatch.setattr(FrictionalMotion, "_steps", noted)
+    assert ways(Friction(0.9, between={("sheet", "block"): 0.1})).keys() == {"block"}
+    assert taken == [STEP] * STEPS
+
+
 def test_a_sheet_slides_with_what_lies_on_it_by_its_friction_on_the_ground() -> None:
     gone = ways(Friction(0.9, between={("sheet", GROUND): 0.1}))
     expected = pytest.approx(way(sin(SLOPE) - 0.1 * cos(SLOPE)), rel=1e-6)

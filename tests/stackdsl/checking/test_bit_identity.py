@@ -48,10 +48,10 @@ SCENES: Mapping[str, str] = {
         """,
     "drop": """
         build:
-          - four_stack: {levels: 3}
+          - four_stack: {levels: 2}
         impacts:
           - after: built + 0.05 s
-            drop: {brick: kapla, onto: L3.1, height: 60 mm, rotate: [0 deg, 20 deg, 10 deg], name: dropped}
+            drop: {brick: kapla, onto: L2.1, height: 60 mm, rotate: [0 deg, 20 deg, 10 deg], name: dropped}
         expect:
           - stands: {for: 0.3 s}
           - margin: {acceleration: "> 0", tilt: "> 0 deg", friction: "< 1"}
@@ -184,7 +184,7 @@ def test_a_process_with_other_hashes_compiles_the_same(
     assert result.value == {case.name: bits_of(case.timeline) for case in cases}
 
 
-@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("workers", [pytest.param(1, marks=pytest.mark.slow), 2])
 def test_a_check_gives_the_same_with_any_workers_and_hashes_and_whatever_files_are_called(
     workers: int, tmp_path: Path, bits: Mapping[str, Bits], monkeypatch: pytest.MonkeyPatch
 ) -> None:

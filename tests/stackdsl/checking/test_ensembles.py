@@ -6,14 +6,16 @@ import pytest
 
 from stackdsl.checking import ensembles
 from stackdsl.checking.chunks import Chunk, judged_chunk
-from stackdsl.checking.ensembles import CHUNK, Drawing, draw, drawn_alone
+from stackdsl.checking.ensembles import CHUNK, Drawing, Run, draw, drawn_alone
 from stackdsl.checking.gathering import Case
 from stackdsl.checking.memory import Memory
+from stackdsl.checking.processes import run_supervised
 from stackdsl.checking.sampled_results import judged_samples
 from stackdsl.checking.worker import TaskStatus
 from stackdsl.ensemble import Ensemble
 from stackdsl.sampling.draws import Draws
 from tests.scenes import compiled
+from tests.stackdsl.checking.in_process import run_here
 
 COLUMN = """
 scenario: column
@@ -34,8 +36,8 @@ def case(samples: int, share: str = ">= 50 %") -> Case:
     return cases[0]
 
 
-def ensemble(samples: int, share: str = ">= 50 %", workers: int = 1) -> Ensemble:
-    drawing = drawn_alone(case(samples, share), workers, LIMIT)
+def ensemble(samples: int, share: str, workers: int = 1, run: Run = run_here) -> Ensemble:
+    drawing = drawn_alone(case(samples, share), workers, LIMIT, run)
     assert drawing is not None
     return drawing.ensemble()
 
@@ -48,7 +50,7 @@ def test_no_more_samples_are_drawn_than_decide() -> None:
 
 
 def test_any_number_of_processes_draws_the_same() -> None:
-    assert ensemble(1200, ">= 80 %", workers=1) == ensemble(1200, ">= 80 %", workers=3)
+    assert ensemble(1200, ">= 80 %", 3, run_supervised) == ensemble(1200, ">= 80 %")
 
 
 def test_what_was_drawn_is_not_drawn_again_and_what_was_not_is_added(
@@ -64,16 +66,16 @@ def test_what_was_drawn_is_not_drawn_again_and_what_was_not_is_added(
     monkeypatch.setattr(ensembles, "_asked", counted)
     whole, ended = case(2000, ">= 80 %"), list[Drawing]()
     memory = Memory(tmp_path)
-    draw({0: Drawing(whole, "digest")}, 1, LIMIT, memory, lambda _, drawing: ended.append(drawing))
+    draw({0: Drawing(whole, "digest")}, 1, LIMIT, memory, lambda _, drawing: ended.append(drawing), run=run_here)
     assert sorted(asked) == [0, 125, 250, 500, 1000, 1500]
     records = sorted(tmp_path.rglob("*.json"), key=lambda file: file.stat().st_size)
     records[-1].unlink()  # one of the chunks of 500
     asked.clear()
-    draw({0: Drawing(whole, "digest")}, 1, LIMIT, memory, lambda _, drawing: ended.append(drawing))
+    draw({0: Drawing(whole, "digest")}, 1, LIMIT, memory, lambda _, drawing: ended.append(drawing), run=run_here)
     assert len(asked) == 1
     assert ended[0].ensemble() == ended[1].ensemble()
     asked.clear()
-    draw({0: Drawing(whole, "another text")}, 1, LIMIT, memory, lambda _, drawing: ended.append(drawing))
+    draw({0: Drawing(whole, "another text")}, 1, LIMIT, memory, lambda _, drawing: ended.append(drawing), run=run_here)
     assert len(asked) == 6
 
 
@@ -82,7 +84,7 @@ def test_what_is_remembered_beyond_what_decides_is_not_counted(tmp_path: Path) -
     memory, ended = Memory(tmp_path), list[Drawing]()
     for share in (">= 80 %", ">= 50 %"):
         drawing = Drawing(case(2000, share), "digest")
-        draw({0: drawing}, 1, LIMIT, memory, lambda _, drawn: ended.append(drawn))
+        draw({0: drawing}, 1, LIMIT, memory, lambda _, drawn: ended.append(drawn), run=run_here)
     assert [drawing.ensemble().drawn for drawing in ended] == [2000, 125]
 
 
@@ -101,7 +103,7 @@ def test_a_chunk_that_fails_is_told_and_ends_its_case(monkeypatch: pytest.Monkey
 
 def test_the_result_says_what_was_drawn_and_how_it_is_known() -> None:
     sampled = case(400, ">= 50 %")
-    drawing = drawn_alone(sampled, 1, LIMIT)
+    drawing = drawn_alone(sampled, 1, LIMIT, run_here)
     assert drawing is not None
     result = judged_samples(sampled, drawing.ensemble())
     assert result.passed
@@ -113,5 +115,5 @@ def test_the_result_says_what_was_drawn_and_how_it_is_known() -> None:
 
 def test_each_chunk_is_told_as_it_is_drawn() -> None:
     told: list[tuple[str, int, int]] = []
-    drawn_alone(case(1600, ">= 80 %"), 1, LIMIT, on_drawn=lambda *each: told.append(each))
+    drawn_alone(case(1600, ">= 80 %"), 1, LIMIT, run_here, on_drawn=lambda *each: told.append(each))
     assert told == [("column[exact]", count, 1600) for count in (0, 100, 200, 400, 500, 800, 1000, 1500, 1600)]

@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 
 from benchmarks.fragility import CURVES, drawn, true_median
+from stackdsl.checking import drawn_fragility
 from stackdsl.checking.drawn_fragility import Plan, draw
 from stackdsl.checking.gathering import cases_of
 from stackdsl.checking.memory import Memory
 from stackdsl.judging.lognormal import UndeterminedError, through_capacities, through_fates
 from stackdsl.reading.source import parse
 from stackdsl.sampling.intensities import NoIntensityError, intensity_of
+from tests.stackdsl.checking.in_process import run_here
 
 SMALL = {
     "plank near an edge, over its offset": 2000,
@@ -21,6 +23,13 @@ SMALL = {
 QUICK = "brick on a slope that is normal, over friction"  # the others where there is time
 
 
+@pytest.fixture
+def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Judge samples here: that processes come to the same is asked of ensembles, and of the command."""
+    monkeypatch.setattr(drawn_fragility, "run_supervised", run_here)
+
+
+@pytest.mark.usefixtures("in_process")
 @pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.slow] if n != QUICK else []) for n in SMALL])
 def test_the_curve_is_that_of_its_closed_form(name: str) -> None:
     found, curve = drawn(CURVES[name], SMALL[name], workers=1, points=5), CURVES[name]
@@ -89,6 +98,7 @@ def test_a_call_that_was_interrupted_goes_on_with_what_is_remembered(tmp_path: P
         intensity_of("stp", cases[0].variant, cases[0].timeline)
 
 
+@pytest.mark.usefixtures("in_process")
 def test_points_that_nobody_chose_go_to_where_samples_fall_apart() -> None:
     """A block of 100 mm ± 0.5 mm by 500 mm tips at 0.2 g ± 0.5 %: even points would find all or none."""
     block = "{on: ground, brick: {size: [normal 100 mm ± 0.5 mm, 300 mm, 500 mm], mass: 6 kg}}"

@@ -282,17 +282,22 @@ def small_tower_hit(rename: Callable[[BodyId], BodyId] = str) -> Trace:
     return played(*built(poses), at_level_3(3.0))
 
 
+ONE_RUN = pytest.mark.xdist_group("first hit")
+
+
 @cache
 def first_hit() -> Trace:
     return small_tower_hit()
 
 
+@ONE_RUN
 def test_the_same_hit_twice_is_the_same() -> None:
     one, other = first_hit(), small_tower_hit()
     assert one.events == other.events
     assert one.tracks == other.tracks
 
 
+@ONE_RUN
 @pytest.mark.parametrize("seed", [1, 2])
 def test_names_change_no_digit(seed: int) -> None:
     names = list(four_stack(range(1, 8)))

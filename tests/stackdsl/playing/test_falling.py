@@ -30,6 +30,9 @@ G = 9.81  # [m/s2]
 FLOOR = Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5)
 
 
+ONE_RUN = pytest.mark.xdist_group("towers that fall")  # it takes long
+
+
 @cache  # a run repeats to the last bit, so one serves all that is asked of it
 def collapse(build: str) -> Trace:
     trace = play(replace(timeline_of(f"- {build}\n  every: 1 s"), closely=True), SYSTEMS["exact"])
@@ -42,6 +45,7 @@ def turned_about_y(point: Vec3, edge: tuple[float, float], angle: float) -> Vec3
     return (edge[0] + x * cos(angle) + z * sin(angle), point[1], edge[1] + z * cos(angle) - x * sin(angle))
 
 
+@ONE_RUN
 @pytest.mark.parametrize(
     ("build", "level", "edge"),
     [
@@ -89,6 +93,7 @@ def rigid_time(centres: Sequence[tuple[float, float]], angle: float) -> float:
     return sum(2.0 * u / rate(u * u) * step for u in ((k + 0.5) * step for k in range(parts)))
 
 
+@ONE_RUN
 def test_a_tall_column_falls_in_the_time_of_a_rigid_body_though_it_hangs_over_by_a_millimetre() -> None:
     levels, shift = 24, 0.005
     trace = collapse("column: {levels: 24, step: 5 mm}")
@@ -101,6 +106,7 @@ def test_a_tall_column_falls_in_the_time_of_a_rigid_body_though_it_hangs_over_by
     assert trace.collapse.time - started == pytest.approx(expected, rel=1e-4, abs=0.01)
 
 
+@ONE_RUN
 @pytest.mark.parametrize(
     "build",
     ["four_stack: {levels: 10, step: 11 mm}", "column: {levels: 24, step: 5 mm}", "column: {levels: 4, step: 30 mm}"],
@@ -111,6 +117,7 @@ def test_a_collapse_gains_no_energy(build: str) -> None:
     assert trace.energy.gain < 0.01
 
 
+@ONE_RUN
 def test_nothing_that_falls_is_frozen_before_it_has_landed() -> None:
     trace = collapse("four_stack: {levels: 10, step: 11 mm}")
     assert trace.onset is not None

@@ -12,6 +12,9 @@ from stackdsl.trace import Trace
 from tests.scenes import timeline_of
 from tests.stackdsl.playing.let_go import CUBE, FLAT, SHEET, TIPPING, let_go, over
 
+# What is alone is played once for all that it is held against, which so stay in one process.
+pytestmark = pytest.mark.xdist_group("far away")
+
 FIN_AND_PLANK = """
 - bricks:
     - {name: fin, brick: {size: [60 mm, 3.43 mm, 40 mm], density: 700 kg/m3}, at: [0 mm, 0 mm, 20 mm]}
@@ -32,7 +35,7 @@ FAR_AWAY = {
 }
 
 
-@cache  # what is alone is held against several
+@cache
 def played(build: str, rest: str = "") -> Trace:
     return play(timeline_of(build, rest), SYSTEMS["exact"])
 

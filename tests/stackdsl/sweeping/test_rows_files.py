@@ -88,21 +88,25 @@ def test_two_sweeps_do_not_write_to_one_file(out: Path) -> None:
 @pytest.mark.filterwarnings("ignore:This process .* is multi-threaded:DeprecationWarning")
 def test_a_worker_that_outlives_a_sweep_that_was_killed_does_not_keep_its_file(out: Path) -> None:
     """A lock belongs to whoever has the file open, and a worker that is a copy of the sweep has what that has."""
-    ends, tells = os.pipe()
-    with JsonLines(out, plan(samples=30)) as file:
-        worker = os.fork()
-        if worker == 0:
-            os.close(tells)
-            os.read(ends, 1)  # as long as the test is at it
-            os._exit(0)
-        with pytest.raises(RowsError, match="is in use"):
-            JsonLines(out, plan(samples=30))
-        assert file.rows == 20
-    with JsonLines(out, plan(samples=30)) as file:
-        assert file.rows == 20
-    os.close(tells)
-    os.close(ends)
-    assert os.waitpid(worker, 0) == (worker, 0)
+    (begun, begins), (ends, tells) = os.pipe(), os.pipe()
+    try:
+        with JsonLines(out, plan(samples=30)) as file:
+            worker = os.fork()
+            if worker == 0:
+                os.close(tells)
+                os.write(begins, b".")
+                os.read(ends, 1)  # as long as the test is at it
+                os._exit(0)
+            os.read(begun, 1)
+            with pytest.raises(RowsError, match="is in use"):
+                JsonLines(out, plan(samples=30))
+            assert file.rows == 20
+        with JsonLines(out, plan(samples=30)) as file:
+            assert file.rows == 20
+    finally:
+        for each in (begun, begins, ends, tells):
+            os.close(each)
+        assert os.waitpid(worker, 0) == (worker, 0)
 
 
 def test_a_file_that_cannot_be_written_is_told(tmp_path: Path) -> None:
