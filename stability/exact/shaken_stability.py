@@ -59,6 +59,7 @@ class ShakenStability(MergedStability):
     _motion: GroundMotion | None = field(default=None, init=False)
     _known: Mapping[BodyId, Placed] = field(default_factory=dict, init=False)  # what `_parts` are of
     _parts: list[Held] = field(default_factory=list, init=False)
+    _shook: bool = field(default=False, init=False)  # as it was last updated
 
     def shaken(self, motion: GroundMotion) -> None:
         """Say how the ground moves from now on."""
@@ -70,6 +71,9 @@ class ShakenStability(MergedStability):
 
     def update(self) -> Update:
         """Judge what has come to rest, and wake what the ground shakes too much."""
+        if self._shook and not self._shakes:
+            self._awake.ask_again()  # what was woken by the ground alone, or refused as others still moved
+        self._shook = self._shakes
         found = super().update()
         now = self.engine.time()
         shaken = [held for held in self._look() if held.until <= now + ROUNDING]
