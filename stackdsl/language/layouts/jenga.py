@@ -12,6 +12,8 @@ from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Specs, h
 from stackdsl.language.mistakes import MistakeError
 from stackdsl.wording import mm
 
+ROUNDING = 1e-9  # share of a width: a third of 75 mm is 25 mm
+
 
 class JengaParams(LayoutParams):
     """Planks side by side, turned by a quarter each level."""
@@ -36,7 +38,7 @@ def jenga(params: JengaParams, size: Vec3) -> Specs:
     """
     length, width, thickness = size
     spacing = length / params.bricks if params.spacing is None else params.spacing
-    if spacing < width:
+    if spacing < width * (1.0 - ROUNDING):
         message = f"{params.bricks} planks of {mm(width)} do not go side by side, {mm(spacing)} from centre to centre"
         raise MistakeError("SD104", message, f"write a spacing of at least {mm(width)}, or fewer bricks")
     specs = []

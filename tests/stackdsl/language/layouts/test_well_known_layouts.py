@@ -52,6 +52,12 @@ def test_planks_of_a_level_do_not_run_into_each_other() -> None:
     assert gap(*made("jenga", levels=1, bricks=2, spacing="23.5 mm")) == pytest.approx(0.0001)
 
 
+def test_planks_a_third_as_wide_as_long_stand_side_by_side_without_a_gap() -> None:
+    of_the_game = (0.075, 0.025, 0.015)
+    specs = place("jenga", LAYOUTS["jenga"].params.model_validate({"levels": 1}), of_the_game)
+    assert [spec.position[1] for spec in specs] == pytest.approx([-0.025, 0.0, 0.025])
+
+
 # --- pyramid ----------------------------------------------------------------------------------------------------------
 
 
