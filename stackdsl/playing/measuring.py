@@ -106,6 +106,8 @@ class Measures:
         self.watch.see(time, states)
         self._see(time, states)
         self._record(time, states)
+        if self.overlap is not None:
+            self.overlap.put(self.watch.made_of, {name: state.pose for name, state in states.items()})
         self.watch.freeze(frozen)
         self.motion.stopped(frozen)
 

@@ -23,15 +23,16 @@ class OverlapMeter:
 
     def see(self, time: float, bricks: Mapping[BodyId, Brick], poses: Mapping[BodyId, Pose]) -> None:
         """Take in the bricks that may have moved, of all by name."""
-        for name, pose in poses.items():
-            self._put(name, bricks[name], pose)
+        self.put(bricks, poses)
         for name, pose in poses.items():
             self._compare(time, bricks[name], pose, poses)
 
-    def _put(self, name: BodyId, brick: Brick, pose: Pose) -> None:
-        self.forget([name])
-        block = self._blocks[name] = in_place(brick.shape, pose)
-        self._near.add(name, block.low_W, block.high_W)
+    def put(self, bricks: Mapping[BodyId, Brick], poses: Mapping[BodyId, Pose]) -> None:
+        """Some are here by now. What moves beside them was seen before, so that nothing is compared yet."""
+        for name, pose in poses.items():
+            self.forget([name])
+            block = self._blocks[name] = in_place(bricks[name].shape, pose)
+            self._near.add(name, block.low_W, block.high_W)
 
     def forget(self, bricks: Iterable[BodyId]) -> None:
         """These were pulled out."""

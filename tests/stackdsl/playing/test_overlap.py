@@ -5,8 +5,9 @@ from math import cos, pi, sin
 import pytest
 
 from stability.geometry.rotations import about
-from stability.model import GROUND, Brick, Plane, Pose
+from stability.model import GROUND, BodyState, Brick, Plane, Pose
 from stability.shapes.box import Box
+from stackdsl.playing.measuring import Measures
 from stackdsl.playing.overlap import OverlapMeter
 from stackdsl.playing.runner import play
 from stackdsl.systems.systems import SYSTEMS
@@ -69,6 +70,20 @@ def test_what_was_pulled_out_is_in_nobodys_way() -> None:
     meter.see(1.0, BRICKS, {"b": at(0.0, 0.0, 0.5 * THICKNESS)})
     assert meter.penetration is not None
     assert meter.penetration.depth == pytest.approx(0.0, abs=1e-15)
+
+
+def test_what_was_frozen_between_two_looks_is_where_it_was_frozen() -> None:
+    #   One slides out of the way and is frozen there, before another comes to where it was last looked at.
+    build = "- bricks: [{name: a, at: [0 mm, 0 mm, 3.9 mm]}, {name: b, at: [0 mm, 100 mm, 3.9 mm]}]"
+    timeline = timeline_of(build, "expect: [penetration: < 1 mm]")
+    measures = Measures(timeline)
+    for placement in timeline.placements:
+        measures.add(placement)
+    measures.judged(0.005, {"a": BodyState(at(0.2, 0.0, 0.5 * THICKNESS))}, ["a"])
+    came = {"b": BodyState(at(0.0, 0.0, 0.5 * THICKNESS))}
+    measures.look(0.01, came, came)
+    assert measures.overlapped is not None
+    assert measures.overlapped.depth < 1e-15
 
 
 def sinks(system: str, upper: str, expect: str = "penetration: < 1 mm") -> Penetration | None:
