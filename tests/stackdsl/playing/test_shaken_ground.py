@@ -176,7 +176,7 @@ def test_what_stands_slides_first_where_friction_is_least() -> None:
 
 @pytest.mark.parametrize("levels", [1, 2])
 def test_cartons_that_were_shaken_are_proven_again_as_soon_as_the_ground_is_still(levels: int) -> None:
-    #   They slide by a tenth of a millimetre, where the next look would have been ten times 0.57 s after the first slip.
+    #   They slide by a tenth of a millimetre, and would be asked about again ten times 0.57 s after the first slip.
     carton = "{size: [400 mm, 300 mm, 250 mm], mass: 8 kg}"
     build = f"- brick: {carton}\n  column: {{levels: {levels}}}"
     sine = "acceleration: 4 m/s2, frequency: 2 Hz, for: 1 s"

@@ -53,7 +53,8 @@ def test_planks_of_a_level_do_not_run_into_each_other() -> None:
 
 
 def test_planks_a_third_as_wide_as_long_stand_side_by_side_without_a_gap() -> None:
-    specs = place("jenga", LAYOUTS["jenga"].params.model_validate({"levels": 1}), (0.075, 0.025, 0.015))  # as in the game
+    of_the_game = (0.075, 0.025, 0.015)
+    specs = place("jenga", LAYOUTS["jenga"].params.model_validate({"levels": 1}), of_the_game)
     assert [spec.position[1] for spec in specs] == pytest.approx([-0.025, 0.0, 0.025])
 
 
