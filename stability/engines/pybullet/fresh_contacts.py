@@ -22,7 +22,7 @@ from stability.shapes.box import Box, as_box
 
 STALE = radians(4.0)  # a brick that has turned so far since its contacts were found has them found anew
 WRONG = cos(radians(5.0))  # of the angle from a normal to the true one: below it, contacts are found anew as well
-# What leans is looked at after so long [s], or when it may have moved by the rounding of its edges.
+# What is awake is looked at after so long [s], or when it may have moved by the rounding of its edges.
 AGAIN = 0.004
 STILL = 10.0  # [1/s] in such roundings: of what is slower normals hardly change
 CLOSE = 0.02  # of such a rounding: what comes so near in the next step may press
@@ -120,7 +120,7 @@ class FreshContacts:
         """The bricks of contacts with wrong normals, and how long the others may stay right [s]."""
         own, radius = self.bricks.own.bricks, self.bricks.maker.edge_radius
         speed, crowd = norm(state.velocity_W), self._crowd()
-        again = AGAIN if leans(state.pose) else inf
+        again = inf if crowd and not leans(state.pose) else AGAIN  # what lies still may be hit
         if speed < STILL * radius(own[name]):
             return [], again
         wrong, lasts = list[tuple[BodyId, Pose]](), min(again, radius(own[name]) / speed)

@@ -92,6 +92,25 @@ def test_an_edge_that_comes_down_along_another_while_it_slides_is_pushed_as_it_l
         assert engine.states(["upper"])["upper"].angular_velocity_W != AT_REST  # they have met
 
 
+@pytest.mark.parametrize(
+    ("impulse", "low", "out"), [((0.008, 0.0, 0.0), 0.015, 0.001), ((0.004, 0.0, 0.001), 0.002, 0.001)]
+)
+def test_what_lay_still_until_it_was_hit_is_pushed_as_it_lies(
+    impulse: tuple[float, float, float], low: float, out: float
+) -> None:
+    #   |  |       It lies out over the rim, almost by half of its length; struck behind, it tips over that.
+    #  ->  |___    Bricks that lie flat and still were looked at every 20 ms only.
+    side, edge = 0.02, 0.05
+    with world(friction=0.5) as engine:
+        engine.add_brick(Brick("lower", Box((2.0 * edge, 0.1, side)), 1.0), Pose((0.0, 0.0, 0.5 * side)))
+        engine.freeze("lower")
+        upper = Brick("upper", Box((side, 0.03, 0.03)), 0.01)
+        engine.add_brick(upper, Pose((edge - out, 0.0, side + 0.015)))
+        assert worst_normal(engine, 0.022, fastest=0.1) == 0.0
+        engine.push("upper", impulse, (edge - out - 0.5 * side, 0.0, side + low))
+        assert worst_normal(engine, 0.02, fastest=1.0) == 0.0
+
+
 def test_a_plank_that_slides_off_broadside_stands_on_no_point_behind_it() -> None:
     #   ->  it is 23 mm broad, and points were kept until they had drifted by 6 mm
     high, edge, speed = 0.08, 0.03, 1.0
