@@ -1,16 +1,17 @@
 """The points at which bricks in motion touch, each with its own gap: what lies on a face may lift off at one corner."""
 
-from collections.abc import Collection, Iterator, Mapping, Sequence, Set
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from math import inf
 
 import numpy as np
 
 from stability.friction_law import Friction
+from stability.geometry.rotations import about, multiply
 from stability.geometry.rows import cross_rows
 from stability.geometry.touching import reach_between
-from stability.geometry.vectors import dot, scale, subtract, unit
-from stability.model import BodyId, Plane, Vec3
+from stability.geometry.vectors import add_scaled, dot, norm, scale, subtract, unit
+from stability.model import BodyId, Plane, Pose, Vec3
 from stability.shapes.apart import apart_from_plane, bodies_apart, in_place
 from stability.statics.contacts.filled_gaps import thin_ones, without_filled
 from stability.statics.contacts.solids import HullSolid, Solid, solid
@@ -32,10 +33,32 @@ class Place:
     friction: Friction
     solids: Mapping[BodyId, Solid]  # all of them
 
-    def with_moved(self, moved: Mapping[BodyId, Placed]) -> "Place":
-        """The same with some of the bricks elsewhere."""
+    def after(self, duration: float, velocities: Array, movers: Collection[BodyId]) -> "Place | None":
+        """The same a short time [s] later, with (6 n,) velocities and spins, of which those of the movers count.
+
+        None if one is so fast that it might pass through another.
+        """
+        moved = {}
+        for (name, placed), (a, b, c, d, e, f) in zip(
+            self.bricks.items(), velocities.reshape(-1, 6).tolist(), strict=True
+        ):
+            if name not in movers:
+                continue
+            speed, shape = norm((d, e, f)), placed.brick.shape
+            if duration * (norm((a, b, c)) + speed * shape.bounding_radius) > 0.5 * shape.least_thickness:
+                return None
+            turn = placed.pose.orientation
+            if speed > 0.0:
+                turn = multiply(about(scale(1.0 / speed, (d, e, f)), speed * duration), turn)
+            moved[name] = Placed(placed.brick, Pose(add_scaled(placed.pose.position_W, duration, (a, b, c)), turn))
         solids = {**self.solids, **{name: solid(placed) for name, placed in moved.items()}}
         return replace(self, bricks={**self.bricks, **moved}, solids=solids)
+
+    def with_fixed(self, others: Iterable[Placed]) -> "Place":
+        """The same with what else there is, as far as it is none of the bricks."""
+        fixed = {placed.brick.id: placed for placed in others if placed.brick.id not in self.bricks}
+        solids = {**self.solids, **{name: solid(placed) for name, placed in fixed.items()}}
+        return replace(self, fixed={**self.fixed, **fixed}, solids=solids)
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,23 +9,21 @@ construction, cones and slips by arithmetic, energy that only friction takes. It
 new, where one that is to stand begins to move, and where nothing is found.
 """
 
-from collections.abc import Collection, Iterator, Sequence, Set
+from collections.abc import Callable, Collection, Iterator, Sequence, Set
 from copy import copy
 from dataclasses import dataclass, field
 from itertools import islice, product
 from math import inf, isclose
-from statistics import median
-from typing import NamedTuple
 
 import numpy as np
 
 from stability.friction_law import GivenFriction, law_of
-from stability.geometry.rotations import about, multiply
-from stability.geometry.vectors import add_scaled, norm, scale
-from stability.model import BodyId, BodyState, Plane, Pose
+from stability.model import BodyId, BodyState, Plane
 from stability.motion.contact_points import Place, Touching, alternatives, cones_in, slip_matrix, touching
 from stability.motion.coulomb import Meeting, pressed
 from stability.motion.free_bodies import accelerations, inverse_mass, kinetic, potential
+from stability.motion.surroundings import Surroundings, surroundings_of
+from stability.motion.units import units_of
 from stability.statics.contacts.solids import solid
 from stability.statics.facts import Contact, Placed, Problem
 from stability.statics.solvers.conic_program import Array
@@ -57,6 +55,9 @@ class FrictionalMotion:
     touching: Touching
     falling: Collection[BodyId]  # those that are known to move
     gravity: float  # [m/s2]
+    # Who is around bricks that have come elsewhere; None if all that they may ever meet is known.
+    look_around: Callable[[Sequence[Placed]], Collection[Placed]] | None = None
+    _surroundings: Surroundings = field(init=False)  # in which all is known
     _velocities: list[Array] = field(init=False)  # (6 n,) with spins, in the middles of the last steps, latest first
     _last: float = field(default=0.0, init=False)  # how long the last step was [s]
     _forces_W: dict[tuple[BodyId, BodyId], Array] = field(default_factory=dict, init=False)  # [N]
@@ -70,12 +71,14 @@ class FrictionalMotion:
 
     def __post_init__(self) -> None:
         """All is at rest."""
+        self._surroundings = surroundings_of(self._moving())
         self._velocities = [np.zeros(6 * len(self.place.bricks))]
         self._energy = potential(self.place.bricks.values(), self.gravity)
         self._opened = np.zeros(sum(cones_in(contact) for contact in self.touching.resting))
 
     def goes_on(self, duration: float) -> bool:
         """Move for a short time [s]; False, and not at all, if it is not known how."""
+        self._see()
         finer, part = copy(self), duration / PARTS_OF_A_LANDING
         if not self._steps(duration):
             return False
@@ -86,13 +89,23 @@ class FrictionalMotion:
                 vars(self).update(vars(finer), _falls_by=inf)
         return True
 
+    def _moving(self) -> list[Placed]:
+        return [self.place.bricks[name] for name in sorted(self.falling)]
+
+    def _see(self) -> None:
+        """Know who is around where the bricks have come to."""
+        moving = self._moving()
+        if self.look_around is not None and not self._surroundings.hold(moving):
+            self._surroundings = surroundings_of(moving)
+            self.place = self.place.with_fixed(self.look_around(moving))
+
     def _steps(self, duration: float) -> bool:
         """Take one step of so many seconds; False, and none, if it is not known how."""
         found = self.next_velocities(duration)
         if found is None or np.abs(found).max() <= AT_REST * self.gravity * duration:
             return False
         stirs = self._stir(found) > 0.0
-        place = self._moved(found, duration, self.place.bricks if stirs else self.falling)
+        place = self.place.after(duration, found, self.place.bricks if stirs else self.falling)
         touches = None if place is None else self.touching.then(place)
         if place is None or touches is None or self._gains(found, place):
             return False
@@ -153,7 +166,7 @@ class FrictionalMotion:
         if len(cones.lower) > MOST_POINTS:
             return None
         bricks, time = self.place.bricks.values(), 0.5 * (self._last + duration)
-        units = _units(bricks, self.gravity * time)
+        units = units_of(bricks, self.gravity * time)
         out = self._drift()[np.stack([cones.lower, cones.upper])].max(axis=0)
         free = self._velocities[0] + time * accelerations(bricks, self._velocities[0], self.gravity)
         slips = slip_matrix(cones, self.place) * units.columns / units.speed
@@ -240,23 +253,6 @@ class FrictionalMotion:
             for contact, first, last in zip(contacts, ends, ends[1:], strict=False)
         }
 
-    def _moved(self, velocities: Array, duration: float, movers: Collection[BodyId]) -> Place | None:
-        """Where the bricks are once some have moved; None if one is so fast that it might pass through another."""
-        moved = {}
-        for (name, placed), (a, b, c, d, e, f) in zip(
-            self.place.bricks.items(), velocities.reshape(-1, 6).tolist(), strict=True
-        ):
-            if name not in movers:
-                continue
-            speed, shape = norm((d, e, f)), placed.brick.shape
-            if duration * (norm((a, b, c)) + speed * shape.bounding_radius) > 0.5 * shape.least_thickness:
-                return None
-            turn = placed.pose.orientation
-            if speed > 0.0:
-                turn = multiply(about(scale(1.0 / speed, (d, e, f)), speed * duration), turn)
-            moved[name] = Placed(placed.brick, Pose(add_scaled(placed.pose.position_W, duration, (a, b, c)), turn))
-        return self.place.with_moved(moved)
-
     def _gains(self, velocities: Array, place: Place) -> bool:
         """Whether there is more energy in the middle of the step than at rest."""
         bricks = self.place.bricks.values()
@@ -291,17 +287,3 @@ def _pairs(contacts: Sequence[Contact]) -> Iterator[tuple[BodyId, BodyId]]:
     """The two bodies of each point and normal."""
     for contact in contacts:
         yield from [(contact.lower, contact.upper)] * cones_in(contact)
-
-
-class _Units(NamedTuple):
-    """What makes numbers near one."""
-
-    speed: float  # [m/s]
-    mass: float  # [kg]
-    columns: Array  # (6 n,) [m/s], and [rad/s]
-
-
-def _units(bricks: Collection[Placed], speed: float) -> _Units:
-    mass = median(placed.brick.mass for placed in bricks)
-    length = median(placed.brick.shape.bounding_radius for placed in bricks)
-    return _Units(speed, mass, np.tile([speed] * 3 + [speed / length] * 3, len(bricks)))

@@ -16,6 +16,7 @@ from typing import Protocol
 from stability.engines.protocol import World
 from stability.friction_law import GivenFriction
 from stability.model import BodyId, BodyState, Brick, Plane, Vec3, convex
+from stability.motion.surroundings import across, surroundings_of
 from stability.statics.facts import Motion, Placed, Problem, Tolerances
 from stability.statics.structure import Structure
 
@@ -53,7 +54,7 @@ class FallingParts:
     _gently: bool = field(default=False, init=False)
     _known: KnownMotion | None = field(default=None, init=False)
     _within: float = field(default=0.0, init=False)  # how far from there, in plan, it matters what there is [m]
-    _middle_W: Vec3 = field(default=(0.0, 0.0, 0.0), init=False)  # of its first brick, as it begins
+    _middle_W: Vec3 = field(default=(0.0, 0.0, 0.0), init=False)  # of its first brick, when it looked around last
 
     def woken(self, awake: Collection[BodyId], motion: Motion | None) -> None:
         """Say that bricks cannot stand, which are awake by now, and with which motion they begin, if it is proven."""
@@ -63,12 +64,13 @@ class FallingParts:
 
     def disturbed(self, by: Iterable[Placed]) -> None:
         """Say that something is about to be done with these bricks; a motion that none of them comes near goes on."""
-        if self._known is None or not all(self._is_beyond(placed) for placed in by):
+        if self._known is None or not all(self._is_beyond(placed, self._known) for placed in by):
             self.end()
 
-    def _is_beyond(self, placed: Placed) -> bool:
+    def _is_beyond(self, placed: Placed, known: KnownMotion) -> bool:
         (x, y, _), (first_x, first_y, _) = placed.pose.position_W, self._middle_W
-        return hypot(x - first_x, y - first_y) > self._within + _across(placed)
+        far = hypot(x - first_x, y - first_y) > self._within + across(placed)
+        return far and placed.brick.id not in known.states()
 
     def let_go(self, awake: Collection[BodyId]) -> None:
         """Say that something was done, and which bricks are awake by now: some may have been let go in the air."""
@@ -143,8 +145,7 @@ class FallingParts:
         bricks = list(self._placed(states))
         if len(bricks) < len(states):
             return None
-        others, beyond, self._within = self._around(bricks)
-        self._middle_W = bricks[0].pose.position_W
+        others, beyond = self._around(bricks)
         structure = Structure(tuple(self.planes), (), self.friction, self.gravity, Tolerances())
         for placed in (*bricks, *others, *beyond):
             structure.put(placed)
@@ -169,7 +170,10 @@ class FallingParts:
     def _in_parts(self, problem: Problem, falling: Set[BodyId], others: Sequence[Placed]) -> KnownMotion | None:
         from stability.motion.frictional_motion import frictional_motion_of  # noqa: PLC0415 -- most that is built stands
 
-        return frictional_motion_of(problem, falling, self.gravity, others, self.planes, self.friction)
+        found = frictional_motion_of(problem, falling, self.gravity, others, self.planes, self.friction)
+        if found is not None:
+            found.look_around = lambda part: self._around(part)[0]
+        return found
 
     def _placed(self, bricks: Collection[BodyId]) -> Iterator[Placed]:
         masses, states = self.world.masses(), self.world.states(bricks)
@@ -178,24 +182,16 @@ class FallingParts:
             if shape is not None:
                 yield Placed(Brick(name, shape, masses[name]), states[name].pose)
 
-    def _around(self, part: Sequence[Placed]) -> tuple[list[Placed], list[Placed], float]:
-        """The other bricks that a part may touch or reach as it turns, and beyond them those that may touch these.
-
-        And how far from the first of the part all these are at most [m].
-        """
-        middle = part[0].pose.position_W
-        within = 2.0 * max(dist(middle, one.pose.position_W) + _across(one) for one in part)
+    def _around(self, part: Sequence[Placed]) -> tuple[list[Placed], list[Placed]]:
+        """The other bricks that a part may touch or reach, and beyond them those that may touch these."""
+        surroundings = surroundings_of(part)
         near, beyond = [], []
         for placed in self._placed(self.world.masses().keys() - {one.brick.id for one in part}):
-            apart, size = dist(middle, placed.pose.position_W), _across(placed)
-            if apart <= within + size:
+            apart, size = dist(surroundings.middle_W, placed.pose.position_W), across(placed)
+            if apart <= surroundings.within + size:
                 near.append(placed)
             else:
                 beyond.append((apart - size, placed))
-        farthest = within + 2.0 * max((_across(one) for one in near), default=0.0)
-        return near, [placed for nearest, placed in beyond if nearest <= farthest], farthest
-
-
-def _across(placed: Placed) -> float:
-    """What a brick measures across at most [m]."""
-    return 2.0 * placed.brick.shape.bounding_radius
+        self._middle_W = surroundings.middle_W
+        self._within = surroundings.within + 2.0 * max((across(one) for one in near), default=0.0)
+        return near, [placed for nearest, placed in beyond if nearest <= self._within]
