@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stability.geometry.principal_axes import principal_axes
 from stability.geometry.rotations import body_axes, inverse, multiply, rotate
-from stability.geometry.turn_of_axes import orientation_of
 from stability.geometry.vectors import add, cross, scale, subtract
 from stability.mechanics.inertia import diagonal_times, inertia_times
 from stability.model import BodyId, BodyState, Brick, Pose, Vec3
@@ -39,17 +39,15 @@ def grouped(bricks: Iterable[tuple[Brick, Pose]]) -> RigidGroup:
     centre = (0.0, 0.0, 0.0)
     for brick, pose in placed:
         centre = add(centre, scale(brick.mass / mass, pose.position_W))
-    principal, axes = np.linalg.eigh(sum(_inertia(brick, pose, centre) for brick, pose in placed))
-    if np.linalg.det(axes) < 0.0:
-        axes[:, 2] *= -1.0
-    pose_WG = Pose(centre, orientation_of(axes))
-    a, b, c = (float(moment) for moment in principal)
+    inertia: Matrix = sum((_inertia(brick, pose, centre) for brick, pose in placed), np.zeros((3, 3)))
+    moments, turn = principal_axes(inertia.tolist())
+    pose_WG = Pose(centre, turn)
     return RigidGroup(
         {brick.id: brick for brick, _ in placed},
         {brick.id: seen_from(pose_WG, pose) for brick, pose in placed},
         pose_WG,
         mass,
-        (a, b, c),
+        moments,
     )
 
 

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stability.geometry.given_numbers import admit_number, admit_numbers
-from stability.geometry.turn_of_axes import orientation_of
-from stability.geometry.vectors import norm, subtract
+from stability.geometry.principal_axes import principal_axes
+from stability.geometry.vectors import norm, subtract, unit
 from stability.model import IDENTITY, Face, Quaternion, Vec3
 from stability.shapes.convex_solid import ConvexSolid
 from stability.shapes.hull_faces import FLUSH, hull_faces, written_share
@@ -207,8 +207,7 @@ def _face(corners: Sequence[Vec3], loop: Sequence[int]) -> Face:
     points = np.array([corners[n] for n in loop])
     points = points - points[0]
     normal = np.cross(points, np.roll(points, -1, axis=0)).sum(axis=0)
-    x, y, z = (float(part) for part in normal / np.linalg.norm(normal))
-    return Face((x, y, z), tuple(loop))
+    return Face(unit((float(normal[0]), float(normal[1]), float(normal[2]))), tuple(loop))
 
 
 def _principal(filled: MeshIntegrals) -> tuple[Vec3, Quaternion]:
@@ -218,10 +217,7 @@ def _principal(filled: MeshIntegrals) -> tuple[Vec3, Quaternion]:
     if across <= ALIGNED * np.trace(tensor):
         a, b, c = (float(part) for part in np.diag(tensor))
         return (a, b, c), IDENTITY
-    values, axes = np.linalg.eigh(tensor)
-    axes[:, 2] *= np.linalg.det(axes)
-    a, b, c = (float(part) for part in values)
-    return (a, b, c), orientation_of(axes)
+    return principal_axes(tensor.tolist())
 
 
 def _least_thickness(points: Array, faces: Sequence[Face], edges: Iterable[tuple[int, int]]) -> float:

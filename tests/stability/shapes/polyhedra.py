@@ -11,10 +11,10 @@ from itertools import combinations, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from stability.geometry.turn_of_axes import orientation_of
 from stability.geometry.vectors import add, cross, dot, norm, scale, subtract, unit
 from stability.model import ConvexShape, Face, Quaternion, Vec3
 from stability.shapes.box import Box
+from tests.turn_of_axes import orientation_of
 
 Array = NDArray[np.float64]
 FLUSH = 1e-9  # of the largest coordinate: nearer to a plane is in it

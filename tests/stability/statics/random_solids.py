@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from scipy.optimize import linprog
 from scipy.spatial import ConvexHull, HalfspaceIntersection
 
-from stability.geometry.turn_of_axes import orientation_of
 from stability.model import GROUND, Brick, ConvexShape, Pose, Vec3
 from stability.shapes.off_centre_box import OffCentreBox
 from stability.shapes.solid_making import prism, solid_of_corners
 from stability.statics.facts import Placed
 from tests.stability.statics.independent import Touch
+from tests.turn_of_axes import orientation_of
 
 Array = NDArray[np.float64]
 CLEAR = 3e-3  # [m] so far apart at least is what does not touch: beyond 2 % of what any of them is thick
