@@ -4,7 +4,12 @@ import ast
 from collections.abc import Iterator, Sequence
 from functools import cache
 
+import pytest
+
 from tests.paths import ROOT
+
+# The code is read once for all, and only where that is asked for.
+pytestmark = pytest.mark.xdist_group("code shape")
 
 PACKAGES = ("stability", "stackdsl")
 MODULES = {
@@ -16,7 +21,7 @@ MODULES = {
 
 @cache
 def nodes() -> Sequence[tuple[str, ast.AST]]:
-    """All that the code of all modules is made of; only the process that asks for it takes the time to read it."""
+    """All that the code of all modules is made of."""
     return [(name, node) for name, text in MODULES.items() for node in ast.walk(ast.parse(text))]
 
 
