@@ -24,7 +24,7 @@ from stability.statics.margins.acceleration_cut import (
     shaken,
 )
 from stability.statics.margins.groups import groups_apart
-from stability.statics.margins.rough_headings import RoughHeadings, rough_headings
+from stability.statics.margins.rough_headings import AT_ONCE, RoughHeadings, rough_headings
 from stability.statics.margins.sliding_all_ways import slide
 from stability.statics.margins.symmetries import Symmetry, symmetries
 
@@ -122,32 +122,44 @@ class _Found:
         sliding = slide(self.case, 0.0)
         self.sliding = (proven_distance(self.case, sliding), sliding) if sliding is not None else None
         images = symmetries(self.case)
-        for quarter in range(4):
-            self._solve(quarter * pi / 2.0, headings, images, bearings)
+        at_once = 1 if images else AT_ONCE  # an image may make the other one needless
+        for first in range(0, 4, at_once):
+            self._solve([0.5 * pi * quarter for quarter in range(first, first + at_once)], headings, images, bearings)
         left = sorted(bearings)
         while True:
             left = [bearing for bearing in left if not self._is_solved(bearing)]
-            shares = {bearing: self._unknown(bearing) for bearing in left}
-            known(len(bearings) - sum(share > tolerance for share in shares.values()))
-            worst = max(shares, key=shares.__getitem__, default=0.0)
-            if shares.get(worst, 0.0) <= tolerance:
+            unknown = {bearing: share for bearing in left if (share := self._unknown(bearing)) > tolerance}
+            known(len(bearings) - len(unknown))
+            if not unknown:
                 return
-            self._solve(self._furthest(worst, left, tolerance), headings, images, bearings)
+            self._solve(self._next(unknown, left, tolerance, at_once), headings, images, bearings)
+
+    def _next(
+        self, unknown: Mapping[float, float], left: Sequence[float], tolerance: float, at_once: int
+    ) -> list[float]:
+        """The directions to solve next, where least is known: each between others of those that are solved."""
+        gaps: dict[int, float] = {}
+        for bearing in sorted(unknown, key=unknown.__getitem__, reverse=True):
+            gap = bisect(self.solved, bearing, key=_angle) % len(self.solved)
+            if gap not in gaps:
+                gaps[gap] = self._furthest(bearing, left, tolerance)
+            if len(gaps) == at_once:
+                break
+        return list(gaps.values())
 
     def _solve(
-        self, angle: float, headings: RoughHeadings, images: Sequence[Symmetry], bearings: Sequence[float]
+        self, angles: Sequence[float], headings: RoughHeadings, images: Sequence[Symmetry], bearings: Sequence[float]
     ) -> None:
-        """Solve a direction that is not known yet, and take its images in that hold."""
-        if self._is_solved(angle):
-            return
-        one = headings.solve(angle)
-        self.add(one)
-        for symmetry in images:
-            turned = symmetry.angle(angle)
-            turned = next((bearing for bearing in bearings if _apart(bearing, turned) <= SAME), turned)
-            image = None if self._is_solved(turned) else symmetry.image(self.case, one, turned)
-            if image is not None:
-                self.add(image)
+        """Solve directions as far as they are not known yet, and take their images in that hold."""
+        asked = [angle for angle in angles if not self._is_solved(angle)]
+        for one in headings.solve_all(asked) if asked else ():
+            self.add(one)
+            for symmetry in images:
+                turned = symmetry.angle(one.angle)
+                turned = next((bearing for bearing in bearings if _apart(bearing, turned) <= SAME), turned)
+                image = None if self._is_solved(turned) else symmetry.image(self.case, one, turned)
+                if image is not None:
+                    self.add(image)
 
     def _is_solved(self, angle: float) -> bool:
         return any(_apart(one.angle, angle) <= SAME for one in self.solved)

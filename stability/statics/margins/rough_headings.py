@@ -6,6 +6,8 @@ closed; how far off all accelerations lie that it then rules out is plain arithm
 its momentum.
 """
 
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from math import cos, hypot, sin
 
@@ -21,10 +23,11 @@ from stability.statics.margins.acceleration_cut import (
     program_along,
     proven_reach,
 )
-from stability.statics.solvers.conic_program import QuickSeries
+from stability.statics.solvers.conic_program import Point, QuickSeries
 from stability.statics.solvers.separating_motion import separating_velocities
 from stability.statics.solvers.wrench_matrix import Array
 
+AT_ONCE = 2  # directions, whatever cores there are: which are solved next hangs on those that are known
 FINEST, ROUGHEST = 1e-10, 1e-6  # accuracies that are asked of the solver
 OF_TOLERANCE = 2e-5  # share of what a reach may be off by that the solver is asked for: with more, more directions
 QUIET = (1e-4, 1e-9, 0.0)  # shares of the largest speed below which a brick is first taken to stay
@@ -40,17 +43,28 @@ class RoughHeadings:
     case: Shaken
     tolerance: float
     opening: Array | None  # (columns,) a motion that opens every contact; without one directions are solved finely
-    series: QuickSeries
+    series: tuple[QuickSeries, ...]  # as many directions are solved at once
 
     def solve(self, angle: float) -> Heading:
         """How far the assembly can be accelerated in one direction."""
+        return self.solve_all([angle])[0]
+
+    def solve_all(self, angles: Sequence[float]) -> list[Heading]:
+        """The same of no more directions than may be solved at once, each on a core of its own where there is one."""
         if self.opening is None:
-            return heading(self.case, angle)
-        point = self.series.solve(program_along(self.case, angle))
+            return [heading(self.case, angle) for angle in angles]
+        with ThreadPoolExecutor(len(angles)) as threads:  # what takes long is the solver, which lets others go on
+            points = list(threads.map(self._asked, self.series, angles))
+        return [self._proven(self.opening, angle, point) for angle, point in zip(angles, points, strict=True)]
+
+    def _asked(self, series: QuickSeries, angle: float) -> Point:
+        return series.solve(program_along(self.case, angle))
+
+    def _proven(self, opening: Array, angle: float, point: Point) -> Heading:
         if not (np.isfinite(point.x).all() and np.isfinite(point.dual).all()):
             return heading(self.case, angle)
         value, columns = max(0.0, -float(point.dual[0])), point.x[:-1]
-        cut = self._cut(self.opening, columns) if value < 0.5 * FURTHEST else None
+        cut = self._cut(opening, columns) if value < 0.5 * FURTHEST else None
         if cut is None:
             return heading(self.case, angle)
         reach, rows = proven_reach(self.case, (cos(angle), sin(angle)), value, point.dual[1:-1])
@@ -100,8 +114,8 @@ def rough_headings(case: Shaken, tolerance: float) -> RoughHeadings:
     opening = None
     if velocities is not None:
         opening = case.system.columns_of(Motion({name: (velocity, ZERO) for name, velocity in velocities.items()}))
-    series = QuickSeries(min(ROUGHEST, max(FINEST, OF_TOLERANCE * tolerance)))
-    return RoughHeadings(case, tolerance, opening, series)
+    accuracy = min(ROUGHEST, max(FINEST, OF_TOLERANCE * tolerance))
+    return RoughHeadings(case, tolerance, opening, tuple(QuickSeries(accuracy) for _ in range(AT_ONCE)))
 
 
 def proven_cut(case: Shaken, motion: Motion) -> Cut | None:

@@ -150,17 +150,17 @@ def solved_for(monkeypatch: pytest.MonkeyPatch, problem: Problem, count: int) ->
     """How many directions the solver is asked for, and what is found."""
     asked: list[float] = []
 
-    def solve(self: RoughHeadings, angle: float) -> Heading:
-        asked.append(angle)
-        return SOLVE(self, angle)
+    def solve(self: RoughHeadings, angles: Sequence[float]) -> list[Heading]:
+        asked.extend(angles)
+        return SOLVE(self, angles)
 
-    monkeypatch.setattr(RoughHeadings, "solve", solve)
+    monkeypatch.setattr(RoughHeadings, "solve_all", solve)
     found = by_bearing(problem, count, TOLERANCE)
     assert found is not None
     return len(asked), found
 
 
-SOLVE = RoughHeadings.solve
+SOLVE = RoughHeadings.solve_all
 
 
 def test_of_a_grid_a_quarter_tells_of_all_four(monkeypatch: pytest.MonkeyPatch) -> None:
