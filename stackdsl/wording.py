@@ -18,6 +18,11 @@ def mm(length: float, digits: int = 4) -> str:
     return f"{MILLIMETRES * length:.{digits}g} mm"
 
 
+def how_many(count: int, noun: str) -> str:
+    """1 brick, 2 bricks."""
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
 def rounded_down(number: float) -> str:
     """Three digits of it, so that what is told to be allowed is."""
     unit = 10.0 ** (floor(log10(number)) - 2)

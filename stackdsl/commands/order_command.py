@@ -17,6 +17,7 @@ from stackdsl.commands.terminal import counted, tell, write
 from stackdsl.exits import ExitCode
 from stackdsl.judging.designs import design_of
 from stackdsl.report.orders_text import order_lines, order_rows
+from stackdsl.wording import how_many
 
 MOST = 1500
 
@@ -43,7 +44,7 @@ def order_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
             tell(f"{name}: {found.why_not}")
             continue
         if found.left_out:
-            tell(f"{name}: {found.left_out} bricks are left to the engine, and are left out here")
+            tell(f"{name}: {how_many(found.left_out, 'brick')} left to the engine, and left out here")
         order, interrupted = _searched(name, found.assembly, props, most)
         if form == "text":
             write("\n".join([name, *order_lines(order, interrupted)]) + "\n")

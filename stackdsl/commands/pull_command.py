@@ -18,6 +18,7 @@ from stackdsl.commands.selecting import code_without_runs, selected_of, variants
 from stackdsl.commands.terminal import counted, tell, write
 from stackdsl.judging.designs import design_of
 from stackdsl.report.orders_text import longest_lines, pull_lines, pull_row, soonest_line
+from stackdsl.wording import how_many
 
 MOST = 5000
 
@@ -62,7 +63,7 @@ def _case(name: str, case: Case, how: tuple[bool, bool, int, str], rows: Rows, o
         tell(f"{name}: {found.why_not}")
         return
     if found.left_out:
-        tell(f"{name}: {found.left_out} bricks are left to the engine, and are left out here")
+        tell(f"{name}: {how_many(found.left_out, 'brick')} left to the engine, and left out here")
     _one_at_a_time(name, found.assembly, form == "text", rows)
     may_go = list(found.assembly.bricks) if all_bricks else carrying(found.assembly)
     if may_go and not single:

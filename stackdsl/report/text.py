@@ -16,7 +16,7 @@ from stackdsl.report.friction_text import wrong_frictions
 from stackdsl.report.modified_text import modified_text
 from stackdsl.report.outcome_text import outcome_text, significant
 from stackdsl.report.why_text import why_lines
-from stackdsl.wording import names_text
+from stackdsl.wording import how_many, names_text
 
 NOTHING = "-"
 USUAL_ENGINE = "pybullet"  # not worth a column
@@ -56,15 +56,11 @@ def closing_line(report: Report) -> str:
     if known and (passed := conclusions.pop("passed")):
         conclusions = {f"passed ({known} remembered)": passed} | conclusions
     sums = [f"{count} {conclusion}" for conclusion, count in conclusions.items() if count]
-    sums += [_counted(count, what) for what, count in extras.items() if count]
+    sums += [how_many(count, what) for what, count in extras.items() if count]
     sums += [f"{report.left} not played after a failure"] if report.left else []
     sums += ["interrupted"] if report.interrupted else []
-    ran = f"{_counted(report.scenarios, 'scenario')}, {_counted(len(report.results), 'variant')}"
+    ran = f"{how_many(report.scenarios, 'scenario')}, {how_many(len(report.results), 'variant')}"
     return f"{ran}: {', '.join(sums) or 'nothing run'} in {report.wall_time:.1f} s"
-
-
-def _counted(count: int, noun: str) -> str:
-    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
 def _failures(report: Report, verbosity: int) -> Iterator[Block]:
@@ -110,7 +106,7 @@ def _old_names(report: Report) -> Iterator[str]:
     goldens = [result.golden for result in report.results if result.golden is not None]
     old = [golden.file for golden in goldens if golden.file.endswith("].json")]
     if old:
-        yield f"{_counted(len(old), 'file')}: {names_text(old)}; stackdsl golden rename gives them new ones"
+        yield f"{how_many(len(old), 'file')}: {names_text(old)}; stackdsl golden rename gives them new ones"
 
 
 def _slowest(report: Report, count: int) -> Block:
@@ -253,7 +249,7 @@ def _differences(result: VariantResult) -> Block:
     ]
     moved = "Rewritten" if result.golden.status is GoldenStatus.WRITTEN else "Different from"
     left_out = len(result.golden.differences) - len(rows)
-    rest = [line(f"and {_counted(left_out, 'more difference')}; --format json lists all")] if left_out else []
+    rest = [line(f"and {how_many(left_out, 'more difference')}; --format json lists all")] if left_out else []
     return [line(f"{moved} {result.golden.file}", "bold"), table(rows, left=tuple(rows[0])), *rest]
 
 
@@ -291,4 +287,4 @@ def _stamps(report: Report) -> Iterator[str]:
 def _noted(report: Report, status: GoldenStatus) -> Iterator[str]:
     alike = [r.golden for r in report.results if r.golden is not None and r.golden.status is status]
     notes = Counter(golden.note for golden in alike if golden.note)
-    yield from (f"{_counted(count, 'file')} {note}" for note, count in sorted(notes.items()))
+    yield from (f"{how_many(count, 'file')} {note}" for note, count in sorted(notes.items()))

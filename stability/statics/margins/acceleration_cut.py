@@ -27,6 +27,8 @@ FURTHEST = 1e3  # [g] what can be accelerated so much is held on all sides
 SURELY = 1.0 + 1e-6  # for rounding
 MORE = tuple(2.0**exponent for exponent in range(40))
 LEAST = 2.0**-40  # a share below is rounding
+TOO_MUCH = 0.01  # such a share: what is at the brink already has no forces deep in their cones
+AT_THE_BRINK = (1e-9, 1e-6, 1e-3)  # such shares there
 FAINT = 1e-3  # of usual forces: by so much even contacts that do not press share in mending
 MENDINGS = 2  # the second mends what the first left of rounding
 # [g] by which a cut is first put further out than the solver has it; then by multiples of the gain that a proof needs.
@@ -163,11 +165,31 @@ def proven_reach(case: Shaken, along: tuple[float, float], value: float, rows: A
     """
     system = case.at(value * along[0], value * along[1])
     balanced = mended(system, rows)
-    for share in _shares(case, balanced):
+    shares = list(_shares(case, balanced))
+    at_the_brink = not shares or shares[0] > TOO_MUCH
+    reach, found = _at_the_brink(case, along, value, balanced) if at_the_brink else (0.0, case.rest)
+    if reach > 0.0:
+        return reach, found
+    for share in shares:
         mixed = balanced + share * (case.rest - balanced)
         reach = value * (1.0 - share)
         if case.holds(reach * along[0], reach * along[1], mixed):
             return reach, mixed
+    return 0.0, case.rest
+
+
+def _at_the_brink(case: Shaken, along: tuple[float, float], value: float, balanced: Array) -> tuple[float, Array]:
+    """The reach where what is at the brink already leaves contacts that press with nothing, whatever is mixed in.
+
+    There forces are brought into their cones one by one, and balanced anew by those that press.
+    """
+    for share in AT_THE_BRINK:
+        x, y = ((1.0 - share) * value * part for part in along)
+        mixed = balanced + share * (case.rest - balanced)
+        forces = proven_forces(case.loaded(x, y), case.at(x, y), mixed, case.tolerances)
+        if forces is not None:
+            each = [force for of_contact in forces.of_contacts for of_point in of_contact for force in of_point]
+            return (1.0 - share) * value, case.system.rows_of(np.array(each))
     return 0.0, case.rest
 
 

@@ -44,6 +44,14 @@ def test_a_box_slides_at_its_friction_and_tips_over_its_sides(friction: float, y
         assert each.upper == pytest.approx(truth, rel=1e-3)
 
 
+def test_what_is_about_to_tip_one_way_slides_at_its_friction_the_other_ways() -> None:
+    #     |  top  |      its centre is right above the end of the base
+    #  | base |
+    boxes = [box("base", (0.2, 0.2, 0.1), 0.0, 0.0, 0.05), box("top", (0.2, 0.2, 0.02), 0.1, 0.0, 0.11)]
+    for each in survived(boxes, 0.5, count=8):
+        assert each.value == pytest.approx(0.5 if cos(each.bearing) < 0.5 else 0.0, abs=1e-4)
+
+
 def test_what_stands_apart_survives_what_each_part_does_and_what_is_weaker_moves() -> None:
     flat = (0.3, 0.3, 0.1)
     boxes = [box("tall", TALL, 0.0, 0.0, 0.25), box("flat", flat, 2.0, 0.0, 0.05)]
