@@ -123,7 +123,7 @@ TABLES: Mapping[str, Table] = {
         "energy",
         "heaps",
         (
-            Column("1,000 heaps", "{row}"),
+            Column("random heaps", "{row}"),
             Column("number", "{heaps}"),
             Column("gain over 1 %", "{gained}"),
             Column("worst gain", "{worst_percent:.2f} %"),

@@ -65,7 +65,7 @@ def take(trace: Trace, world: World, identity: Identity, stamp: Mapping[str, str
     """The snapshot of a run; `modelled` where positions and shares come from a model, not from a bare engine."""
     states = {brick: _state(track, trace.collapse, modelled) for brick, track in trace.tracks.items()}
     # What has fallen may lean on what stands, or not, by a hair: where debris comes to lie is not locked.
-    carried = _supports(edge for edge in trace.edges if _carries(edge.lower, trace))
+    carried = _supports(edge for edge in trace.edges if _carries(edge, trace, states))
     disturbed = any(_is_moved(track) for track in trace.tracks.values())
     return Snapshot(
         identity=identity,
@@ -206,9 +206,12 @@ def _supports(edges: Iterable[Edge]) -> defaultdict[BodyId, dict[BodyId, float]]
     return supports
 
 
-def _carries(body: BodyId, trace: Trace) -> bool:
-    """Whether a body is no brick that has fallen."""
-    return body not in trace.tracks or trace.tracks[body].state is not BrickState.FALLEN
+def _carries(edge: Edge, trace: Trace, states: Mapping[BodyId, str]) -> bool:
+    """Whether the lower brick has not fallen, nor may have where nobody can tell what it carries."""
+    if edge.lower not in trace.tracks:
+        return True
+    may_have_fallen = isnan(edge.share) and states[edge.lower] == UNCLEAR
+    return trace.tracks[edge.lower].state is not BrickState.FALLEN and not may_have_fallen
 
 
 def _shares(carried: Mapping[BodyId, float]) -> dict[BodyId, Number]:

@@ -81,6 +81,16 @@ def test_where_fallen_bricks_landed_is_never_locked(proven: bool) -> None:
     assert (brick.state, brick.at_mm, brick.rests_on) == ("fallen", None, None)
 
 
+@pytest.mark.parametrize(("moved", "locked"), [(0.0, {"ground": UNCLEAR, "L2.1": UNCLEAR}), (0.5, {"ground": UNCLEAR})])
+def test_what_may_have_fallen_and_carries_nobody_can_tell_how_much_is_no_support(
+    moved: float, locked: dict[str, str]
+) -> None:
+    wedged = track("L2.1", 2, BrickState.FROZEN, shift=moved * THRESHOLD)
+    run = tower(wedged, track("L3.1", 3, BrickState.FALLEN, shift=1.0), collapse=FALL)
+    edges = (Edge("L1.1", "ground", nan), Edge("L1.1", "L2.1", nan))
+    assert taken(replace(run, edges=edges)).bricks["L1.1"].rests_on == locked
+
+
 @pytest.mark.parametrize(("state", "locked"), [(BrickState.FROZEN, True), (BrickState.STANDING, False)])
 def test_after_a_collapse_only_what_is_held_fixed_has_a_place(state: BrickState, locked: bool) -> None:
     fallen = track("L3.1", 3, BrickState.FALLEN, shift=1.0)
