@@ -1,6 +1,6 @@
 """Bricks that stand about: which of them may touch a brick, and which of them it meets on its way straight down."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Container, Iterable, Iterator
 
 from stability.geometry.neighbours import Neighbours
 from stability.geometry.touching import reach_between
@@ -51,11 +51,11 @@ class Crowd:
             if (depth := _drop(own, self._blocks[name])) is not None:
                 yield name, depth
 
-    def above(self, placed: Placed) -> Iterator[tuple[BodyId, float]]:
-        """Those that meet a brick on their way straight down, and how far down that is [m]."""
+    def above(self, placed: Placed, of: Container[BodyId]) -> Iterator[tuple[BodyId, float]]:
+        """Those of some that meet a brick on their way straight down, and how far down that is [m]."""
         own = in_place(placed.brick.shape, placed.pose)
         for name in self._in_plan.around(*_in_plan(own), 0.0):
-            if (depth := _drop(self._blocks[name], own)) is not None:
+            if name in of and (depth := _drop(self._blocks[name], own)) is not None:
                 yield name, depth
 
 

@@ -125,8 +125,9 @@ class Dropping:
         self._proven = None
         landed, now = part.lowered(part.room), part.lands_at(self.gravity)
         self.clear = _until_one_catches_up(self.parts)
+        falling = {placed.brick.id for other in self.parts for placed in other.bricks}
         for placed in landed:
-            for name, depth in self.dropped.above(placed):
+            for name, depth in self.dropped.above(placed, falling) if falling else ():
                 other = self.part_of[name]
                 if depth >= other.fallen(now, self.gravity):  # or it has come past by now
                     other.room = min(other.room, depth)

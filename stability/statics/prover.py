@@ -141,7 +141,9 @@ class Prover:
 
     def _doubt_anew(self, names: Iterable[BodyId]) -> None:
         """Forget what was found of all bricks that are connected with these."""
-        if self._in_doubt:
-            for name in names:
-                for other in self.structure.component(name):
-                    self._in_doubt.pop(other, None)
+        left = set(names) if self._in_doubt else set()
+        while left:
+            connected = self.structure.component(left.pop())
+            left -= connected
+            for other in connected:
+                self._in_doubt.pop(other, None)
