@@ -10,13 +10,13 @@ bricks that begin to fall are eased in by the engine.
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field
-from math import dist, hypot, inf
+from math import dist, hypot
 from typing import Protocol
 
 from stability.engines.protocol import World
 from stability.friction_law import GivenFriction
-from stability.model import BodyId, BodyState, Brick, Plane, Vec3, convex
-from stability.motion.surroundings import across, surroundings_of
+from stability.model import BodyId, BodyState, Brick, Plane, convex
+from stability.motion.surroundings import EVERYWHERE, Surroundings, across, surroundings_of
 from stability.statics.facts import Motion, Placed, Problem, Tolerances
 from stability.statics.structure import Structure
 
@@ -53,8 +53,7 @@ class FallingParts:
     _coming: Motion | None = field(default=None, init=False)  # with which all of that begins
     _gently: bool = field(default=False, init=False)
     _known: KnownMotion | None = field(default=None, init=False)
-    _within: float = field(default=0.0, init=False)  # how far from there, in plan, it matters what there is [m]
-    _middle_W: Vec3 = field(default=(0.0, 0.0, 0.0), init=False)  # of its first brick, when it looked around last
+    _matters: Surroundings = field(default=EVERYWHERE, init=False)  # where it matters to it what there is, in plan
 
     def woken(self, awake: Collection[BodyId], motion: Motion | None) -> None:
         """Say that bricks cannot stand, which are awake by now, and with which motion they begin, if it is proven."""
@@ -68,8 +67,8 @@ class FallingParts:
             self.end()
 
     def _is_beyond(self, placed: Placed, known: KnownMotion) -> bool:
-        (x, y, _), (first_x, first_y, _) = placed.pose.position_W, self._middle_W
-        far = hypot(x - first_x, y - first_y) > self._within + across(placed)
+        (x, y, _), (first_x, first_y, _) = placed.pose.position_W, self._matters.middle_W
+        far = hypot(x - first_x, y - first_y) > self._matters.within + across(placed)
         return far and placed.brick.id not in known.states()
 
     def let_go(self, awake: Collection[BodyId]) -> None:
@@ -121,7 +120,7 @@ class FallingParts:
         self._awake, self._gave_way, self._coming = (), False, None  # a motion that has not begun is not valid any more
 
     def _begun(self) -> KnownMotion | None:
-        self._within = inf
+        self._matters = EVERYWHERE
         return self._drop() or (self._fall() if self._gave_way else None)
 
     def _drop(self) -> KnownMotion | None:
@@ -192,6 +191,6 @@ class FallingParts:
                 near.append(placed)
             else:
                 beyond.append((apart - size, placed))
-        self._middle_W = surroundings.middle_W
-        self._within = surroundings.within + 2.0 * max((across(one) for one in near), default=0.0)
-        return near, [placed for nearest, placed in beyond if nearest <= self._within]
+        farthest = surroundings.within + 2.0 * max((across(one) for one in near), default=0.0)
+        self._matters = Surroundings(surroundings.middle_W, farthest)
+        return near, [placed for nearest, placed in beyond if nearest <= farthest]

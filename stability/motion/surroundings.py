@@ -2,7 +2,8 @@
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from math import dist
+from math import dist, inf
+from typing import Final
 
 from stability.model import Vec3
 from stability.statics.facts import Placed
@@ -20,6 +21,9 @@ class Surroundings:
     def hold(self, bricks: Collection[Placed]) -> bool:
         """Whether all of these bricks are in it."""
         return all(dist(self.middle_W, one.pose.position_W) + 0.5 * across(one) <= self.within for one in bricks)
+
+
+EVERYWHERE: Final = Surroundings((0.0, 0.0, 0.0), inf)
 
 
 def surroundings_of(part: Sequence[Placed]) -> Surroundings:

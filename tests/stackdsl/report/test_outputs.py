@@ -18,7 +18,7 @@ from stackdsl.report.junit import report_junit
 from stackdsl.report.markdown import report_markdown
 from tests.command_line import GOOD, Stackdsl, stackdsl_in_folder, write
 from tests.paths import ROOT
-from tests.stackdsl.report.test_report import CRASHED, FAILED, FULL, MISTAKE, PASSED, TUNED, report, with_golden
+from tests.stackdsl.report.reports import CRASHED, FAILED, FULL, MISTAKE, PASSED, TUNED, report, with_golden
 
 __all__ = ["stackdsl_in_folder"]  # the fixture `stackdsl`
 

@@ -1,4 +1,4 @@
-"""What a report says, to people and to programs, and with which exit code."""
+"""What a report says to people, and with which exit code."""
 
 import json
 import subprocess
@@ -9,13 +9,10 @@ from math import inf, nan, radians
 import pytest
 
 from stability.engines.friction_told import WrongFriction
-from stackdsl.diagnostics import Diagnostic, Span
 from stackdsl.exits import ExitCode
 from stackdsl.outcome import (
     GoldenDifference,
-    GoldenResult,
     GoldenStatus,
-    Outcome,
     Report,
     RunStatus,
     Spared,
@@ -26,65 +23,23 @@ from stackdsl.report.edge_text import wrong_edges_text
 from stackdsl.report.json import report_json
 from stackdsl.report.outcome_text import outcome_text
 from stackdsl.report.text import report_text
-from stackdsl.trace import Collapse, Cost, Updates, WrongEdges
+from stackdsl.trace import Collapse, Cost, WrongEdges
 from tests.paths import ROOT
-
-SPAN = Span("scenarios/slant.yaml", 14, 5, 14)
-HELD = Outcome("stands", "3 levels", "3 levels", margin=0.0, unit="levels", passed=True, span=SPAN)
-MISSED = Outcome("collapses", "level 9 ± 1", "level 11", margin=-1.0, unit="levels", passed=False, span=SPAN)
-MISTAKE = Diagnostic(
-    "SD204", replace(SPAN, excerpt="    brick: tpo"), "unknown brick 'tpo'", hint="did you mean 'top'?"
-)
-GOLDEN = GoldenResult(GoldenStatus.SAME, "golden/slant/thesis.json")
-MOVED = GoldenDifference("L9.1", "x", "48.00 mm", "47.10 mm", "± 0.5 mm")
-PASSED = VariantResult(
-    scenario="slant",
-    variant="step=11mm,thesis",
-    system="thesis",
-    file="scenarios/slant.yaml",
-    status=RunStatus.DONE,
-    verdict="collapses",
-    collapse=Collapse(time=8.25, level=9, brick="L9.1", gave_way="L1.1"),
-    drift=0.123456,
-    cost=Cost(
-        wall_time=2.0,
-        simulated_time=10.0,
-        steps=9600,
-        judgements=120,
-        proofs={"load core": 8},
-        updates=Updates(0.002, 0.25),
-    ),
-    outcomes=(HELD, HELD),
-    golden=GOLDEN,
-)
-TUNED = replace(
+from tests.stackdsl.report.reports import (
+    CRASHED,
+    FAILED,
+    FULL,
+    HELD,
+    LATE,
+    MISSED,
+    MISTAKE,
+    MOVED,
+    NOT_RUN,
     PASSED,
-    variant="step=11mm,tuned",
-    system="tuned",
-    cost=Cost(wall_time=3.0, simulated_time=5.0, steps=1, judgements=0),
+    TUNED,
+    report,
+    with_golden,
 )
-FAILED = replace(PASSED, outcomes=(HELD, MISSED))
-CRASHED = replace(
-    PASSED, status=RunStatus.CRASHED, verdict="", collapse=None, cost=None, outcomes=(), golden=None,
-    message="the worker was killed by SIGSEGV",
-)  # fmt: skip
-LATE = replace(CRASHED, status=RunStatus.TIMED_OUT, message="took longer than 60 s")
-NOT_RUN = replace(CRASHED, status=RunStatus.NOT_RUN, message="")
-
-
-def with_golden(status: GoldenStatus, note: str = "", *differences: GoldenDifference) -> VariantResult:
-    return replace(PASSED, golden=replace(GOLDEN, status=status, note=note, differences=differences))
-
-
-def report(
-    *results: VariantResult,
-    diagnostics: tuple[Diagnostic, ...] = (),
-    obsolete: tuple[str, ...] = (),
-    removed: tuple[str, ...] = (),
-    interrupted: bool = False,
-) -> Report:
-    return Report(results, diagnostics, obsolete, removed, interrupted, wall_time=12.34)
-
 
 EXIT_CODES = {
     "all as expected": (report(PASSED, TUNED), 0),
@@ -357,17 +312,6 @@ def test_colour_is_only_there_when_asked_for(monkeypatch: pytest.MonkeyPatch) ->
     assert "\x1b[32msame" in report_text(report(PASSED), colour=True)
 
 
-FULL = report(
-    replace(PASSED, truths=(MISSED,)),
-    TUNED,
-    FAILED,
-    CRASHED,
-    with_golden(GoldenStatus.DIFFERENT, "made with python 3.10 (now 3.11)", MOVED),
-    diagnostics=(MISTAKE,),
-    obsolete=("golden/gone[x].json",),
-    removed=("golden/old[x].json",),
-    interrupted=True,
-)
 TO_ACCEPT = replace(report(with_golden(GoldenStatus.DIFFERENT)), accept="stackdsl check --update")
 
 
@@ -385,54 +329,14 @@ def test_a_margin_of_nothing_has_no_sign() -> None:
     assert outcome_text(replace(HELD, margin=-0.0)).endswith("(margin 0 levels)")
 
 
-def test_the_json_report_holds_all_that_the_report_holds() -> None:
-    whole = json.loads(report_json(FULL))
-    assert (whole["format"], whole["exit_code"], whole["interrupted"], whole["wall_time_s"]) == (1, 130, True, 12.34)
-    assert whole["conclusions"] == {"passed": 2, "failed": 1, "crashed": 1, "golden different": 1}
-    assert (whole["obsolete"], whole["removed"]) == (["golden/gone[x].json"], ["golden/old[x].json"])
-    assert whole["diagnostics"][0]["span"] == {
-        "file": "scenarios/slant.yaml",
-        "line": 14,
-        "column": 5,
-        "end_column": 14,
-    }
-    first = whole["results"][0]
-    assert (first["scenario"], first["system"], first["status"]) == ("slant", "thesis", "done")
-    assert first["speed_up"] == pytest.approx(3.0)
-    assert first["collapse"] == {
-        "time_s": 8.25,
-        "level": 9,
-        "brick": "L9.1",
-        "gave_way": "L1.1",
-        "step": None,
-        "broke_at_level": None,
-    }
-    assert first["cost"] == {
-        "wall_time_s": 2.0,
-        "simulated_time_s": 10.0,
-        "steps": 9600,
-        "judgements": 120,
-        "proofs": {"load core": 8},
-        "one_by_one": 0,
-        "update_median_s": 0.002,
-        "update_worst_s": 0.25,
-    }
-    assert (first["truths"][0]["passed"], first["truths"][0]["margin_unit"]) == (False, "levels")
-    assert whole["results"][3]["message"] == "the worker was killed by SIGSEGV"
-    assert whole["results"][4]["golden"]["differences"][0]["tolerance"] == "± 0.5 mm"
-
-
-def test_the_json_report_has_sorted_keys_and_no_number_that_json_lacks() -> None:
-    odd = replace(PASSED, drift=nan, outcomes=(replace(HELD, margin=inf),))
-    text = report_json(report(odd))
-    whole = json.loads(text, parse_constant=pytest.fail)
-    assert (whole["results"][0]["drift_m"], whole["results"][0]["expectations"][0]["margin"]) == (None, None)
-    assert text == json.dumps(whole, indent=2, sort_keys=True) + "\n"
-
-
 @pytest.mark.parametrize("seed", ["0", "1"])
 def test_another_process_renders_the_same_bytes(seed: str) -> None:
-    program = "from tests.stackdsl.report.test_report import *; print(report_text(FULL), report_json(FULL))"
+    program = """
+from stackdsl.report.json import report_json
+from stackdsl.report.text import report_text
+from tests.stackdsl.report.reports import FULL
+print(report_text(FULL), report_json(FULL))
+"""
     environment = {"PYTHONHASHSEED": seed, "PYTHONPATH": str(ROOT), "PYTHONUTF8": "1"}
     done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, check=True)
     assert done.stdout.decode("utf-8") == f"{report_text(FULL)} {report_json(FULL)}\n"

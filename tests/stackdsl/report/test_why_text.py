@@ -8,7 +8,7 @@ from stackdsl.report.json import report_json
 from stackdsl.report.text import report_text
 from stackdsl.report.why_text import why_lines
 from stackdsl.report.worst_first import findings
-from tests.stackdsl.report.test_report import FAILED
+from tests.stackdsl.report.reports import FAILED
 
 WHY = Why(
     cause="L2.1 and L3.1 tip over L1.1",
