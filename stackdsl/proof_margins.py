@@ -18,4 +18,5 @@ class Margins:
     joint: tuple[BodyId, BodyId] | None = None  # the contact that limits it, lower body first
     guaranteed: bool | None = None  # whether rest is the only thing that can happen, rather than one that can
     certainty: str = ""  # why, in words; empty where normal forces alone balance everything
+    squeezed: bool | None = None  # whether the others count on contacts that may be pressed together, or may not
     gives_way: str = ""  # how it begins to come down under the least acceleration, in words

@@ -188,6 +188,7 @@ TABLES: Mapping[str, Table] = {
             Column("interfaces", "{interfaces}"),
             Column("`exact`", "{exact}"),
             Column("ms", "{exact_ms:sig2}"),
+            Column("unless squeezed", "{lets_go}"),
             Column("`cra`", "{cra}"),
             Column("times as long", "{times_slower}"),
             Column("the file by `import`", "{own}"),

@@ -205,13 +205,14 @@ def _cones(structure: Structure, group: Sequence[BodyId], last: bool) -> Answer 
     careful = _proven_in_cones(structure, group, optimistic)
     if careful.group is not None:
         return Answer(careful.group)
-    return _in_doubt(group, careful.balance) if last else None
+    return _in_doubt(structure, careful) if last else None
 
 
 @dataclass(frozen=True, slots=True)
 class _Careful:
     """What became of a group that may lean on the others only where they carry whatever comes."""
 
+    problem: Problem
     balance: "Balance"
     group: Group | None = None  # None unless it is proven to stand
 
@@ -230,10 +231,10 @@ def _proven_in_cones(structure: Structure, group: Sequence[BodyId], if_fixed: "B
     answer = if_fixed if alone and if_fixed is not None else balance(problem, structure.tolerances)
     honest = honest_forces(problem, answer.forces, structure.tolerances) if answer.forces is not None else None
     if honest is None:
-        return _Careful(answer)
+        return _Careful(problem, answer)
     of_inner, of_outer = honest.of_contacts[: len(inner)], honest.of_contacts[len(inner) :]
     forces, vertical = tuple(zip(inner, of_inner, strict=True)), vertical_forces(of_outer, landings)
-    return _Careful(answer, Group(tuple(group), Stage.CONES, vertical=vertical, forces=forces))
+    return _Careful(problem, answer, Group(tuple(group), Stage.CONES, vertical=vertical, forces=forces))
 
 
 def _is_within(contact: Contact, members: Collection[BodyId], structure: Structure) -> bool:
@@ -252,9 +253,15 @@ def _falls(structure: Structure, falling: _Falling, names_smallest: bool) -> Ans
     return Answer(verdict=Verdict(Stability.UNSTABLE, Stage.CONES, reason, tuple(sorted(least.velocity)), least))
 
 
-def _in_doubt(group: Sequence[BodyId], answer: "Balance") -> Answer:
-    if answer.forces is not None:
+def _in_doubt(structure: Structure, careful: _Careful) -> Answer:
+    from stability.statics.outcomes.outcome import lets_go  # noqa: PLC0415 -- it brings numpy
+
+    problem, found = careful.problem, careful.balance
+    if found.forces is not None:
         reason = "it can hold only by self-stress: forces that its weight does not call for may be there, or not"
+        start = lets_go(problem, structure.tolerances)
+        if start is not None:
+            reason += f"; if they are not, {described(problem, start.acceleration)}"
     else:
-        reason = f"too close to its limit to prove either way ({answer.note})"
-    return Answer(verdict=Verdict(Stability.UNDECIDED, Stage.CONES, reason, tuple(group)))
+        reason = f"too close to its limit to prove either way ({found.note})"
+    return Answer(verdict=Verdict(Stability.UNDECIDED, Stage.CONES, reason, tuple(problem.bricks)))

@@ -9,6 +9,7 @@ from stability.statics.facts import Placed, Problem, Stability
 from stability.statics.margins.summary import acceleration, least_friction, placement, tilt
 from stability.statics.outcomes.outcome import outcome
 from stability.statics.solvers.fall_words import described
+from stability.statics.solvers.separating_motion import separating_motion
 from stackdsl.proof_margins import Margins
 from stackdsl.trace import Trace
 
@@ -41,6 +42,8 @@ def margins_of_assembly(assembly: Assembly, wanted: Collection[str] = ALL) -> Ma
     if "guaranteed" in wanted:
         can_happen = outcome(problem, assembly.forces())
         found = replace(found, guaranteed=can_happen.guaranteed, certainty=can_happen.reason)
+    if "squeezed" in wanted:
+        found = replace(found, squeezed=separating_motion(problem) is None)
     return found
 
 

@@ -85,7 +85,7 @@ class Inline:
 
 def _is_spelt_out(value: Mapping[str, Plain], path: Path) -> bool:
     """Whether a mapping is a distribution, as `uncertain` has it."""
-    elsewhere = path[:2] == ("world", "shake") or "jitter" in path  # which have keys that are called so
+    elsewhere = path[:2] == ("world", "shake") or "jitter" in path or path == ("brick_types",)  # have keys called so
     return not elsewhere and any(kind in value for kind in ONE_LINE) and value.keys() <= {*KEYS}
 
 

@@ -91,8 +91,10 @@ def _margins(proofs: Proofs, extent: Extent) -> Iterator[str]:
     if extent.margins is None and count > MOST_FOR_PROGRAMS:
         yield f"    margins of more than {MOST_FOR_PROGRAMS} bricks take their time; ask for them with --margins"
         return
-    margins = margins_of_assembly(proofs.assembly, (*ALL, "guaranteed"))
+    margins = margins_of_assembly(proofs.assembly, (*ALL, "guaranteed", "squeezed"))
     yield "    it would survive " + "; ".join(_margin_texts(margins))
+    if margins.squeezed:
+        yield "    this counts on contacts that may be squeezed together, as hard as it takes, or may not be"
     if margins.joint is not None:
         lower, upper = margins.joint
         yield f"    the joint nearest to failing: {upper} on {lower}"

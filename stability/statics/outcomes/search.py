@@ -13,11 +13,11 @@ import numpy as np
 
 from stability.statics.facts import Problem, Tolerances
 from stability.statics.outcomes.branch import Branch, Condition, How, known
+from stability.statics.outcomes.first_start import first_start, start_near
 from stability.statics.outcomes.multipliers import Guess, guess, multipliers
-from stability.statics.outcomes.other_start import Start, other_start
+from stability.statics.outcomes.other_start import Start
 from stability.statics.outcomes.power_program import PowerProgram, power_program
 from stability.statics.outcomes.start_equations import Array, StartEquations
-from stability.statics.outcomes.start_proof import check_start
 from stability.statics.outcomes.virtual_power import STILL, Multipliers, ProvenBranch, lack, nothing_moves
 from stability.statics.solvers.conic_program import Point, Solver, clarabel_solve, solve
 
@@ -44,7 +44,7 @@ def searched(
     most: int = MOST_COLUMNS,
 ) -> Searched:
     """What was found of the starts of a group that can rest."""
-    start = _start(problem, equations, np.zeros((len(equations.normals), 3)), tolerances)
+    start = first_start(problem, equations, tolerances)
     if start is not None:
         return Searched(None, start, 0)
     waiting: list[Branch] = [()]
@@ -55,7 +55,7 @@ def searched(
         if found is not None:
             proven.append(ProvenBranch(branch, found))
         else:
-            start = _start(problem, equations, guessed.forces, tolerances) if guessed is not None else None
+            start = start_near(problem, equations, guessed.forces, tolerances) if guessed is not None else None
             split = _split(equations, branch, guessed if guessed is not None else _any_guess(equations))
             if start is not None or split is None:
                 return Searched(None, start, asked)
@@ -89,12 +89,6 @@ def _proven(equations: StartEquations, branch: Branch, program: PowerProgram, po
         if lacking > HOPELESS:
             return None
     return None
-
-
-def _start(problem: Problem, equations: StartEquations, forces: Array, tolerances: Tolerances) -> Start | None:
-    """A proven start near forces (points, 3)."""
-    start = other_start(problem, equations, forces)
-    return start if start is not None and check_start(problem, start, tolerances).holds else None
 
 
 def _split(equations: StartEquations, branch: Branch, guessed: Guess) -> Condition | None:

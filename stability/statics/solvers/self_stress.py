@@ -12,6 +12,7 @@ from dataclasses import replace
 from stability.statics.facts import ZERO, ConeForces, Contact, Forces, Motion, Problem, Tolerances
 from stability.statics.proof import check_forces
 from stability.statics.solvers.conic_program import Solver, clarabel_solve
+from stability.statics.solvers.elastic_rest import elastic_rest
 from stability.statics.solvers.equilibrium import balance
 from stability.statics.solvers.separating_motion import ContactSeparation, separating_motion, widest_separation
 from stability.statics.solvers.wrench_matrix import passed_down
@@ -43,7 +44,7 @@ def honest_forces(
         found = _without(problem, left_out, tolerances, solver)
         if found is not None and separating_motion(_less(problem, left_out), solver) is not None:
             return found
-    return _one_by_one(problem, _shut(problem, widest), tolerances, solver)
+    return elastic_rest(problem, tolerances) or _one_by_one(problem, _shut(problem, widest), tolerances, solver)
 
 
 def _choices(problem: Problem, forces: Forces, widest: ContactSeparation) -> Iterator[frozenset[int]]:

@@ -255,6 +255,15 @@ def test_explain_tells_what_the_proofs_would_survive_unless_told_not_to(stackdsl
     assert "it would survive" not in stackdsl("explain", path, "--no-margins").out
 
 
+def test_explain_says_where_margins_count_on_contacts_that_may_be_squeezed(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    # A plank on the ground between two walls: pressed hard enough by them it would not budge, and maybe they do not.
+    squeezed = "may be squeezed together"
+    assert squeezed not in stackdsl("explain", str(write(tmp_path, GOOD))).out
+    walls = "world: {walls: [{bearing: 0 deg, distance: 58.8 mm}, {bearing: 180 deg, distance: 58.8 mm}]}"
+    between = f"scenario: between\n{walls}\nbuild: [bricks: [{{name: plank, at: [0 mm, 0 mm, 3.9 mm]}}]]\n"
+    assert squeezed in stackdsl("explain", str(write(tmp_path, between))).out
+
+
 def test_explain_prints_every_brick_with_its_support(stackdsl: Stackdsl, tmp_path: Path) -> None:
     result = stackdsl("explain", str(write(tmp_path, GOOD)))
     assert result.code == 0

@@ -49,6 +49,12 @@ def test_what_a_value_without_a_name_is_does_not_depend_on_other_values() -> Non
     assert alone == {"friction": beside["friction"]}
 
 
+@pytest.mark.parametrize("kind", ["table", "normal", "uniform"])
+def test_a_kind_of_brick_may_be_called_as_a_distribution(kind: str) -> None:
+    types = f"brick_types: {{{kind}: {{size: [100 mm, 20 mm, 10 mm], mass: 12 g}}}}"
+    assert mistakes_of(f"- bricks: [{{name: one, brick: {kind}, at: [0 mm, 0 mm, 5 mm]}}]", types) == []
+
+
 @pytest.mark.parametrize(
     ("build", "rest", "words", "remedy"),
     [

@@ -7,7 +7,8 @@ import pytest
 from stability import outcome
 from stability.model import EARTH, Brick, Pose
 from stability.shapes.box import Box
-from stability.statics.assembly import Assembly
+from stability.shapes.solid_making import prism
+from stability.statics.assembly import LEVEL_GROUND, Assembly
 from stability.statics.facts import Placed, Stability, Tolerances
 from stability.statics.outcomes.outcome import Outcome
 from stability.statics.outcomes.start_proof import check_start
@@ -26,6 +27,30 @@ ASLANT = 20.0  # [deg]
 
 def of(assembly: Assembly) -> Outcome:
     return outcome(assembly.problem(), assembly.forces())
+
+
+def test_what_only_self_stress_can_hold_says_how_it_falls_if_nothing_has_squeezed_it() -> None:
+    made = Assembly((plane("left", 90.0, 0.8), plane("right", -90.0, 0.8, x=0.3)), 0.8)
+    verdict = made.add(Brick("bar", Box((0.3, 0.2, 0.05)), 1.0), Pose((0.15, 0.0, 1.0)))
+    assert verdict.stability is Stability.UNDECIDED
+    assert "only by self-stress" in verdict.reason
+    assert verdict.reason.endswith("if they are not, bar slides on left, right")
+
+
+def test_of_more_bricks_than_are_told_apart_by_cases_a_start_is_shown() -> None:
+    # A lid on a post reaches over a wedge on a slope that is steeper than its friction. The lid can press it tight, as
+    # half of 50 deg is less than the angle of friction, or rest on the post alone: then the wedge slides.
+    slope, friction, top = 50.0, 0.9, 0.55
+    low, high = 0.3 * tan(radians(slope)), 0.4 * tan(radians(slope))
+    made_of = prism([(-0.4, high), (-0.3, low), (-0.3, top), (-0.4, top)], 0.2)
+    post = box("post", (0.2, 0.2, top), 0.3, 0.5 * top)
+    lid = box("lid", (1.3, 0.2, 0.05), 0.2, top + 0.025)
+    pile = [box(f"b{i}", (0.2, 0.2, 0.05), 0.35, top + 0.05 * (i + 1.5)) for i in range(4)]
+    wedge = Placed(Brick("wedge", made_of.shape, 0.5), Pose(made_of.centre_of_mass))
+    made = standing(post, wedge, lid, *pile, planes=(LEVEL_GROUND, plane("slope", slope, friction)), friction=friction)
+    found = of(made)
+    assert not found.guaranteed
+    assert found.reason == "it could let go: wedge slides on slope"
 
 
 @pytest.mark.parametrize("share", [0.5, 0.99, 1.0 - 1e-6])
