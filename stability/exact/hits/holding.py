@@ -57,6 +57,8 @@ class _Known:
         self.courses = max(2 * self.courses, FEWEST, ceil(MORE * enough / (2.0 * weight)))
         above, front = {brick}, {brick}
         for _ in range(self.courses):
+            if not front:
+                break  # what a block would need of slivers is millions of courses
             front = {upper for lower in front for upper in _carried(assembly, lower)} - above
             above |= front
         self.is_all = not front

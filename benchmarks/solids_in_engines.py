@@ -1,0 +1,117 @@
+"""Random assemblies of random convex solids on engines, as convex hulls: do they stand where exact statics say so?
+
+Those of the tests (`tests.stability.statics.random_solids`): prisms, off-centre boxes, polyhedra and bridges, one to
+seven of them, set down at once. What is within 3 % of its limit says nothing of an engine and is left out: there a
+prestress, or a loss, of 3 % of what each contact may carry changes the verdict (`margins.prestress`).
+
+Run it with `python -m benchmarks.solids_in_engines`; MuJoCo is optional: pip install "stackdsl[mujoco]".
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from math import dist
+from time import process_time
+
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+from benchmarks.figures.data import Row
+from benchmarks.figures.recording import parser, record
+from stability.model import GROUND, Plane
+from stability.statics.assembly import Assembly
+from stability.statics.facts import Placed, Stability
+from stability.statics.margins.prestress import least_prestress
+from stability.statics.solvers.wrench_matrix import wrench_matrix
+from stackdsl.playing.runner import play
+from stackdsl.systems.known_systems import system_named
+from stackdsl.timeline import Placement, Timeline, World
+from tests.stability.statics.random_solids import random_assembly
+
+NEAR = 0.03  # of what a contact may carry: so near to its limit nothing is asked
+WATCHED = 2.0  # [s]
+MOVED = 0.03  # of what a solid reaches: some tip over onto the face beside and rest again, which is no collapse
+SYSTEMS = ("exact", "tuned", "mujoco", "sapien")
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """One assembly and what statics prove of it."""
+
+    seed: int
+    friction: float
+    bricks: Sequence[Placed]
+    stands: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Played:
+    """What an engine made of one assembly."""
+
+    case: Case
+    stands: bool
+    seconds: float  # of the processor
+
+
+def cases(seeds: Sequence[int]) -> Iterator[Case | None]:
+    """Assemblies that are proven either way and not near to their limit; None for each of the others."""
+    for seed in seeds:
+        scene = random_assembly(seed)
+        made = Assembly(friction=scene.friction)
+        found = made.add_all(scene.bricks).stability
+        margin = least_prestress(wrench_matrix(made.problem())).least
+        decided = found is not Stability.UNDECIDED and abs(margin) > NEAR
+        yield Case(seed, scene.friction, scene.bricks, found is Stability.STABLE) if decided else None
+
+
+def played(case: Case, system: str) -> Played:
+    """Set all down at once, and watch."""
+    world = World(9.81, case.friction, (Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), case.friction),))
+    placements = tuple(Placement(0.0, each.brick, 1, each.pose) for each in case.bricks)
+    started = process_time()
+    trace = play(Timeline(world, placements, WATCHED), system_named(system))
+    seconds = process_time() - started
+    places = {each.brick.id: each for each in case.bricks}
+    moved = any(
+        dist(track.final.position_W, places[name].pose.position_W) > MOVED * places[name].brick.shape.bounding_radius
+        for name, track in trace.tracks.items()
+    )
+    return Played(case, trace.collapse is None and not moved, seconds)
+
+
+def summed_up(found: Sequence[Played]) -> Row:
+    """How often an engine agrees with statics."""
+    wrong = [each for each in found if each.stands != each.case.stands]
+    return {
+        "assemblies": len(found),
+        "stand": sum(each.case.stands for each in found),
+        "falls_though_stable": sum(each.case.stands for each in wrong),
+        "stands_though_unstable": sum(not each.case.stands for each in wrong),
+        "seeds": " ".join(str(each.case.seed) for each in wrong) or "none",
+        "ms": 1e3 * sum(each.seconds for each in found) / max(len(found), 1),
+    }
+
+
+def main() -> None:
+    """Play, print the table, and keep it if asked to."""
+    arguments = parser(__doc__)
+    arguments.add_argument("--assemblies", type=int, default=500)
+    chosen = arguments.parse_args()
+    console, asked = Console(stderr=True), range(chosen.assemblies)
+    found = list(track(cases(asked), "statics", len(asked), console=console, transient=True))
+    clear = [case for case in found if case is not None]
+    rows: dict[str, Row] = {}
+    table = Table("system", "assemblies", "stand", "falls though stable", "stands though unstable", "seeds", "ms")
+    for system in (name for name in SYSTEMS if system_named(name).engine.package.installed):
+        steps = track((played(case, system) for case in clear), system, len(clear), console=console, transient=True)
+        rows[system] = row = summed_up(list(steps))
+        table.add_row(system, *(f"{value:.3g}" if isinstance(value, float) else str(value) for value in row.values()))
+    Console(width=140).print(table)
+    if chosen.write:
+        all_of_them: Row = {"asked": len(asked), "near": len(asked) - len(clear)}
+        tables = {"systems": rows, "all": {"all": all_of_them}}
+        record("solids-in-engines", f"python -m benchmarks.solids_in_engines --assemblies {len(asked)} --write", tables)
+
+
+if __name__ == "__main__":
+    main()
