@@ -52,7 +52,7 @@ def test_a_plank_slides_as_far_in_every_direction(settings: PyBulletSettings, be
 
 @BOTH
 @pytest.mark.parametrize("speed", [10.0, pytest.param(15.0, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("start", [(0.0, 0.0), (-1000.0, 300.0)])
+@pytest.mark.parametrize("start", [pytest.param((0.0, 0.0), marks=pytest.mark.slow), (-1000.0, 300.0)])
 def test_the_ground_goes_on_where_a_plank_slides_to(
     settings: PyBulletSettings, start: tuple[float, float], speed: float
 ) -> None:
