@@ -92,6 +92,7 @@ figures: $(READY) ## measure what takes minutes, and write the figures of README
 	$(BIN)/python -m benchmarks.sway --write
 	$(BIN)/python -m benchmarks.against_compas --write
 	$(BIN)/python -m benchmarks.compas_samples --write
+	$(BIN)/python -m benchmarks.solids_in_engines --write
 	$(BIN)/python -m benchmarks.figures.picture
 
 words: $(READY) ## write the functions of stackdsl.api anew from the models of the language

@@ -194,6 +194,18 @@ TABLES: Mapping[str, Table] = {
             Column("the file by `import`", "{own}"),
         ),
     ),
+    "solids-in-engines": Table(
+        "solids-in-engines",
+        "systems",
+        (
+            Column("system", "`{row}`"),
+            Column("assemblies", "{assemblies}"),
+            Column("of which stand", "{stand}"),
+            Column("fall there though they stand", "{falls_though_stable}"),
+            Column("stand there though they fall", "{stands_though_unstable}"),
+            Column("ms each", "{ms:sig2}"),
+        ),
+    ),
     "find": Table(
         "find",
         "scenes",
