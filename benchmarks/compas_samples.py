@@ -28,7 +28,7 @@ from stability.model import EARTH, Brick, Pose, Vec3
 from stability.shapes.box import Box
 from stability.statics.facts import Contact, Placed, Problem, Stability, Tolerances, Wrench
 from stability.statics.margins.guarantee import guarantee
-from stability.statics.outcomes.outcome import lets_go
+from stability.statics.outcomes.first_start import lets_go
 from stability.statics.proof import check_forces, check_motion
 from stability.statics.rounding import rounded
 from stability.statics.solvers.equilibrium import balance

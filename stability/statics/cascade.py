@@ -254,7 +254,7 @@ def _falls(structure: Structure, falling: _Falling, names_smallest: bool) -> Ans
 
 
 def _in_doubt(structure: Structure, careful: _Careful) -> Answer:
-    from stability.statics.outcomes.outcome import lets_go  # noqa: PLC0415 -- it brings numpy
+    from stability.statics.outcomes.first_start import lets_go  # noqa: PLC0415 -- it brings numpy
 
     problem, found = careful.problem, careful.balance
     if found.forces is not None:

@@ -9,7 +9,7 @@
 | `yaw` | its turn about the vertical, from x towards y; may be missing |
 | `friction` | its own Coulomb coefficient, without a unit; may be missing, or empty where it has none of its own |
 
-Headers are such as `length [mm]`, `length (mm)`, `length/mm` or `length_mm`.
+Headers are such as `length [mm]`, `length (mm)`, `length/mm`, `length_mm` or `length mm`.
 """
 
 import csv
@@ -35,7 +35,7 @@ COLUMNS: Final = ("name", *NEEDED, "yaw", "friction")
 BARE: Final = ("name", "friction")  # columns without a unit
 DEGREES: Final = {"deg": Fraction(1)}
 DELIMITERS: Final = ",;\t"
-_HEADER: Final = re.compile(r"\s*(?P<name>[A-Za-z]+)\s*(?:\[(?P<a>.*)\]|\((?P<b>.*)\)|[/_](?P<c>.*))?\s*")
+_HEADER: Final = re.compile(r"\s*(?P<name>[A-Za-z]+)\s*(?:\[(?P<a>.*)\]|\((?P<b>.*)\)|(?:[/_]|(?<=\s))(?P<c>.*))?\s*")
 _CELL: Final = r'\s*"(?:[^"]|"")*"[^{0}]*|[^{0}]*'
 
 

@@ -9,7 +9,8 @@ from math import inf
 
 from stability.model import BodyId
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Placed, Stability, Stage, Verdict
+from stability.statics.facts import Placed, Stability, Stage, Tolerances, Verdict
+from stability.statics.outcomes.first_start import lets_go
 from stackdsl.timeline import Handled, Push, Removal, Shake, Timeline, leaves_to_engine
 from stackdsl.trace import Trace
 
@@ -65,18 +66,17 @@ def proofs_of(timeline: Timeline, names_smallest: bool = True) -> Proofs:
 def held_against_statics(trace: Trace, timeline: Timeline) -> Trace:
     """The trace; a collapse before which every structure was proven to stand is marked as numerical.
 
-    One that had to come has the proof of it.
+    One that had to come has the proof of it. Neither is said of one that could come as well as not.
     """
-    if trace.collapse is None:
+    proofs = proofs_until(timeline, trace.collapse.time) if trace.collapse is not None else None
+    if proofs is None:
         return trace
-    verdict = verdict_until(timeline, trace.collapse.time)
-    match verdict.stability:
-        case Stability.STABLE:
-            return replace(trace, numerical=DISPROVED)
-        case Stability.UNSTABLE:
-            return replace(trace, disproof=verdict)
-        case _:
-            return trace
+    verdict = proofs.assembly.verdict()
+    if verdict.stability is Stability.UNSTABLE:
+        return replace(trace, disproof=verdict)
+    if verdict.stability is Stability.UNDECIDED or lets_go(proofs.assembly.problem(), Tolerances()) is not None:
+        return trace
+    return replace(trace, numerical=DISPROVED)
 
 
 def stands_until(timeline: Timeline, time: float) -> bool:
@@ -89,10 +89,18 @@ def verdict_until(timeline: Timeline, time: float) -> Verdict:
 
     UNDECIDED from the first thing on that only an engine can follow: what is dropped, thrown or pushed.
     """
-    timeline = timeline.as_set_down()
-    done = tuple(action for action in timeline.actions if action.time <= time)
-    if not done or any(leaves_to_engine(action) for action in done):
+    proofs = proofs_until(timeline, time)
+    if proofs is None:
         return Verdict(
             Stability.UNDECIDED, reason="something is dropped, thrown or pushed, which only an engine can follow"
         )
-    return proofs_of(replace(timeline, actions=done)).assembly.verdict()
+    return proofs.assembly.verdict()
+
+
+def proofs_until(timeline: Timeline, time: float) -> Proofs | None:
+    """What is proven of all that was built up to a time [s]; None where only an engine can follow what was done."""
+    timeline = timeline.as_set_down()
+    done = tuple(action for action in timeline.actions if action.time <= time)
+    if not done or any(leaves_to_engine(action) for action in done):
+        return None
+    return proofs_of(replace(timeline, actions=done))

@@ -65,7 +65,7 @@ class Inline:
             return {key: self.of(member, (*path, key)) for key, member in value.items()}
         if isinstance(value, list):
             return [self.of(item, (*path, index)) for index, item in enumerate(value)]
-        return self._picked(value, path) if is_inline(value) else value
+        return self._picked(value, path) if is_inline(value) and path[-1] != "name" else value
 
     def _picked(self, written: Plain, path: Path) -> Plain:
         try:

@@ -1,19 +1,46 @@
 """How bricks that can rest let go if nothing has pressed them together: a start that is shown."""
 
+from math import hypot
+
 import numpy as np
 
-from stability.statics.facts import Problem, Tolerances
+from stability.geometry.vectors import scale
+from stability.statics.facts import ZERO, Forces, Motion, Problem, Tolerances
 from stability.statics.outcomes.other_start import Start, other_start
-from stability.statics.outcomes.start_equations import Array, StartEquations
+from stability.statics.outcomes.start_equations import Array, StartEquations, start_equations
 from stability.statics.outcomes.start_proof import check_start
 from stability.statics.solvers.elastic_rest import brought_forth
 
+MOST_POINTS = 100  # of contacts: beyond, to make a start exact takes seconds
+
+
+def lets_go(problem: Problem, tolerances: Tolerances) -> Start | None:
+    """A proven start of bricks that can rest, however many they are; None if none is found with little work."""
+    if any(len(contact.normals_W) > 1 for contact in problem.contacts):
+        return None
+    free = free_fall(problem)
+    if free is not None and check_start(problem, free, tolerances).holds:
+        return free
+    if sum(len(contact.points_W) for contact in problem.contacts) > MOST_POINTS:
+        return None
+    equations = start_equations(problem)
+    return start_near(problem, equations, brought_forth(problem) / equations.units[0], tolerances)
+
+
+def free_fall(problem: Problem) -> Start | None:
+    """The start in which nothing presses, which may not be lawful; None if loads turn a brick."""
+    if any(hypot(*load.torque_W) > 0.0 for load in problem.loads.values()):
+        return None
+    falling = {
+        name: (scale(1.0 / problem.bricks[name].brick.mass, load.force_W), ZERO) for name, load in problem.loads.items()
+    }
+    none = Forces(tuple(((ZERO,) * len(c.normals_W),) * len(c.points_W) for c in problem.contacts))
+    return Start(Motion(falling), none)
+
 
 def first_start(problem: Problem, equations: StartEquations, tolerances: Tolerances) -> Start | None:
-    """A proven start near the forces that loads alone bring forth, or else near none; None if there is only rest."""
-    if any(len(normals) > 1 for normals in equations.normals):
-        return None
-    start = start_near(problem, equations, brought_forth(problem) / equations.units[0], tolerances)
+    """A proven start of a small group, which is looked for near no forces as well."""
+    start = lets_go(problem, tolerances)
     if start is not None:
         return start
     return start_near(problem, equations, np.zeros((len(equations.normals), 3)), tolerances)

@@ -13,7 +13,7 @@ from stability.statics.facts import Forces, Problem, Tolerances
 from stability.statics.margins.groups import groups_apart
 from stability.statics.margins.guarantee import guarantee
 from stability.statics.outcomes.branch import leave_nothing_out
-from stability.statics.outcomes.first_start import first_start
+from stability.statics.outcomes.first_start import lets_go
 from stability.statics.outcomes.other_start import Start
 from stability.statics.outcomes.search import MOST_COLUMNS, searched
 from stability.statics.outcomes.start_equations import start_equations
@@ -22,7 +22,6 @@ from stability.statics.solvers.fall_words import described
 
 MOST_BRICKS = 5  # of a group that is decided by its modes of contact
 MOST_POINTS = 20  # of its contacts, likewise: beyond, a branch takes a second
-MOST_POINTS_OF_START = 200  # of a group of which a start is looked for: beyond, that takes seconds
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,10 +97,3 @@ def _let_go(group: Problem, start: Start | None) -> Outcome:
     if start is None:
         return Outcome(guaranteed=False, undecided=tuple(group.bricks))
     return Outcome(guaranteed=False, start=start, lets_go=described(group, start.acceleration))
-
-
-def lets_go(problem: Problem, tolerances: Tolerances) -> Start | None:
-    """A proven start of bricks that can rest; None if none is found, or looked for, at so many points of contact."""
-    if sum(len(contact.points_W) for contact in problem.contacts) > MOST_POINTS_OF_START:
-        return None
-    return first_start(problem, start_equations(problem), tolerances)

@@ -6,8 +6,10 @@ to a rest or to none. A wedge pulls itself tight between steep walls; a plank be
 would hold if they were squeezed. So Kao et al. (2022), "Coupled Rigid-Block Analysis", couple forces with a small
 motion, which they bound where this has a stiffness; any stiffness that leads to rest will do.
 
-Friction as Coulomb has it makes the rest no minimum of anything. Newton's method, damped where a step leads away,
-solves the equations, which are smooth by pieces. What it finds is checked, and nothing follows from its failure.
+There may be rests to which loads do not lead: a row of blocks between upright walls would hold if it were thrown up
+into an arch, but falls as one and presses nothing. So Newton's method begins where nothing has moved and follows how
+the structure gives way, with each brick as slow as its mass makes it: what falls freely falls together. Steps get
+longer as long as they leave less that nothing balances. What is found is checked; nothing follows from a failure.
 """
 
 from dataclasses import dataclass
@@ -15,21 +17,20 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stability.mechanics.inertia import inertia_times
 from stability.statics.facts import Forces, Problem, Tolerances
 from stability.statics.proof import check_forces
 from stability.statics.solvers.wrench_matrix import Array, Sparse, WrenchMatrix, wrench_matrix
 
-# Times one more than the bricks: how much further a brick may go than what closes most. A slimmer wedge goes so far
-# that its angle is no longer what it was. In a column of n, of which each closes as it is loaded, the top goes n / 2
-# times as far.
-FURTHEST = 100.0
+FURTHEST = 100.0  # times what is closed there: what slips further meets its neighbours at another angle than it does
+SLIGHT = 1e-3  # share of what a brick carries: with less a contact may be pressed wherever it slips to
+ROUNDING = 1e-12  # of how far bricks have moved
 MOST_STEPS = 100
 AT_REST = 1e-13  # share of the loads that nothing balances; the check allows more
-BONDED = 1e-12  # damping of the first motion: it keeps what nothing holds from going anywhere
-DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-14, 1e6  # of the second, and its range; as a share of the stiffness
-LESS, MORE = 0.1, 10.0  # times the damping, after a whole step and where none gets nearer
-SHORTEST = 1e-4  # share of a step that is tried
+FIRST, LEAST, MOST = 1.0, 1e-14, 1e12  # slowness, as a share of the stiffness: of the first step, and its range
+SHORTER, SHORT, SHORTEST = 0.5, 0.1, 1e-3  # shares of a step
 NEARER = 1e-4  # share of what is left over that a whole step has to take away
+AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,69 +44,104 @@ class _Pressed:
     slips: NDArray[np.bool_]  # (k,) whether friction is used up
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Moved:
+    """How far bricks have moved, and what comes of it."""
+
+    motion: Array  # (columns,)
+    pressed: _Pressed
+    left: Array  # (columns,) of the loads, what no contact balances
+
+    @property
+    def size(self) -> float:
+        return float(np.linalg.norm(self.left))
+
+
 def elastic_rest(
     problem: Problem,
     tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
 ) -> Forces | None:
     """Forces that balance a problem and that its loads alone bring forth; None if none are found."""
     system = wrench_matrix(problem)
-    motion = _motion(system)
-    pressed = _pressed(system, motion)
-    closed = pressed.rows[_normal_rows(system)].max(initial=0.0)
-    if not np.abs(motion).max(initial=0.0) <= FURTHEST * (1 + len(problem.bricks)) * closed:
+    moved = _given_way(problem, system)
+    if _is_far(system, moved.pressed):
         return None
-    forces = system.forces(pressed.rows)
+    forces = system.forces(moved.pressed.rows)
     return forces if check_forces(problem, forces, tolerances).holds else None
 
 
 def brought_forth(problem: Problem) -> Array:
     """(cones, 3) the forces that loads bring forth [N]; where nothing comes to rest, those of what was tried last."""
     system = wrench_matrix(problem)
-    return system.forces_W(_pressed(system, _motion(system)).rows)
+    return system.forces_W(_given_way(problem, system).pressed.rows)
 
 
-def _motion(system: WrenchMatrix) -> Array:
-    """(columns,) how far loads move bricks before contacts hold them, or what Newton's method has come to."""
-    size, damping = float(np.linalg.norm(system.loads)), DAMPING
-    motion = _solved(system.matrix.T @ system.matrix, BONDED, system.loads)
-    pressed, left = _left_over(system, motion)
+def _given_way(problem: Problem, system: WrenchMatrix) -> _Moved:
+    """How far loads move bricks before contacts hold them, or before that is given up."""
+    moved, slowness, slow = _moved(system, np.zeros(len(system.loads))), _slowness(problem, system), FIRST
+    done = AT_REST * moved.size
     for _ in range(MOST_STEPS):
-        if damping > MOST_DAMPING or np.linalg.norm(left) <= AT_REST * size:
+        stiffness = system.matrix.T @ _stiffness(system, moved.pressed) @ system.matrix
+        share, nearer = _nearer(system, moved, _solved(stiffness + slow * slowness, moved.left))
+        moved = nearer if nearer is not None else moved
+        if moved.size <= done or slow > MOST or (nearer is not None and _falls_freely(system, moved)):
             break
-        stiffness = system.matrix.T @ _stiffness(system, motion, pressed) @ system.matrix
-        step, share = _solved(stiffness, damping, left), 1.0
-        while share >= SHORTEST:
-            nearer = _left_over(system, motion + share * step)
-            if np.linalg.norm(nearer[1]) <= (1.0 - NEARER * share) * np.linalg.norm(left):
-                break
-            share *= 0.5
-        if share < SHORTEST:
-            damping *= MORE
-            continue
-        motion, (pressed, left) = motion + share * step, nearer
-        damping = max(LESS * damping, LEAST_DAMPING) if share == 1.0 else damping
-    return motion
+        if share == 1.0:
+            slow = max(0.5 * slow, LEAST)
+        elif share < SHORT:
+            slow *= 2.0 if nearer is not None else 4.0
+    return moved
 
 
-def _left_over(system: WrenchMatrix, motion: Array) -> tuple[_Pressed, Array]:
-    """How contacts answer a motion, and what of the loads they do not balance."""
+def _nearer(system: WrenchMatrix, moved: _Moved, step: Array) -> tuple[float, _Moved | None]:
+    """How much of a step leaves less over, and where that leads; nothing if none does."""
+    whole = _moved(system, moved.motion + step)
+    if whole.size <= moved.size * (1.0 + NEARER * NEARER):  # what falls freely leaves as much
+        return 1.0, whole
+    share = SHORTER
+    while share >= SHORTEST:
+        part = _moved(system, moved.motion + share * step)
+        if part.size <= (1.0 - NEARER * share) * moved.size:
+            return share, part
+        share *= SHORTER
+    return 0.0, None
+
+
+def _moved(system: WrenchMatrix, motion: Array) -> _Moved:
     pressed = _pressed(system, motion)
-    return pressed, system.matrix.T @ pressed.rows + system.loads
+    return _Moved(motion, pressed, system.matrix.T @ pressed.rows + system.loads)
+
+
+def _falls_freely(system: WrenchMatrix, moved: _Moved) -> bool:
+    """Whether nothing is closed, however far bricks have moved."""
+    closed = moved.pressed.rows[_normal_rows(system)].max(initial=0.0)
+    return bool(closed <= ROUNDING * np.abs(moved.motion).max(initial=0.0))
+
+
+def _is_far(system: WrenchMatrix, pressed: _Pressed) -> bool:
+    """Whether something that presses has slipped too far for that."""
+    far = pressed.resisting > FURTHEST * system.cones.friction[system.round] * pressed.normal
+    return bool(far[pressed.normal > SLIGHT].any())
+
+
+def _normal_rows(system: WrenchMatrix) -> NDArray[np.int64]:
+    held = 3 * len(system.round)
+    return np.append(np.arange(0, held, 3), np.arange(held, len(system.row_scale)))
 
 
 def _pressed(system: WrenchMatrix, motion: Array) -> _Pressed:
     """Coulomb's law for springs of unit stiffness."""
     held = 3 * len(system.round)
-    slips = system.matrix @ motion
-    cones = slips[:held].reshape(-1, 3)
+    ways = system.matrix @ motion
+    cones = ways[:held].reshape(-1, 3)
     normal, resisting = np.maximum(-cones[:, 0], 0.0), np.hypot(cones[:, 1], cones[:, 2])
     along = -cones[:, 1:] / np.where(resisting > 0.0, resisting, 1.0)[:, None]
     forces = np.column_stack([normal, along * np.minimum(resisting, normal)[:, None]])
-    rows = np.append(forces.ravel(), np.maximum(-slips[held:], 0.0))
+    rows = np.append(forces.ravel(), np.maximum(-ways[held:], 0.0))
     return _Pressed(rows, normal, resisting, along, resisting > normal)
 
 
-def _stiffness(system: WrenchMatrix, motion: Array, pressed: _Pressed) -> Sparse:
+def _stiffness(system: WrenchMatrix, pressed: _Pressed) -> Sparse:
     """(rows, rows) by how much less a contact presses if it opens or slips by a unit."""
     from scipy.sparse import block_diag, bsr_matrix, diags  # noqa: PLC0415 -- slow to import, and few need to ask
 
@@ -121,18 +157,27 @@ def _stiffness(system: WrenchMatrix, motion: Array, pressed: _Pressed) -> Sparse
     return block_diag([round_, flat], format="csc")
 
 
-def _normal_rows(system: WrenchMatrix) -> NDArray[np.int64]:
-    held = 3 * len(system.round)
-    return np.append(np.arange(0, held, 3), np.arange(held, len(system.row_scale)))
+def _slowness(problem: Problem, system: WrenchMatrix) -> Sparse:
+    """(columns, columns) masses and moments of inertia of the bricks, the largest entry 1."""
+    from scipy.sparse import block_diag  # noqa: PLC0415 -- slow to import, and few need to ask
+
+    blocks = []
+    for number, name in enumerate(system.names):
+        placed, scale = problem.bricks[name], system.column_scale[6 * number : 6 * number + 6]
+        block = placed.brick.mass * np.identity(6)
+        moments = np.array([inertia_times(placed.brick, placed.pose.orientation, axis) for axis in AXES])
+        block[3:, 3:] = 0.5 * (moments + moments.T)
+        blocks.append(block / np.outer(scale, scale))
+    whole = block_diag(blocks, format="csr")[system.kept][:, system.kept]
+    return whole / whole.diagonal().max(initial=np.finfo(float).tiny)
 
 
-def _solved(stiffness: Sparse, damping: float, loads: Array) -> Array:
-    """The motion under loads that springs and damping resist; not a number where none does."""
-    from scipy.sparse import identity  # noqa: PLC0415 -- slow to import, and few need to ask
-    from scipy.sparse.linalg import splu  # noqa: PLC0415 -- likewise
+def _solved(stiffness: Sparse, loads: Array) -> Array:
+    """The motion under loads that springs and slowness resist; not a number where none does."""
+    from scipy.sparse.linalg import splu  # noqa: PLC0415 -- slow to import, and few need to ask
 
     try:
-        motion: Array = splu((stiffness + damping * identity(len(loads))).tocsc()).solve(loads)
+        motion: Array = splu(stiffness.tocsc()).solve(loads)
     except RuntimeError:  # singular, as far as it can tell
         return np.full(len(loads), np.nan)
     return motion

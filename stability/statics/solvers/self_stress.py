@@ -3,7 +3,8 @@
 A plank between two walls is balanced by friction if the walls press it hard enough, but nothing says that they do. Such
 forces that balance each other without any load are self-stress. Where some motion opens every contact strictly there is
 none, and balance is honest. Where there is none, contacts are left out until there is: if the rest still balances the
-loads, the structure stands without what may be or may not be pressed together.
+loads, the structure stands without what may be or may not be pressed together. So it does if forces along normals alone
+balance it, or forces that its loads alone bring forth.
 """
 
 from collections.abc import Collection, Iterator
@@ -44,7 +45,8 @@ def honest_forces(
         found = _without(problem, left_out, tolerances, solver)
         if found is not None and separating_motion(_less(problem, left_out), solver) is not None:
             return found
-    return elastic_rest(problem, tolerances) or _one_by_one(problem, _shut(problem, widest), tolerances, solver)
+    unforced = _along_normals(problem, tolerances, solver) or elastic_rest(problem, tolerances)
+    return unforced or _one_by_one(problem, _shut(problem, widest), tolerances, solver)
 
 
 def _choices(problem: Problem, forces: Forces, widest: ContactSeparation) -> Iterator[frozenset[int]]:
@@ -56,6 +58,13 @@ def _choices(problem: Problem, forces: Forces, widest: ContactSeparation) -> Ite
     for choice in (idle, steep):
         if choice:
             yield frozenset(choice)
+
+
+def _along_normals(problem: Problem, tolerances: Tolerances, solver: Solver) -> Forces | None:
+    """Forces along normals alone, which leave nothing but rest whatever else is pressed together (`guarantee`)."""
+    smooth = replace(problem, contacts=[replace(contact, friction=0.0) for contact in problem.contacts])
+    several = {i for i, contact in enumerate(problem.contacts) if len(contact.normals_W) > 1}
+    return _without(smooth, several, tolerances, solver)
 
 
 def _one_by_one(problem: Problem, shut: list[int], tolerances: Tolerances, solver: Solver) -> Forces | None:

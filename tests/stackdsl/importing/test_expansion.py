@@ -157,6 +157,14 @@ def test_a_key_that_is_written_twice_is_told_at_the_second() -> None:
     assert found.span.line == 3
 
 
+@pytest.mark.parametrize("header", ["{} [{}]", "{}({})", "{}/{}", "{}_{}", "{} {}"])
+def test_a_header_says_its_unit_in_any_usual_way(header: str) -> None:
+    units = {"length": "mm", "width": "mm", "height": "mm", "mass": "kg", "x": "m", "y": "m", "z": "m"}
+    names = [header.format(name, unit) for name, unit in units.items()]
+    write("load.csv", ",".join(names) + "\n400,300,200,5.2,0,0,0\n")
+    assert case().timeline.placements[0].pose.position_W == pytest.approx((0.2, 0.15, 0.1))
+
+
 def test_a_table_may_be_a_list_of_objects() -> None:
     row = {"length/mm": 400, "width/mm": 300, "height/mm": 200, "mass/kg": 5.2, "x_m": 0, "y_m": 0, "z_m": 0}
     write("load.csv", json.dumps([row]))

@@ -55,6 +55,20 @@ def test_a_four_stack_that_a_coarse_step_brings_down_is_a_numerical_collapse() -
     assert all(outcome.passed for outcome in judged(cases[0], fell).outcomes)  # as they would without the proof
 
 
+def test_a_collapse_that_could_come_as_well_as_not_is_physics() -> None:
+    # Aslant between walls of 0.5 and 0.15; the slope of its diagonal is 0.29. As their mean is more, friction can hold
+    # it, and where nothing presses it falls freely.
+    walls = [
+        f"{{bearing: {bearing} deg, distance: 56.587804661181515 mm, friction: {friction}}}"
+        for bearing, friction in ((0, 0.5), (180, 0.15))
+    ]
+    plank = "{name: plank, at: [0 mm, 0 mm, 100 mm], rotate: [0 deg, 20 deg, 0 deg]}"
+    timeline = timeline_of(f"- bricks: [{plank}]", f"world: {{walls: [{', '.join(walls)}]}}\n")
+    assert stands_until(timeline, 1.0)
+    fell = trace(replace(FELL, time=1.0, brick="plank"))
+    assert with_numerical_collapse(fell, timeline, SYSTEMS["tuned"]).numerical == ""
+
+
 def test_a_column_beyond_its_limit_falls_by_physics() -> None:
     timeline, tuned = timeline_of(COLUMN, "expect:\n  - collapses: any\n"), SYSTEMS["tuned"]
     fell = with_numerical_collapse(play(timeline, tuned), timeline, tuned)

@@ -49,6 +49,11 @@ def test_what_a_value_without_a_name_is_does_not_depend_on_other_values() -> Non
     assert alone == {"friction": beside["friction"]}
 
 
+def test_a_name_is_no_distribution_and_is_told_to_be_no_name() -> None:
+    (found,) = mistakes_of("- bricks: [{name: uniform 1, at: [0 mm, 0 mm, 5 mm]}]", "")
+    assert found.message == "'uniform 1' is not a name that a brick can have"
+
+
 @pytest.mark.parametrize("kind", ["table", "normal", "uniform"])
 def test_a_kind_of_brick_may_be_called_as_a_distribution(kind: str) -> None:
     types = f"brick_types: {{{kind}: {{size: [100 mm, 20 mm, 10 mm], mass: 12 g}}}}"

@@ -10,6 +10,7 @@ from stability.shapes.box import Box
 from stability.shapes.solid_making import prism
 from stability.statics.assembly import LEVEL_GROUND, Assembly
 from stability.statics.facts import Placed, Stability, Tolerances
+from stability.statics.outcomes.first_start import lets_go
 from stability.statics.outcomes.outcome import Outcome
 from stability.statics.outcomes.start_proof import check_start
 from tests.stability.statics.outcomes.leaning_scenes import (
@@ -35,6 +36,23 @@ def test_what_only_self_stress_can_hold_says_how_it_falls_if_nothing_has_squeeze
     assert verdict.stability is Stability.UNDECIDED
     assert "only by self-stress" in verdict.reason
     assert verdict.reason.endswith("if they are not, bar slides on left, right")
+
+
+@pytest.mark.parametrize("friction", [0.5, 1.0])
+@pytest.mark.parametrize("count", [1, 2, 3, 5, 8, 20, 50])
+def test_a_row_between_upright_walls_is_not_proven_to_stand_and_falls_freely_if_nothing_has_squeezed_it(
+    count: int, friction: float
+) -> None:
+    # Thrown up into an arch it would hold. But as it falls it presses nothing, and so no load brings such forces forth.
+    walls = (plane("west", 90.0, friction), plane("east", -90.0, friction, x=0.1 * count))
+    made = Assembly(walls, friction)
+    verdict = made.add_all([box(f"b{i}", (0.1, 0.1, 0.1), 0.1 * (i + 0.5), 1.0) for i in range(count)])
+    assert verdict.stability is Stability.UNDECIDED
+    start = lets_go(made.problem(), Tolerances())
+    assert start is not None
+    assert [velocity for velocity, _ in start.acceleration.velocity.values()] == [
+        pytest.approx((0.0, 0.0, -EARTH), rel=1e-12)
+    ] * count
 
 
 def test_of_more_bricks_than_are_told_apart_by_cases_a_start_is_shown() -> None:

@@ -144,6 +144,18 @@ def test_a_plank_that_hangs_over_a_table_jams_between_walls(friction: float) -> 
     assert honest(between_walls(hanging)) is not None
 
 
+@pytest.mark.parametrize("friction", [0.5, 2.0, 5.0])
+def test_a_block_in_a_groove_needs_no_more_than_its_normals_whatever_the_friction(friction: float) -> None:
+    # Faces of 30 and 50 deg, along which friction above 1 could squeeze it: N1 and N2 alone carry its weight.
+    faces = {"steep": (-0.06, (sin(1.0), 0.0, cos(1.0))), "flat": (0.06, (-sin(0.5), 0.0, cos(0.5)))}
+    contacts = []
+    for name, (x, normal) in faces.items():
+        corners = tuple((x, y, z) for y in (-0.01, 0.01) for z in (-0.3, 0.3))
+        contacts.append(Contact(name, "p01", corners, (normal,), friction))
+    found = honest(weighed([plank("p01", (0.0, 0.0, 0.0))], contacts))
+    assert found is not None
+
+
 def test_without_a_solver_nothing_is_honest_but_what_can_be_lifted() -> None:
     def dies(_: ConicProgram, __: float) -> Point:
         raise RuntimeError
