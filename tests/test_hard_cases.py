@@ -59,7 +59,7 @@ def what_happened(timeline: Timeline, system: str) -> Trace:
     [
         pytest.param("exact", TOWER, 0.0, marks=pytest.mark.slow),
         ("exact", TOWER_AND_DROP, 0.05),
-        ("tuned", LOW_TOWER, 0.05),
+        pytest.param("tuned", LOW_TOWER, 0.05, marks=pytest.mark.slow),
     ],
 )
 def test_a_tower_rebuilt_many_times_repeats_to_the_last_bit_and_leaves_nothing(

@@ -16,7 +16,12 @@ EARTH, KAPLA = 9.81, 0.1176  # [m/s2], [m] the length; width and thickness are a
 FRICTION, DENSITY = 0.5, 557.0  # [kg/m3]
 SCENES = pytest.mark.parametrize(
     ("length", "gravity"),
-    [(KAPLA, EARTH), (0.01, EARTH), (KAPLA, 100.0), pytest.param(0.01, 100.0, marks=pytest.mark.slow)],
+    [
+        (KAPLA, EARTH),
+        (0.01, EARTH),
+        pytest.param(KAPLA, 100.0, marks=pytest.mark.slow),
+        pytest.param(0.01, 100.0, marks=pytest.mark.slow),
+    ],
     ids=str,
 )
 

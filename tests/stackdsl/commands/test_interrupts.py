@@ -54,7 +54,7 @@ def test_a_reader_who_leaves_changes_no_exit_code(tmp_path: Path, text: str, cal
     assert "ignored" not in err
 
 
-@pytest.mark.parametrize("redirected", ["2>&-", "2>/dev/full", "2> >(true)"])
+@pytest.mark.parametrize("redirected", ["2>&-", pytest.param("2>/dev/full", marks=pytest.mark.slow), "2> >(true)"])
 def test_progress_that_nobody_hears_of_stops_nothing(tmp_path: Path, redirected: str) -> None:
     for number in range(3):
         write(tmp_path, FAILING.replace("good", f"good-{number}"), f"s/{number}.yaml")
@@ -120,7 +120,13 @@ def test_a_full_disk_is_no_fault_of_ours(tmp_path: Path, command: str) -> None:
 
 @needs_pybullet
 @pytest.mark.parametrize(
-    ("number", "times"), [(signal.SIGINT, 30), (signal.SIGTERM, 1), (signal.SIGTERM, 30), (signal.SIGHUP, 1)]
+    ("number", "times"),
+    [
+        (signal.SIGINT, 30),
+        (signal.SIGTERM, 1),
+        pytest.param(signal.SIGTERM, 30, marks=pytest.mark.slow),
+        pytest.param(signal.SIGHUP, 1, marks=pytest.mark.slow),
+    ],
 )
 def test_whatever_the_impatience_the_report_is_out(tmp_path: Path, number: signal.Signals, times: int) -> None:
     write(tmp_path, GOOD, "s/a.yaml")

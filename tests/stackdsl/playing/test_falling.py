@@ -52,7 +52,7 @@ def turned_about_y(point: Vec3, edge: tuple[float, float], angle: float) -> Vec3
         # The far upper edge of the leading plank of level 2, at d + (s + w) / 2; see scenarios/slant-tower.yaml.
         ("four_stack: {levels: 7, step: 11.5 mm, spacing: 43 mm}", 7, (0.0447, 2.0 * THICKNESS)),
         # The ends of the planks of level 1.
-        ("four_stack: {levels: 10, step: 11 mm}", 10, (LENGTH / 2.0, THICKNESS)),
+        pytest.param("four_stack: {levels: 10, step: 11 mm}", 10, (LENGTH / 2.0, THICKNESS), marks=pytest.mark.slow),
         # The same of a tower so tall that a solver lets its foot sink by more than that turns.
         ("column: {levels: 24, step: 5 mm}", 24, (LENGTH / 2.0, THICKNESS)),
     ],

@@ -33,7 +33,9 @@ def timeless(trace: Trace) -> Trace:
     return replace(trace, cost=cost, statics=statics)
 
 
-@pytest.mark.parametrize("system", ["exact", "thesis", "tuned", "mujoco", "sapien"])
+@pytest.mark.parametrize(
+    "system", ["exact", pytest.param("thesis", marks=pytest.mark.slow), "tuned", "mujoco", "sapien"]
+)
 def test_every_engine_is_recorded_from_where_bricks_came_to_where_they_ended(system: str) -> None:
     for package in {system} & {"mujoco", "sapien"}:
         pytest.importorskip(package)
