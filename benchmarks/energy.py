@@ -2,8 +2,8 @@
 
 Nothing in such a heap adds energy, so every gain is an engine's fault. Bricks are set down flat on what is below them,
 in any direction; most heaps give way somewhere. Every second heap has slivers. Run it with `python -m
-benchmarks.energy`; 1,000 heaps on `exact` take an hour and a half of one core. `--keep` is a file of rows, which is gone on
-with.
+benchmarks.energy`; 1,000 heaps on `exact` take an hour and a half of one core. `--keep` is a file of rows, which is
+gone on with.
 """
 
 import json

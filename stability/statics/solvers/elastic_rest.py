@@ -7,9 +7,10 @@ would hold if they were squeezed. So Kao et al. (2022), "Coupled Rigid-Block Ana
 motion, which they bound where this has a stiffness; any stiffness that leads to rest will do.
 
 There may be rests to which loads do not lead: a row of blocks between upright walls would hold if it were thrown up
-into an arch, but falls as one and presses nothing. So Newton's method begins where nothing has moved and follows how
-the structure gives way, with each brick as slow as its mass makes it: what falls freely falls together. Steps get
-longer as long as they leave less that nothing balances. What is found is checked; nothing follows from a failure.
+into an arch, but falls as one and presses nothing. So it is followed how the structure gives way from where nothing has
+moved, each brick dragged back as its mass says, so that what falls freely falls together. Every step is implicit, a
+root that Newton's method finds, and steps get longer as long as it does. What is found in the end is checked; nothing
+follows from a failure.
 """
 
 from dataclasses import dataclass
@@ -22,14 +23,17 @@ from stability.statics.facts import Forces, Problem, Tolerances
 from stability.statics.proof import check_forces
 from stability.statics.solvers.wrench_matrix import Array, Sparse, WrenchMatrix, wrench_matrix
 
-FURTHEST = 100.0  # times what is closed there: what slips further meets its neighbours at another angle than it does
+# Times what is closed, how far what presses may slip: a slimmer wedge sinks so far that it may find other faces there.
+FURTHEST = 1000.0
 SLIGHT = 1e-3  # share of what a brick carries: with less a contact may be pressed wherever it slips to
 ROUNDING = 1e-12  # of how far bricks have moved
-MOST_STEPS = 100
+MOST_STEPS, MOST_ROUNDS = 80, 10
 AT_REST = 1e-13  # share of the loads that nothing balances; the check allows more
-FIRST, LEAST, MOST = 1.0, 1e-14, 1e12  # slowness, as a share of the stiffness: of the first step, and its range
-SHORTER, SHORT, SHORTEST = 0.5, 0.1, 1e-3  # shares of a step
-NEARER = 1e-4  # share of what is left over that a whole step has to take away
+CLOSE = 1e-2  # share of what was left over before a step: so near to its root it is far enough
+FIRST, LEAST, MOST = 1.0, 1e-14, 1e12  # drag of a step, as a share of the stiffness
+LESS, MORE = 0.4, 5.0  # times the drag, after a step and where none is found
+SHORTER, SHORTEST = 0.5, 0.02  # shares of what Newton's method says
+NEARER = 1e-4  # share of the rest that a whole such share has to take away
 AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
@@ -78,33 +82,34 @@ def brought_forth(problem: Problem) -> Array:
 
 def _given_way(problem: Problem, system: WrenchMatrix) -> _Moved:
     """How far loads move bricks before contacts hold them, or before that is given up."""
-    moved, slowness, slow = _moved(system, np.zeros(len(system.loads))), _slowness(problem, system), FIRST
+    moved, masses, drag = _moved(system, np.zeros(len(system.loads))), _masses(problem, system), FIRST
     done = AT_REST * moved.size
     for _ in range(MOST_STEPS):
-        stiffness = system.matrix.T @ _stiffness(system, moved.pressed) @ system.matrix
-        share, nearer = _nearer(system, moved, _solved(stiffness + slow * slowness, moved.left))
-        moved = nearer if nearer is not None else moved
-        if moved.size <= done or slow > MOST or (nearer is not None and _falls_freely(system, moved)):
+        after = _stepped(system, moved, drag * masses)
+        moved, drag = (moved, MORE * drag) if after is None else (after, max(LESS * drag, LEAST))
+        if moved.size <= done or drag > MOST or (after is not None and _falls_freely(system, moved)):
             break
-        if share == 1.0:
-            slow = max(0.5 * slow, LEAST)
-        elif share < SHORT:
-            slow *= 2.0 if nearer is not None else 4.0
     return moved
 
 
-def _nearer(system: WrenchMatrix, moved: _Moved, step: Array) -> tuple[float, _Moved | None]:
-    """How much of a step leaves less over, and where that leads; nothing if none does."""
-    whole = _moved(system, moved.motion + step)
-    if whole.size <= moved.size * (1.0 + NEARER * NEARER):  # what falls freely leaves as much
-        return 1.0, whole
-    share = SHORTER
-    while share >= SHORTEST:
-        part = _moved(system, moved.motion + share * step)
-        if part.size <= (1.0 - NEARER * share) * moved.size:
-            return share, part
-        share *= SHORTER
-    return 0.0, None
+def _stepped(system: WrenchMatrix, before: _Moved, drag: Sparse) -> _Moved | None:
+    """Where loads, contacts and drag are in balance at the end of a step; None if that is not found."""
+    moved, rest = before, before.left
+    for _ in range(MOST_ROUNDS):
+        stiffness = system.matrix.T @ _stiffness(system, moved.pressed) @ system.matrix
+        way, share, size = _solved(stiffness + drag, rest), 1.0, float(np.linalg.norm(rest))
+        while share >= SHORTEST:
+            after = _moved(system, moved.motion + share * way)
+            rest = after.left - drag @ (after.motion - before.motion)
+            if np.linalg.norm(rest) <= (1.0 - NEARER * share) * size:
+                break
+            share *= SHORTER
+        if share < SHORTEST:
+            return None
+        moved = after
+        if np.linalg.norm(rest) <= CLOSE * before.size:
+            return moved
+    return None
 
 
 def _moved(system: WrenchMatrix, motion: Array) -> _Moved:
@@ -119,9 +124,13 @@ def _falls_freely(system: WrenchMatrix, moved: _Moved) -> bool:
 
 
 def _is_far(system: WrenchMatrix, pressed: _Pressed) -> bool:
-    """Whether something that presses has slipped too far for that."""
-    far = pressed.resisting > FURTHEST * system.cones.friction[system.round] * pressed.normal
-    return bool(far[pressed.normal > SLIGHT].any())
+    """Whether a contact that presses has slipped too far for that, the most at any of its points for the most."""
+    shapes = system.cones.shapes
+    contact = np.repeat(np.arange(len(shapes)), [points * normals for points, normals in shapes])[system.round]
+    closed, slipped = np.zeros(len(shapes)), np.zeros(len(shapes))
+    np.maximum.at(closed, contact, pressed.normal)
+    np.maximum.at(slipped, contact, pressed.resisting / system.cones.friction[system.round])
+    return bool((slipped > FURTHEST * closed)[closed > SLIGHT].any())
 
 
 def _normal_rows(system: WrenchMatrix) -> NDArray[np.int64]:
@@ -157,7 +166,7 @@ def _stiffness(system: WrenchMatrix, pressed: _Pressed) -> Sparse:
     return block_diag([round_, flat], format="csc")
 
 
-def _slowness(problem: Problem, system: WrenchMatrix) -> Sparse:
+def _masses(problem: Problem, system: WrenchMatrix) -> Sparse:
     """(columns, columns) masses and moments of inertia of the bricks, the largest entry 1."""
     from scipy.sparse import block_diag  # noqa: PLC0415 -- slow to import, and few need to ask
 

@@ -1,6 +1,7 @@
 """What comes to rest on contacts that give a little and are pressed by loads alone, and under which forces."""
 
 from dataclasses import replace
+from itertools import pairwise
 from math import cos, hypot, radians, sin, tan
 
 import numpy as np
@@ -12,8 +13,18 @@ from scipy.optimize import linprog
 from stability.statics.facts import Contact, Forces, Problem, Tolerances, Wrench
 from stability.statics.proof import check_forces
 from stability.statics.solvers.elastic_rest import elastic_rest
+from stability.statics.solvers.equilibrium import balance
 from stability.statics.solvers.wrench_matrix import wrench_matrix
-from tests.stability.statics.hand_built import between_walls, column, moved_by, plank, stepped, weighed
+from tests.stability.statics.hand_built import (
+    EAST,
+    between_walls,
+    column,
+    moved_by,
+    plank,
+    stepped,
+    wall_patch,
+    weighed,
+)
 
 EXACT = Tolerances()
 WIDTH, DEPTH, WEIGHT = 0.12, 0.024, 0.11772  # [m], [m], [N] of a plank
@@ -79,9 +90,35 @@ def test_between_walls_that_are_upright_or_lean_inwards_nothing_pulls_tight(angl
     assert elastic_rest(wedge(angle, friction)) is None
 
 
-def test_a_wedge_too_slim_to_keep_its_angle_while_it_sinks_is_not_taken_to_hold() -> None:
-    assert elastic_rest(wedge(1.0, 0.5)) is not None
-    assert elastic_rest(wedge(0.1, 0.5)) is None
+def test_a_wedge_that_sinks_a_thousand_times_as_far_as_it_closes_is_not_taken_to_hold() -> None:
+    # It sinks by 1 / tan of its angle: 573 times at 0.1 deg, 1,146 times at 0.05 deg.
+    assert elastic_rest(wedge(0.1, 0.5)) is not None
+    assert elastic_rest(wedge(0.05, 0.5)) is None
+
+
+@pytest.mark.parametrize("count", [2, 3, 5, 9])
+def test_a_row_of_stones_between_upright_walls_comes_to_no_rest_though_an_arch_would_hold(count: int) -> None:
+    x = [WIDTH * (i + 0.5 - 0.5 * count) for i in range(count)]
+    stones = [plank(f"s{i}", (at, 0.0, 0.0), size=(WIDTH, DEPTH, WIDTH)) for i, at in enumerate(x)]
+    names = ["west", *(stone.brick.id for stone in stones), "east"]
+    joints = [x[0] - 0.5 * WIDTH, *(at + 0.5 * WIDTH for at in x)]
+    contacts = [
+        Contact(left, right, wall_patch(joint, (-0.5 * WIDTH, 0.5 * WIDTH)), (EAST,), 1.0)
+        for (left, right), joint in zip(pairwise(names), joints, strict=True)
+    ]
+    assert balance(weighed(stones, contacts)).forces is not None
+    assert elastic_rest(weighed(stones, contacts)) is None
+
+
+@pytest.mark.parametrize("leans", [(6.4, 8.2), (12.8, 14.1), (20.0, 40.0)])
+@pytest.mark.parametrize("friction", [0.2, 0.6, 1.0])
+def test_a_wedge_between_unlike_walls_is_found_to_rest(leans: tuple[float, float], friction: float) -> None:
+    # They open upwards by the sum of what they lean; forces along normals alone would turn the wedge.
+    east, west = (wedge(lean, friction).contacts for lean in leans)
+    problem = replace(wedge(1.0, friction), contacts=[east[0], west[1]])
+    found = elastic_rest(problem)
+    assert found is not None
+    assert closes_wherever_it_presses(problem, found)
 
 
 def test_what_falls_comes_to_no_rest() -> None:
