@@ -64,7 +64,7 @@ bench-motion: $(READY) ## hits, collapses and slips of exact against converged r
 bench-leaning: $(READY) ## 200 random leaning structures against rigid boxes stepped apart (some minutes); goes on where it stopped
 	$(BIN)/python -m benchmarks.leaning_slips --keep leaning-slips.jsonl
 
-bench-energy: $(READY) ## how much energy the engines of exact and tuned add to 500 random heaps (a quarter of an hour)
+bench-energy: $(READY) ## how much energy the engines of exact and tuned add to 1,000 random heaps (an hour and a half of one core)
 	$(BIN)/python -m benchmarks.energy
 
 bench-statics: $(READY) ## what exact statics cost, and how far each answer is off
