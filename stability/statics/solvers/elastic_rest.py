@@ -182,7 +182,7 @@ def _masses(problem: Problem, system: WrenchMatrix) -> Sparse:
 
 
 def _solved(stiffness: Sparse, loads: Array) -> Array:
-    """The motion under loads that springs and slowness resist; not a number where none does."""
+    """The motion under loads that springs and drag resist; not a number where none does."""
     from scipy.sparse.linalg import splu  # noqa: PLC0415 -- slow to import, and few need to ask
 
     try:

@@ -156,6 +156,7 @@ def test_two_planks_of_the_collapse_fall_as_one(cases: tuple[Case, ...], monkeyp
     assert sum(as_one) > 50  # time steps
 
 
+@pytest.mark.slow
 def test_a_run_repeats_in_any_order_in_one_process(cases: tuple[Case, ...], bits: Mapping[str, Bits]) -> None:
     # The last one is played twice in a row, all others after something else than before.
     assert_same(dict(played(reversed(cases))), bits)

@@ -49,6 +49,7 @@ def test_no_more_samples_are_drawn_than_decide() -> None:
     assert close.drawn == close.planned == 1600
 
 
+@pytest.mark.slow
 def test_any_number_of_processes_draws_the_same() -> None:
     assert ensemble(1200, ">= 80 %", 3, run_supervised) == ensemble(1200, ">= 80 %")
 

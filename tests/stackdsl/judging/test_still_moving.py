@@ -64,7 +64,10 @@ def test_in_the_middle_of_a_cascade_no_count_passes_but_one_that_nothing_can_cha
 
 
 @SYSTEMS
-@pytest.mark.parametrize(("count", "watch"), [(12, 2.0), pytest.param(20, 3.0, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    ("count", "watch"),
+    [(6, 1.5), pytest.param(12, 2.0, marks=pytest.mark.slow), pytest.param(20, 3.0, marks=pytest.mark.slow)],
+)
 def test_watched_for_long_enough_all_fall_and_lie_still(system: str, count: int, watch: float) -> None:
     case = dominoes(count, watch, f"falls: {{count: {count}}}", "energy: {gain: <= 1 %}")  # which goes on to the end
     trace = played(case, system)

@@ -314,6 +314,7 @@ TWICE = (
 )
 
 
+@pytest.mark.slow
 def test_the_seed_of_hashes_changes_nothing() -> None:
     told = [
         subprocess.run(

@@ -82,6 +82,7 @@ def test_a_fast_hit_moves_what_it_hits_whatever_stands_elsewhere(build: str) -> 
     assert trace.collapse is not None
 
 
+@pytest.mark.slow
 def test_how_thin_a_brick_is_that_is_set_down_elsewhere_changes_no_digit_of_what_moves_meanwhile() -> None:
     build = "- column: {levels: 8, step: 5 mm}\n- column: {levels: 5, origin: [0 m, 1 m, 0 mm]}\n  name: far"
     push = "{at: 1 s, push: {brick: L3.1, impulse: [60 mN*s, 0 N*s, 0 N*s], point: [0 mm, 8 mm, 0 mm]}}"
@@ -147,6 +148,7 @@ def test_when_something_is_frozen_elsewhere_is_not_when_a_fall_is_seen() -> None
         assert {name: beside.tracks[name].left_at for name in fell} == pytest.approx(fell)
 
 
+@pytest.mark.slow
 def test_what_is_done_within_reach_of_what_topples_parts_it() -> None:
     near = "impacts: [{at: 9.05 s, insert: {name: late, at: [0 mm, 100 mm, 3.9 mm]}}]"
     alone, beside = (played(TOWER, f"{rest}\n{ASKED}") for rest in ("", near))

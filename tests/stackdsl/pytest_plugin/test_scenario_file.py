@@ -137,6 +137,7 @@ def test_scenarios_need_no_syrupy(scenarios: Path, pytester: pytest.Pytester) ->
     result.stdout.fnmatch_lines(["*the fixture `golden` needs syrupy*pip install*"])
 
 
+@pytest.mark.slow
 def test_processes_share_the_work(scenarios: Path, pytester: pytest.Pytester) -> None:
     pytester.runpytest("-n", "2", "--no-golden", "-k", "other or 9", "scenarios").assert_outcomes(passed=2)
 

@@ -47,6 +47,7 @@ def tumbling(view: RunView, looks: int) -> RunView:
     return replace(view, recording=replace(view.recording, keys=keys.reshape(-1, COLUMNS)))
 
 
+@pytest.mark.slow
 def test_200_bricks_that_tumble_for_250_frames_take_a_megabyte_at_most() -> None:
     (view,) = views_of(FOUR_STACK)
     assert len(view.recording.bricks) == 200

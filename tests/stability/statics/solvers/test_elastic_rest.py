@@ -6,7 +6,7 @@ from math import cos, hypot, radians, sin, tan
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
@@ -141,6 +141,7 @@ def test_a_plank_between_upright_walls_presses_neither_of_them_if_it_has_a_groun
     assert [pressed for pressed, _ in parts(problem, found)[4:]] == pytest.approx([0.0] * 8, abs=1e-12)
 
 
+@settings(max_examples=40)
 @given(
     angle=st.floats(0.6, 60.0),
     friction=st.floats(0.0, 2.0),
@@ -176,14 +177,14 @@ def held_at_random(random: np.random.Generator) -> Problem:
 def test_whatever_comes_to_rest_closes_where_it_presses_and_slips_against_friction() -> None:
     # The reference is a linear program that knows forces alone, and no springs.
     random, rested = np.random.default_rng(5), 0
-    for _ in range(100):
+    for _ in range(60):
         problem = held_at_random(random)
         found = elastic_rest(problem)
         if found is not None:
             rested += 1
             assert check_forces(problem, found, EXACT).holds
             assert closes_wherever_it_presses(problem, found)
-    assert rested > 10
+    assert rested > 6
 
 
 def test_forces_of_a_squeezed_plank_close_nothing() -> None:
