@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from stability.mechanics.inertia import inertia_times
 from stability.statics.facts import Forces, Problem, Tolerances
-from stability.statics.proof import check_forces
+from stability.statics.solvers.equilibrium import proven_forces
 from stability.statics.solvers.wrench_matrix import Array, Sparse, WrenchMatrix, wrench_matrix
 
 # Times what is closed, how far what presses may slip: a slimmer wedge sinks so far that it may find other faces there.
@@ -28,7 +28,7 @@ FURTHEST = 1000.0
 SLIGHT = 1e-3  # share of what a brick carries: with less a contact may be pressed wherever it slips to
 ROUNDING = 1e-12  # of how far bricks have moved
 MOST_STEPS, MOST_ROUNDS = 80, 10
-AT_REST = 1e-13  # share of the loads that nothing balances; the check allows more
+AT_REST, ROUNDED = 1e-13, 1e-9  # shares of the loads that nothing balances: wanted, and where rounding may end a step
 CLOSE = 1e-2  # share of what was left over before a step: so near to its root it is far enough
 FIRST, LEAST, MOST = 1.0, 1e-14, 1e12  # drag of a step, as a share of the stiffness
 LESS, MORE = 0.4, 5.0  # times the drag, after a step and where none is found
@@ -70,8 +70,7 @@ def elastic_rest(
     moved = _given_way(problem, system)
     if _is_far(system, moved.pressed):
         return None
-    forces = system.forces(moved.pressed.rows)
-    return forces if check_forces(problem, forces, tolerances).holds else None
+    return proven_forces(problem, system, moved.pressed.rows, tolerances)
 
 
 def brought_forth(problem: Problem) -> Array:
@@ -83,12 +82,29 @@ def brought_forth(problem: Problem) -> Array:
 def _given_way(problem: Problem, system: WrenchMatrix) -> _Moved:
     """How far loads move bricks before contacts hold them, or before that is given up."""
     moved, masses, drag = _moved(system, np.zeros(len(system.loads))), _masses(problem, system), FIRST
-    done = AT_REST * moved.size
+    loads = moved.size
     for _ in range(MOST_STEPS):
         after = _stepped(system, moved, drag * masses)
-        moved, drag = (moved, MORE * drag) if after is None else (after, max(LESS * drag, LEAST))
-        if moved.size <= done or drag > MOST or (after is not None and _falls_freely(system, moved)):
+        if after is None:
+            if moved.size <= ROUNDED * loads:
+                return _polished(system, moved, LEAST * masses)
+            drag *= MORE
+            if drag > MOST:
+                break
+            continue
+        moved, drag = after, max(LESS * drag, LEAST)
+        if moved.size <= AT_REST * loads or _falls_freely(system, moved):
             break
+    return moved
+
+
+def _polished(system: WrenchMatrix, moved: _Moved, drag: Sparse) -> _Moved:
+    """Nearer to rest, as far as rounding lets Newton's method get."""
+    for _ in range(MOST_ROUNDS):
+        after = _moved(system, moved.motion + _solved(_stiffness(system, moved.pressed) + drag, moved.left))
+        if not after.size < moved.size:
+            break
+        moved = after
     return moved
 
 
@@ -96,8 +112,7 @@ def _stepped(system: WrenchMatrix, before: _Moved, drag: Sparse) -> _Moved | Non
     """Where loads, contacts and drag are in balance at the end of a step; None if that is not found."""
     moved, rest = before, before.left
     for _ in range(MOST_ROUNDS):
-        stiffness = system.matrix.T @ _stiffness(system, moved.pressed) @ system.matrix
-        way, share, size = _solved(stiffness + drag, rest), 1.0, float(np.linalg.norm(rest))
+        way, share, size = _solved(_stiffness(system, moved.pressed) + drag, rest), 1.0, float(np.linalg.norm(rest))
         while share >= SHORTEST:
             after = _moved(system, moved.motion + share * way)
             rest = after.left - drag @ (after.motion - before.motion)
@@ -151,7 +166,7 @@ def _pressed(system: WrenchMatrix, motion: Array) -> _Pressed:
 
 
 def _stiffness(system: WrenchMatrix, pressed: _Pressed) -> Sparse:
-    """(rows, rows) by how much less a contact presses if it opens or slips by a unit."""
+    """(columns, columns) by how much more contacts hold against a motion that is further by a unit."""
     from scipy.sparse import block_diag, bsr_matrix, diags  # noqa: PLC0415 -- slow to import, and few need to ask
 
     count, along = len(system.round), pressed.along
@@ -163,7 +178,7 @@ def _stiffness(system: WrenchMatrix, pressed: _Pressed) -> Sparse:
     blocks[:, 1:, 1:] = np.where(pressed.slips[:, None, None], turned[:, None, None] * across, np.identity(2))
     round_ = bsr_matrix((blocks, np.arange(count), np.arange(count + 1)), shape=(3 * count, 3 * count))
     flat = diags((pressed.rows[3 * count :] > 0.0).astype(float))
-    return block_diag([round_, flat], format="csc")
+    return system.matrix.T @ block_diag([round_, flat], format="csc") @ system.matrix
 
 
 def _masses(problem: Problem, system: WrenchMatrix) -> Sparse:
