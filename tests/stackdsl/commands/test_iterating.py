@@ -168,6 +168,7 @@ def test_a_watch_checks_again_when_a_scenario_is_saved(folder: Path) -> None:
         process.communicate(timeout=AMPLE)
 
 
+@pytest.mark.slow
 def test_a_watch_of_a_file_notices_what_the_file_is_made_of(folder: Path) -> None:
     (folder / "stackdsl.toml").write_text("", encoding="utf-8")
     base = folder / "base.yaml"

@@ -47,7 +47,7 @@ def fallen(trace: Trace) -> int:
 SYSTEMS = pytest.mark.parametrize("system", ["exact", "tuned"])
 
 
-@SYSTEMS
+@pytest.mark.parametrize("system", [pytest.param("exact", marks=pytest.mark.slow), "tuned"])
 def test_in_the_middle_of_a_cascade_no_count_passes_but_one_that_nothing_can_change(system: str) -> None:
     trace = played(dominoes(20, 0.4, "falls: {count: 20}"), system)
     assert 3 < fallen(trace) < 18

@@ -218,6 +218,7 @@ def knocked_out(poses: Mapping[BodyId, Pose], brick: BodyId) -> Trace:
     return played(*built(poses), Push(HIT_AT, brick, (0.0, 6.0 * MASS, 0.0)), hold=0.6)
 
 
+@pytest.mark.slow
 def test_a_tower_without_a_plank_of_level_2_tips_as_far_as_the_gap() -> None:
     #   Levels 3 and 4 turn about the inner edge of L2.1 until their other end lies on level 1: sin a = t / (L - w)
     poses = four_stack(range(1, 5))

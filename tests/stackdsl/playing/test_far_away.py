@@ -73,7 +73,13 @@ BLOCK = "- bricks: [{name: block, at: [5 m, 0 mm, 500 mm], brick: {size: [1 m, 1
 SHOT = "{size: [8 mm, 20 mm, 7 mm], density: 8000 kg/m3}"
 
 
-@pytest.mark.parametrize("build", [POST, POST + BLOCK], ids=["alone", "with a block five metres away"])
+@pytest.mark.parametrize(
+    "build",
+    [
+        pytest.param(POST, id="alone", marks=pytest.mark.slow),
+        pytest.param(POST + BLOCK, id="with a block five metres away"),
+    ],
+)
 def test_a_fast_hit_moves_what_it_hits_whatever_stands_elsewhere(build: str) -> None:
     #   9 g at 15 m/s give a plank of 12 g at least 6.4 m/s.
     throw = f"{{at: plank, from: {{bearing: 90 deg, distance: 100 mm}}, speed: 15 m/s, name: shot, brick: {SHOT}}}"
@@ -96,6 +102,7 @@ def test_how_thin_a_brick_is_that_is_set_down_elsewhere_changes_no_digit_of_what
         assert repr(sheet.tracks[name].final) == repr(plate.tracks[name].final)
 
 
+@pytest.mark.slow
 def test_how_many_bricks_lie_elsewhere_changes_no_digit_of_what_gives_way() -> None:
     #   Two that stand and two that fall on them: with a third that stands, as many are not frozen as move.
     debris = """
@@ -136,6 +143,7 @@ def test_a_tower_topples_alike_whatever_is_done_elsewhere_meanwhile(done: str) -
     assert beside.onset == alone.onset
 
 
+@pytest.mark.slow
 def test_when_something_is_frozen_elsewhere_is_not_when_a_fall_is_seen() -> None:
     #   Looks are a hundredth of a second apart. The clock is a sum of what passes between them.
     late = "{{at: {at} s, insert: {{name: late, at: [10 m, 10 m, 3.9 mm]}}}}"

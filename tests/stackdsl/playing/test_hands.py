@@ -114,7 +114,7 @@ def left_behind(way_m: float, speed: float, friction: float) -> float:
 
 
 @pytest.mark.parametrize("system", ["exact", "tuned"])
-@pytest.mark.parametrize("share", [0.9, 4.0])
+@pytest.mark.parametrize("share", [pytest.param(0.9, marks=pytest.mark.slow), 4.0])
 def test_it_is_left_behind_where_the_hand_accelerates_by_more_than_friction_bears(system: str, share: float) -> None:
     way_mm, friction = 30.0, 0.05
     speed = 15.0 / 8.0 * (share * friction * 9.81 * way_mm / 1e3 * 3.0**0.5 / 10.0) ** 0.5

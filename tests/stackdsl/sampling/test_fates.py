@@ -65,6 +65,7 @@ TOWERS = {
     "at one moment": "- harmonic: {bricks: 6, share: 90 %}\n  jitter: {position: 2 mm, yaw: 2 deg}",
     "misses": "- column: {levels: 3}\n  every: 1 s\n  jitter: {position: 20 mm, yaw: 40 deg}",
 }
+COSTLY = ("column", "four-stack")
 
 
 def cold(design: Design, sample: int) -> int:
@@ -73,7 +74,9 @@ def cold(design: Design, sample: int) -> int:
     return asked_anew(design, hands.placed(0)) if hands.fits[0] else Fate.UNFIT
 
 
-@pytest.mark.parametrize("name", TOWERS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] if name in COSTLY else []) for name in TOWERS]
+)
 def test_no_verdict_differs_when_a_sample_is_asked_cold(name: str) -> None:
     design = designed(TOWERS[name])
     found = fates_of(design, some(60))
