@@ -16,31 +16,14 @@ MOST_POINTS = 100  # of contacts: beyond, to make a start exact takes seconds
 
 def lets_go(problem: Problem, tolerances: Tolerances) -> Start | None:
     """A proven start of bricks that can rest, however many they are; None if none is found with little work."""
-    if any(len(contact.normals_W) > 1 for contact in problem.contacts):
-        return None
-    free = free_fall(problem)
-    if free is not None and check_start(problem, free, tolerances).holds:
-        return free
     if sum(len(contact.points_W) for contact in problem.contacts) > MOST_POINTS:
-        return None
-    equations = start_equations(problem)
-    return start_near(problem, equations, brought_forth(problem) / equations.units[0], tolerances)
-
-
-def free_fall(problem: Problem) -> Start | None:
-    """The start in which nothing presses, which may not be lawful; None if loads turn a brick."""
-    if any(hypot(*load.torque_W) > 0.0 for load in problem.loads.values()):
-        return None
-    falling = {
-        name: (scale(1.0 / problem.bricks[name].brick.mass, load.force_W), ZERO) for name, load in problem.loads.items()
-    }
-    none = Forces(tuple(((ZERO,) * len(c.normals_W),) * len(c.points_W) for c in problem.contacts))
-    return Start(Motion(falling), none)
+        return _without_forces(problem, tolerances)
+    return _found(problem, start_equations(problem), tolerances)
 
 
 def first_start(problem: Problem, equations: StartEquations, tolerances: Tolerances) -> Start | None:
     """A proven start of a small group, which is looked for near no forces as well."""
-    start = lets_go(problem, tolerances)
+    start = _found(problem, equations, tolerances)
     if start is not None:
         return start
     return start_near(problem, equations, np.zeros((len(equations.normals), 3)), tolerances)
@@ -50,3 +33,25 @@ def start_near(problem: Problem, equations: StartEquations, forces: Array, toler
     """A proven start near forces (points, 3), in the units of the equations."""
     start = other_start(problem, equations, forces)
     return start if start is not None and check_start(problem, start, tolerances).holds else None
+
+
+def _found(problem: Problem, equations: StartEquations, tolerances: Tolerances) -> Start | None:
+    """A proven start without forces, or else near those that loads bring forth."""
+    if any(len(normals) > 1 for normals in equations.normals):
+        return None
+    start = _without_forces(problem, tolerances)
+    if start is not None:
+        return start
+    return start_near(problem, equations, brought_forth(problem) / equations.units[0], tolerances)
+
+
+def _without_forces(problem: Problem, tolerances: Tolerances) -> Start | None:
+    """The start in which nothing presses; None if it is not lawful, or loads turn a brick."""
+    if any(hypot(*load.torque_W) > 0.0 for load in problem.loads.values()):
+        return None
+    falling = {
+        name: (scale(1.0 / problem.bricks[name].brick.mass, load.force_W), ZERO) for name, load in problem.loads.items()
+    }
+    none = Forces(tuple(((ZERO,) * len(c.normals_W),) * len(c.points_W) for c in problem.contacts))
+    start = Start(Motion(falling), none)
+    return start if check_start(problem, start, tolerances).holds else None

@@ -13,14 +13,13 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from stability.mechanics.inertia import inertia_times
+from stability.mechanics.inertia import inertia_about_axes
 from stability.model import BodyId, Vec3
 from stability.statics.facts import Contact, Motion, Placed, Problem, Wrench
 
 Array: TypeAlias = NDArray[np.float64]
 Indices: TypeAlias = NDArray[np.int64]
 
-AXES: tuple[Vec3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 UPRIGHT = 0.9  # a normal with a vertical part up to this takes the vertical as the reference of its tangents
 NO_LOAD = Wrench((0.0, 0.0, 0.0))
 
@@ -95,9 +94,9 @@ def _mass(placed: list[Placed], units: tuple[float, float, float]) -> Array:
     found = np.zeros((6 * len(placed), 6 * len(placed)))
     for number, each in enumerate(placed):
         first = 6 * number
-        inertia = np.array([inertia_times(each.brick, each.pose.orientation, axis) for axis in AXES])
+        inertia = np.array(inertia_about_axes(each.brick, each.pose.orientation))
         found[first : first + 3, first : first + 3] = each.brick.mass / mass * np.identity(3)
-        found[first + 3 : first + 6, first + 3 : first + 6] = 0.5 * (inertia + inertia.T) / (mass * length**2)
+        found[first + 3 : first + 6, first + 3 : first + 6] = inertia / (mass * length**2)
     return found
 
 

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stability.mechanics.inertia import inertia_times
+from stability.mechanics.inertia import inertia_about_axes
 from stability.statics.facts import Forces, Problem, Tolerances
 from stability.statics.solvers.equilibrium import proven_forces
 from stability.statics.solvers.wrench_matrix import Array, Sparse, WrenchMatrix, wrench_matrix
@@ -34,7 +34,6 @@ FIRST, LEAST, MOST = 1.0, 1e-14, 1e12  # drag of a step, as a share of the stiff
 LESS, MORE = 0.4, 5.0  # times the drag, after a step and where none is found
 SHORTER, SHORTEST = 0.5, 0.02  # shares of what Newton's method says
 NEARER = 1e-4  # share of the rest that a whole such share has to take away
-AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -189,8 +188,7 @@ def _masses(problem: Problem, system: WrenchMatrix) -> Sparse:
     for number, name in enumerate(system.names):
         placed, scale = problem.bricks[name], system.column_scale[6 * number : 6 * number + 6]
         block = placed.brick.mass * np.identity(6)
-        moments = np.array([inertia_times(placed.brick, placed.pose.orientation, axis) for axis in AXES])
-        block[3:, 3:] = 0.5 * (moments + moments.T)
+        block[3:, 3:] = inertia_about_axes(placed.brick, placed.pose.orientation)
         blocks.append(block / np.outer(scale, scale))
     whole = block_diag(blocks, format="csr")[system.kept][:, system.kept]
     return whole / whole.diagonal().max(initial=np.finfo(float).tiny)

@@ -1,0 +1,186 @@
+"""The tables of what statics prove, by name: loads, samples, limits, remedies and what they cost."""
+
+from collections.abc import Mapping
+
+from benchmarks.figures.columns import Column, Table
+
+STATICS_TABLES: Mapping[str, Table] = {
+    "pallets": Table(
+        "pallets",
+        "settled",
+        (
+            Column("settled", "`{row}`"),
+            Column("stable", "{stable}"),
+            Column("of these guaranteed", "{guaranteed}"),
+            Column("possible", "{possible}"),
+            Column("unstable", "{unstable}"),
+            Column("undecided", "{undecided}"),
+            Column("all, s", "{seconds:sig2}"),
+            Column("the slowest, s", "{worst_s:sig2}"),
+            Column("one placement, 99 of 100, ms", "{placement_99_ms:sig2}"),
+        ),
+    ),
+    "survived": Table(
+        "survived",
+        "loads",
+        (
+            Column("144 boxes", "{row}"),
+            Column("contacts", "{contacts:,.0f}"),
+            Column("groups that do not touch", "{groups}"),
+            Column("directions solved", "{directions}"),
+            Column("72 bearings, s of one core", "{seconds:sig2}"),
+            Column("waited on two cores, s", "{waited_s:sig2}"),
+            Column("unproven, %", "{unproven_percent:sig2}"),
+            Column("survives, g", "{worst_g:.3f}"),
+        ),
+    ),
+    "outcomes": Table(
+        "outcomes",
+        "groups",
+        (
+            Column("groups that stand by friction alone", "{row}"),
+            Column("how many", "{groups}"),
+            Column("can only rest", "{rests}"),
+            Column("can let go as well", "{lets_go}"),
+            Column("not decided", "{undecided}"),
+            Column("contradicted by all modes in the plane", "{contradicted}"),
+            Column("median, ms", "{median_ms:sig2}"),
+            Column("the slowest, ms", "{worst_ms:sig2}"),
+        ),
+    ),
+    "compas-samples": Table(
+        "compas-samples",
+        "samples",
+        (
+            Column("sample", "{row}"),
+            Column("blocks", "{blocks}"),
+            Column("interfaces", "{interfaces}"),
+            Column("`exact`", "{exact}"),
+            Column("ms", "{exact_ms:sig2}"),
+            Column("unless squeezed", "{lets_go}"),
+            Column("`cra`", "{cra}"),
+            Column("times as long", "{times_slower}"),
+            Column("the file by `import`", "{own}"),
+        ),
+    ),
+    "solids-in-engines": Table(
+        "solids-in-engines",
+        "systems",
+        (
+            Column("system", "`{row}`"),
+            Column("assemblies", "{assemblies}"),
+            Column("of which stand", "{stand}"),
+            Column("fall there though they stand", "{falls_though_stable}"),
+            Column("stand there though they fall", "{stands_though_unstable}"),
+            Column("ms each", "{ms:sig2}"),
+        ),
+    ),
+    "find": Table(
+        "find",
+        "scenes",
+        (
+            Column("scene", "{row}"),
+            Column("asked", "{asked}"),
+            Column("known from", "{closed_form}"),
+            Column("truth", "{truth}"),
+            Column("stands", "{stands}"),
+            Column("falls", "{beyond}"),
+            Column("error", "{error:sig2}"),
+            Column("by", "{how}"),
+            Column("verdicts", "{verdicts}"),
+            Column("ms", "{ms:sig2}"),
+        ),
+    ),
+    "slopes": Table(
+        "slopes",
+        "scenes",
+        (
+            Column("scene, margin", "{row}"),
+            Column("numbers", "{numbers}"),
+            Column("that matter", "{matter}"),
+            Column("slopes from duals that differences confirm", "{agree}"),
+            Column("that they contradict", "{contradicted}"),
+            Column("kinks", "{kinks}"),
+            Column("a slope from duals, ms", "{duals_ms:sig2}"),
+            Column("a slope from differences, ms", "{differences_ms:sig2}"),
+        ),
+    ),
+    "statics": Table(
+        "statics",
+        "costs",
+        (
+            Column("question", "{row}"),
+            Column("cost, ms", "{cost_ms:sig2}"),
+            Column("error", "{error:sig1} {error_of}"),
+        ),
+    ),
+    "compas": Table(
+        "against-compas",
+        "counts",
+        (
+            Column("blocks", "{row}"),
+            *(
+                Column(f"`{program}`, {told}", f"{{{program}_{key}:sig2}}")
+                for program in ("rbe", "cra")
+                for told, key in (
+                    ("four-stack", "stack"),
+                    ("wall", "wall"),
+                    ("column at 0.95", "column_95"),
+                    ("column at 1.05", "column_105"),
+                )
+            ),
+        ),
+        ("5", "10", "20", "50", "100"),
+    ),
+    "pulls": Table(
+        "mending",
+        "pulls",
+        (
+            Column("tower", "{row}"),
+            Column("single pulls: stand, fall", "{stand}, {fall}"),
+            Column("wrong", "{wrong} of {pulls}"),
+            Column("a pull, ms", "{pull_ms:sig2}"),
+            Column("longest order", "{longest}, at most {at_most}"),
+            Column("falls soonest with", "{soonest}"),
+            Column("both orders, s", "{orders_s:sig2}"),
+        ),
+    ),
+    "mending": Table(
+        "mending",
+        "piles",
+        (
+            Column("random piles", "{row}"),
+            Column("mended", "{mended} of {piles}"),
+            Column("verified", "{verified}"),
+            Column("by one shift", "{one_shift}"),
+            Column("several shifts", "{several_shifts}"),
+            Column("a counterweight", "{counterweight}"),
+            Column("friction", "{friction}"),
+            Column("props alone", "{props}"),
+            Column("s, median and worst", "{median_s:sig2}, {worst_s:sig2}"),
+        ),
+    ),
+    "remedies": Table(
+        "mending",
+        "remedies",
+        (
+            Column("told", "{row}"),
+            Column("times", "{told}"),
+            Column("for all of the pile", "{of_all}"),
+            Column("stand", "{stand}"),
+            Column("fall", "{fall}"),
+            Column("not said", "{not_said}"),
+            Column("fall with less", "{fall_with_less}"),
+        ),
+    ),
+    "thesis-against-exact": Table(
+        "thesis-against-exact",
+        "piles",
+        (
+            Column("`thesis` says", "{row}"),
+            Column("truly stable", "{stable}"),
+            Column("truly unstable", "{unstable}"),
+        ),
+        ("stable", "unstable"),
+    ),
+}
