@@ -137,7 +137,8 @@ def test_a_ladder_keeps_the_wall_it_needs_and_does_without_the_one_at_its_foot()
 
 @pytest.mark.parametrize("friction", [0.0, 0.5])
 def test_a_plank_that_hangs_over_a_table_jams_between_walls(friction: float) -> None:
-    # It tips but for the walls, between which its diagonal does not fit. A smooth table needs both of them to press.
+    # It tips but for the walls, between which its diagonal does not fit: they push at opposite corners, 8 mm apart in
+    # height, and N x 8 mm = W x 10 mm balances the weight beyond the edge even where all is smooth.
     table = Contact("table", "p01", level_patch((-0.06, -0.01), 0.0), (UP,), friction)
     hanging = replace(column([0.0]), contacts=[table])
     assert balance(hanging).motion is not None
