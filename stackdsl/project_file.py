@@ -10,16 +10,23 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from stackdsl.disk import LeadsOutsideError, refuse_outside, unlinked
+
 GOLDEN: Final = Path("golden")
 SCENARIOS: Final = Path("scenarios")
 OWN_FILE: Final = "stackdsl.toml"
 SHARED_FILE: Final = "pyproject.toml"
 KEYS: Final = ("golden", "scenarios")
 STATE: Final = ".stackdsl"  # what is remembered from call to call; nothing is lost with it
+STATE_PARTS: Final = (("passed",), ("pending",), ("failed.json",), (".gitignore",))  # what is in it
+LINKED: Final = f"remove the link, or mark a folder above as the root by a file {OWN_FILE}"
 
 
 class ProjectError(ValueError):
-    """The file that marks a project cannot be read, or says what it cannot mean; the message says which, and where."""
+    """The file that marks a project cannot be read or says what it cannot mean, or a link leads out of the project.
+
+    The message says which, where and what to do.
+    """
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,9 +37,31 @@ class Project:
     scenarios: Path = SCENARIOS
     root: Path | None = None  # None where nothing marks one
 
+    def goldens(self, asked: Path | None = None) -> Path:
+        """The directory of golden files: the one that was asked for, or else the project's own.
+
+        Raises ProjectError where it is written as inside the project, and a link leads it outside.
+        """
+        golden = asked or self.golden
+        try:
+            refuse_outside(golden, self.root or Path())
+        except LeadsOutsideError as error:
+            raise ProjectError(f"{golden}: {error.strerror}; {LINKED}") from error
+        return golden
+
     def state(self, golden: Path) -> Path:
-        """Where to remember what concerns a directory of golden files."""
+        """Where to remember what concerns a directory of golden files.
+
+        Raises ProjectError where it, or a part of it, is a link.
+        """
         home = self.root if self.root is not None and golden == self.golden else golden.parent
+        for part in STATE_PARTS:
+            try:
+                unlinked(home / STATE, *part)
+            except LeadsOutsideError as error:
+                raise ProjectError(f"{error.filename} is a link, which is not followed; remove it") from error
+            except OSError:  # what cannot be looked at remembers nothing
+                continue
         return home / STATE
 
 
@@ -101,12 +130,20 @@ def _project(folder: Path, file: Path, settings: Mapping[str, object]) -> Projec
     for key, value in settings.items():
         if key not in KEYS:
             raise ProjectError(f"{_seen(file)}: unknown key '{key}' of stackdsl; there are {' and '.join(KEYS)}")
-        if not isinstance(value, str) or not value or os.path.isabs(value):
+        if not isinstance(value, str) or not value or os.path.isabs(value) or ".." in Path(value).parts:
             raise ProjectError(f'{_seen(file)}: {key} is to be a directory below the file, such as {key} = "{key}"')
     golden, scenarios = (
         str(settings.get(key, default)) for key, default in zip(KEYS, (GOLDEN, SCENARIOS), strict=True)
     )
     return Project(_seen(folder / golden), _seen(folder / scenarios), _seen(folder))
+
+
+def home_of(folder: Path) -> Path:
+    """The root of the project around a folder; the folder itself where nothing that can be read marks one."""
+    try:
+        return root_around(folder.absolute()) or folder
+    except ProjectError:
+        return folder
 
 
 def _seen(path: Path) -> Path:

@@ -28,6 +28,7 @@ LAYERS = {
         {"published", "exact"},
     ),
     "stackdsl": (
+        {"disk"},
         {"exits", "diagnostics", "entry_points", "measure", "project_file", "proof_margins", "timeline", "wording"},
         {"ensemble", "reading", "trace"},  # a claim judges a trace, so what happened is plain data below the language
         {"language"},

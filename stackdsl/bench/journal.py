@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stackdsl.bench.run_record import MalformedRecordError, Record, line_of, record_of
+from stackdsl.disk import make_asked, read_file, refuse_outside, write_asked
+from stackdsl.project_file import home_of
 
 NAME = "runs.jsonl"
 ASIDE = "runs.of-other-jobs.jsonl"
@@ -29,13 +31,14 @@ class Journal:
 
     def begin(self) -> None:
         """An empty file; one from before is kept beside it, under its name with `.old`."""
-        self.folder.mkdir(parents=True, exist_ok=True)
+        make_asked(self.folder, home_of(Path()))
         if self.path.exists():
             self.path.replace(self.path.with_suffix(".jsonl.old"))
         self.path.touch()
 
     def add(self, record: Record) -> None:
         """Write one run, and see it on its way to the disk."""
+        refuse_outside(self.path, self.folder)
         with self.path.open("a", encoding="utf-8") as file:
             file.write(line_of(record) + "\n")
             file.flush()
@@ -50,7 +53,7 @@ class Journal:
 
         Those that nobody wants now are put beside it, and are found there when they are wanted again.
         """
-        self.folder.mkdir(parents=True, exist_ok=True)
+        make_asked(self.folder, home_of(Path()))
         held = self.held()
         found = {record.id: record for record in held if record.id in wanted and record.done}
         others = {record.id: record for record in held if record.id not in wanted}
@@ -67,7 +70,7 @@ class Journal:
 
 def _rewrite(path: Path, records: Iterable[Record]) -> None:
     fresh = path.with_suffix(".jsonl.new")
-    fresh.write_text("".join(line_of(record) + "\n" for record in records), encoding="utf-8")
+    write_asked(fresh, "".join(line_of(record) + "\n" for record in records).encode(), path.parent)
     fresh.replace(path)
 
 
@@ -75,7 +78,7 @@ def _read(path: Path) -> Iterator[Record]:
     """A line that was cut off, or is of another format, is as good as none: its run is done again."""
     if not path.exists():
         return
-    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
+    for line in read_file(path).decode(errors="replace").splitlines():
         try:
             yield record_of(line)
         except MalformedRecordError:

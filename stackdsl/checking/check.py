@@ -182,7 +182,7 @@ def recalled(case: Listed, terms: Terms) -> VariantResult | None:
     """What came of a case when it was last played, if that is remembered and all that it came from is as it was."""
     if terms.golden is None or terms.update or not _may_be_known(case, terms):
         return None
-    digest = text_digest(content(golden_file(terms.golden, case.identity)))
+    digest = text_digest(content(golden_file(terms.golden, case.identity), terms.golden))
     return from_record(terms.memory.recall(_key(case, digest, terms))) if digest else None
 
 

@@ -11,11 +11,13 @@ from typing import Final
 
 from stackdsl.compiling.compiler import bricks_at_most, compile_timeline
 from stackdsl.diagnostics import Diagnostic, Span, once
+from stackdsl.disk import leads_outside
 from stackdsl.importing.expansion import whole
 from stackdsl.language.choices import compact
 from stackdsl.language.schema import Scenario
 from stackdsl.language.validation import validate
 from stackdsl.language.variants import Variant, expand
+from stackdsl.project_file import OWN_FILE, home_of
 from stackdsl.reading.characters import visible
 from stackdsl.reading.composing import Library
 from stackdsl.reading.source import MAX_BYTES, Loaded, Source, load, parsed
@@ -165,15 +167,26 @@ def _inside(folder: Path, unreadable: list[Diagnostic]) -> list[Path]:
         why = f"cannot read the directory: {error.strerror}"
         unreadable.append(_unreadable(str(error.filename), why, "let it be read, or name the files that are meant"))
 
-    for parent, folders, names in _folders(folder, missed):
+    home = home_of(folder)
+
+    def is_inside(path: Path) -> bool:
+        if not path.is_symlink() or not leads_outside(path, home):
+            return True
+        why, hint = "a link leads out of the project", f"remove it, or mark a folder above as the root by {OWN_FILE}"
+        unreadable.append(_unreadable(path.as_posix(), why, hint))
+        return False
+
+    for parent, folders, names in _folders(folder, missed, is_inside):
         # A directory that is called like a scenario is a mistake worth telling.
         # And what begins with an underscore is only there for others to take from.
         alike = [file for name in (*names, *folders) if _is_named_alike(file := Path(parent, name))]
         found += [file for file in alike if not file.name.startswith("_")]
-    return [file for file in sorted(found) if _can_be_read(file, unreadable)]
+    return [file for file in sorted(found) if is_inside(file) and _can_be_read(file, unreadable)]
 
 
-def _folders(folder: Path, missed: Callable[[OSError], None]) -> Iterator[tuple[str, list[str], list[str]]]:
+def _folders(
+    folder: Path, missed: Callable[[OSError], None], is_inside: Callable[[Path], bool]
+) -> Iterator[tuple[str, list[str], list[str]]]:
     """What `os.walk` tells, each directory once: where it is, rather than where links lead to it, if that is inside."""
     seen: set[str] = set()
     waiting = [folder]
@@ -184,7 +197,8 @@ def _folders(folder: Path, missed: Callable[[OSError], None]) -> Iterator[tuple[
                 continue
             seen.add(true)
             yield parent, folders, names
-            waiting += [link for name in sorted(folders) if (link := Path(parent, name)).is_symlink()]
+            links = [link for name in sorted(folders) if (link := Path(parent, name)).is_symlink()]
+            waiting += [link for link in links if is_inside(link)]
 
 
 def _can_be_read(file: Path, unreadable: list[Diagnostic]) -> bool:

@@ -7,30 +7,36 @@ what failed, always. A record says its own digest; one that does not fit, is cut
 
 import json
 import os
-import shutil
+import re
 from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field, replace
 from functools import cache, cached_property
 from hashlib import sha256
 from pathlib import Path
-from secrets import token_hex
 from time import time
 from typing import TYPE_CHECKING, Final
 
 from stackdsl.checking.code_digest import code_is_older, program_digest
+from stackdsl.disk import read_file, replace_file, unlinked
 from stackdsl.outcome import GoldenStatus, VariantResult
 
 if TYPE_CHECKING:
     from pydantic import TypeAdapter
 
 KEPT: Final = 14 * 86400.0  # [s] that what another program remembered is kept since it was last used
+PROGRAM: Final = re.compile(r"[0-9a-f]{32}")  # the name of a directory that remembers what a program found
+RECORD: Final = re.compile(r"[0-9a-f]{64}\.json|\.[0-9a-f]{16}\.tmp")  # those of its files, whole and under way
 IGNORED: Final = "# Nothing is lost with this directory, and nothing here is for others.\n*\n"
 
 
 @dataclass
 class Memory:
-    """What is remembered in a directory; one that cannot be written, or that is not meant to be used, stays empty."""
+    """What is remembered in a directory; one that cannot be written, or that is not meant to be used, stays empty.
+
+    Whoever sent the project may have made this directory. Where it, or a part of it, is a link, nothing is read from
+    there and nothing is written to it; and only what has a name that this program gives is removed.
+    """
 
     folder: Path  # such as `.stackdsl` of a project
     used: bool = True  # whether passes and files are remembered; what failed last always is
@@ -43,7 +49,8 @@ class Memory:
 
     @property
     def _records(self) -> Path:
-        return self.folder / "passed" / self.program[:32]
+        """The records of this program. Raises LeadsOutsideError where a link is in its place."""
+        return unlinked(self.folder, "passed", self.program[:32])
 
     def key(self, *parts: object) -> str:
         """The name of a record of this program."""
@@ -54,7 +61,7 @@ class Memory:
         if not self.used:
             return None
         with suppress(OSError, ValueError, RecursionError):
-            head, _, text = (self._records / f"{key}.json").read_bytes().partition(b"\n")
+            head, _, text = read_file(unlinked(self._records, f"{key}.json")).partition(b"\n")
             if head.decode() == _digest(key.encode() + text):
                 value: object = json.loads(text)
                 return value
@@ -71,10 +78,11 @@ class Memory:
             return
         with suppress(OSError):  # a disk that takes nothing costs time only
             if code_is_older() and program_digest() == self.program:
-                self._prepare(self._records)
+                records = self._records
+                self._prepare(records)
                 for key, value in self._written:
                     text = json.dumps(value).encode()
-                    _put(self._records / f"{key}.json", _digest(key.encode() + text).encode() + b"\n" + text)
+                    replace_file(records / f"{key}.json", _digest(key.encode() + text).encode() + b"\n" + text)
                 self._forget_others()
         self._written.clear()
 
@@ -82,19 +90,22 @@ class Memory:
         folder.mkdir(parents=True, exist_ok=True)
         ignored = self.folder / ".gitignore"
         if not ignored.exists():
-            _put(ignored, IGNORED.encode())
+            replace_file(ignored, IGNORED.encode())
 
     def _forget_others(self) -> None:
         """Let go of what other programs remembered long ago."""
-        os.utime(self._records)
-        for folder in self._records.parent.iterdir():
-            if time() - folder.stat().st_mtime > KEPT:
-                shutil.rmtree(folder, ignore_errors=True)
+        own = self._records
+        os.utime(own)
+        with os.scandir(own.parent) as entries:
+            others = [entry for entry in entries if PROGRAM.fullmatch(entry.name)]
+        for entry in others:
+            if entry.is_dir(follow_symlinks=False) and time() - entry.stat(follow_symlinks=False).st_mtime > KEPT:
+                _remove_records(unlinked(own.parent, entry.name))
 
     def failed(self) -> frozenset[str]:
         """The names of the cases that failed when they were last played."""
         with suppress(OSError, ValueError, RecursionError):
-            names = json.loads((self.folder / "failed.json").read_bytes())
+            names = json.loads(read_file(unlinked(self.folder, "failed.json")))
             if isinstance(names, list):
                 return frozenset(name for name in names if isinstance(name, str))
         return frozenset()
@@ -105,8 +116,8 @@ class Memory:
         names = (before - frozenset(played)) | frozenset(failed)
         if names != before:
             with suppress(OSError):
-                self._prepare(self.folder)
-                _put(self.folder / "failed.json", json.dumps(sorted(names)).encode())
+                self._prepare(unlinked(self.folder))
+                replace_file(self.folder / "failed.json", json.dumps(sorted(names)).encode())
 
 
 def may_be_remembered(result: VariantResult) -> bool:
@@ -140,11 +151,10 @@ def _digest(data: bytes) -> str:
     return sha256(data).hexdigest()
 
 
-def _put(file: Path, data: bytes) -> None:
-    """Write a file as a whole: another process, or one that is killed, leaves it as it was, or as it is to be."""
-    fresh = file.with_name(f".{token_hex(8)}.tmp")
-    try:
-        fresh.write_bytes(data)
-        fresh.replace(file)
-    finally:
-        fresh.unlink(missing_ok=True)
+def _remove_records(folder: Path) -> None:
+    """Remove the records in a directory, and it as well unless it holds something else."""
+    with suppress(OSError):
+        for name in os.listdir(folder):
+            if RECORD.fullmatch(name):
+                (folder / name).unlink(missing_ok=True)
+        folder.rmdir()

@@ -12,6 +12,7 @@ from typing import TypeAlias
 from stackdsl.checking.gathering import STDIN, Case, cases_of, files_under, gather, identity_of, loaded_from
 from stackdsl.checking.memory import Memory
 from stackdsl.diagnostics import Diagnostic
+from stackdsl.disk import read_file
 from stackdsl.importing.expansion import whole
 from stackdsl.importing.load_formats import MAX_IMPORTED
 from stackdsl.reading.characters import visible
@@ -168,11 +169,10 @@ def survey(paths: Sequence[Path], memory: Memory) -> Surveyed:
 
 def _digest_of(path: Path) -> str:
     """The digest of a file's text; empty where it cannot be read, or is not to be."""
-    if path == STDIN or not path.is_file():
+    if path == STDIN or not path.is_file():  # what a shell gives as a pipe can be read only once
         return ""
     try:
-        with path.open("rb") as stream:
-            data = stream.read(MAX_IMPORTED + 1)
+        data = read_file(path, MAX_IMPORTED + 1)
     except OSError:
         return ""
     return sha256(data).hexdigest()

@@ -17,6 +17,7 @@ from stackdsl.checking.gathering import gather
 from stackdsl.checking.selection import Selection, why_nothing
 from stackdsl.commands.options import LONGEST_LIMIT, ON_KEYWORD, ON_TAGS, FilePath, Number, SystemChoice, refuse_missing
 from stackdsl.commands.terminal import paper, progress, tell, write
+from stackdsl.disk import write_asked
 from stackdsl.exits import ExitCode
 from stackdsl.outcome import RunStatus
 from stackdsl.report.diagnostic_text import diagnostic_text
@@ -149,13 +150,13 @@ def _some(names: Sequence[str]) -> str:
 
 
 def _write_down(found: Bench, output: Path) -> None:
-    (output / "bench.json").write_text(bench_json(found), encoding="utf-8")
+    write_asked(output / "bench.json", bench_json(found).encode(), output)
     try:
         drawn = bool(draw(found.points, output))
     except PlotMissingError as error:
         drawn = False
         tell(str(error))
-    (output / "speed-against-error.md").write_text(bench_page(found, drawn), encoding="utf-8")
+    write_asked(output / "speed-against-error.md", bench_page(found, drawn).encode(), output)
 
 
 def _exit_code(found: Bench, mistakes: bool) -> ExitCode:

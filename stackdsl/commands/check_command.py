@@ -19,10 +19,12 @@ from stackdsl.commands.check_options import Asked, with_options
 from stackdsl.commands.formats import Output, Style, outputs_of, write_report
 from stackdsl.commands.selecting import code_without_runs, warn_of_nothing
 from stackdsl.commands.terminal import progress, tell
+from stackdsl.disk import read_file
 from stackdsl.exits import ExitCode
 from stackdsl.outcome import Report, exit_code
 from stackdsl.project_file import Project, ProjectError, project_of
 from stackdsl.reading.characters import visible
+from stackdsl.reading.source import MAX_BYTES
 from stackdsl.snapshots.golden import GoldenWriteRefusedError, is_ci, refuse_in_ci
 from stackdsl.snapshots.pending import Waiting
 
@@ -45,8 +47,8 @@ def check_command(context: click.Context, **asked: Unpack[Asked]) -> None:
     paths, places = _places(asked["paths"])
     project = project_around(paths)
     paths = paths or (project.scenarios,)
-    golden = asked["golden"] or project.golden
-    memory = Memory(project.state(golden), asked["cache"])
+    golden, state = goldens_and_state(project, asked["golden"])
+    memory = Memory(state, asked["cache"])
     found = survey(paths, memory)
     scenarios = project.scenarios if project.root is not None else None
     terms = _terms(asked, golden, scenarios, memory, found)
@@ -100,7 +102,7 @@ def _terms(asked: Asked, golden: Path, scenarios: Path | None, memory: Memory, f
         lock_new=not is_ci(os.environ) and not asked["refine"],
         first_failure=asked["first_failure"],
         memory=memory,
-        waiting=Waiting(memory.folder) if not is_ci(os.environ) and not asked["refine"] else None,
+        waiting=Waiting(memory.folder, golden) if not is_ci(os.environ) and not asked["refine"] else None,
         digests=found.digests,
     )
 
@@ -150,6 +152,18 @@ def project_around(paths: Sequence[Path]) -> Project:
         raise click.UsageError(str(error)) from error
 
 
+def goldens_and_state(project: Project, golden: Path | None = None) -> tuple[Path, Path]:
+    """The directory of golden files, by default the project's own, and that of what is remembered of them.
+
+    Raises click.UsageError where a link leads one of them away.
+    """
+    try:
+        folder = project.goldens(golden)
+        return folder, project.state(folder)
+    except ProjectError as error:
+        raise click.UsageError(str(error)) from error
+
+
 def _places(written: Sequence[Path]) -> tuple[tuple[Path, ...], list[tuple[str, int]]]:
     """The paths meant, and the lines of files among them: `tower.yaml:12`, or with a column, as reports tell it."""
     found = [_split(path) for path in written]
@@ -162,7 +176,7 @@ def _places(written: Sequence[Path]) -> tuple[tuple[Path, ...], list[tuple[str, 
 def _refuse_beyond(path: Path, line: int | None) -> None:
     """Raise a usage error for a line beyond the end of a file."""
     try:
-        lines = path.read_bytes().splitlines() if line is not None and path.is_file() else []
+        lines = read_file(path, MAX_BYTES).splitlines() if line is not None and path.is_file() else []
     except OSError:
         return  # which is told when the file is read for its scenarios
     if lines and line is not None and line > len(lines):

@@ -9,7 +9,9 @@ from typing import Final, TypeAlias
 import click
 
 from stackdsl.commands.terminal import paper, write
+from stackdsl.disk import make_asked, write_asked
 from stackdsl.outcome import Report
+from stackdsl.project_file import home_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +99,8 @@ def write_report(report: Report, outputs: Sequence[Output], style: Style) -> Non
             write(text)
             continue
         try:
-            output.file.parent.mkdir(parents=True, exist_ok=True)
-            output.file.write_text(text, encoding="utf-8")
+            home = home_of(Path())
+            make_asked(output.file.parent, home)
+            write_asked(output.file, text.encode(), home)
         except OSError as error:
             raise click.ClickException(f"{output.file} cannot be written: {error.strerror}") from error

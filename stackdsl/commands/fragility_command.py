@@ -13,14 +13,16 @@ from stackdsl.checking.drawn_fragility import Found, Plan, draw
 from stackdsl.checking.gathering import Case
 from stackdsl.checking.memory import Memory
 from stackdsl.checking.selection import Selection
+from stackdsl.commands.check_command import goldens_and_state, project_around
 from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, Number
 from stackdsl.commands.selecting import code_without_runs, complain, selected_of
 from stackdsl.commands.terminal import counted, tell, write
+from stackdsl.disk import refuse_outside
 from stackdsl.exits import ExitCode
 from stackdsl.judging.fragility import Fragility, spaced
 from stackdsl.language.expressions import constant, unit_text
 from stackdsl.language.mistakes import MistakeError
-from stackdsl.project_file import ProjectError, project_of
+from stackdsl.project_file import home_of
 from stackdsl.report.fragility_plot import draw as draw_plot
 from stackdsl.report.fragility_text import fragility_csv, fragility_json, fragility_lines
 from stackdsl.report.survival_plot import HINT
@@ -200,11 +202,7 @@ def _end(key: str, text: str | None, intensity: Intensity) -> float | None:
 
 
 def _memory(file: Path, used: bool) -> Memory:
-    try:
-        project = project_of((file,))
-    except ProjectError as error:
-        raise click.UsageError(str(error)) from error
-    return Memory(project.state(project.golden), used)
+    return Memory(goldens_and_state(project_around((file,)))[1], used)
 
 
 # --- carried out ------------------------------------------------------------------------------------------------------
@@ -258,6 +256,7 @@ def _written(curves: Sequence[tuple[str, Fragility]], form: str) -> None:
 
 def _draw(name: str, fragility: Fragility, path: Path) -> None:
     try:
+        refuse_outside(path, home_of(Path()))
         draw_plot(name, fragility, path)
     except ModuleNotFoundError as error:
         raise click.ClickException(f"--plot needs {error.name}, which is not installed; try: {HINT}") from error

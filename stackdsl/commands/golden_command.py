@@ -14,7 +14,7 @@ import click
 from stackdsl.checking.gathering import gather
 from stackdsl.checking.keywords import KeywordError, expression_of
 from stackdsl.checking.unused_goldens import unused_goldens
-from stackdsl.commands.check_command import project_around
+from stackdsl.commands.check_command import goldens_and_state, project_around
 from stackdsl.commands.options import FilePath
 from stackdsl.commands.still_there import no_longer_cases, why_not
 from stackdsl.commands.terminal import paper, tell, write
@@ -43,14 +43,7 @@ class Place:
             is_meant = expression_of(keyword)
         except KeywordError as error:
             raise click.UsageError(str(error)) from error
-        own = os.path.relpath(self.golden, self.waiting.home)
-        below = [each for each in self.waiting.all() if all(_is_below(own, file) for file in each.files)]
-        return [each for each in below if is_meant(each.case.casefold())]
-
-
-def _is_below(folder: str, file: str) -> bool:
-    """Whether a path leads into a folder: what waits may come from whoever sent the whole directory."""
-    return Path(os.path.normpath(file)).is_relative_to(folder)
+        return [each for each in self.waiting.all() if is_meant(each.case.casefold())]
 
 
 class OfCases(click.Command):
@@ -78,8 +71,8 @@ ON_CASES = click.option("-k", "keyword", default="", help="Only cases whose name
 def golden_command(context: click.Context, golden: Path | None) -> None:
     """Say what differs from its golden file, and accept it or not."""
     project = project_around(())
-    folder = golden or project.golden
-    context.obj = Place(folder, project.scenarios, Waiting(project.state(folder)))
+    folder, state = goldens_and_state(project, golden)
+    context.obj = Place(folder, project.scenarios, Waiting(state, folder))
 
 
 @golden_command.command("status", cls=OfCases)
@@ -102,11 +95,11 @@ def _named(pending: Pending) -> str:
 
 
 def _summary(pending: Pending, place: Place) -> str:
-    count = len(pending.differences(place.waiting.home))
+    count = len(pending.differences(place.waiting))
     told = [f"{count} difference{'s' * (count != 1)}"] if count else []
     told += [f"was {visible(pending.renamed_from)}"] if pending.renamed_from else []
     told += [f"fails {len(pending.failed)} of its expectations"] if pending.failed else []
-    told += ["the golden file has changed since: check again"] if pending.is_stale(place.waiting.home) else []
+    told += ["the golden file has changed since: check again"] if pending.is_stale(place.waiting) else []
     return ", ".join(told) or "nothing is locked yet"
 
 
@@ -141,7 +134,7 @@ def review(context: click.Context, keyword: str) -> None:
 
 
 def _shown(pending: Pending, place: Place) -> str:
-    found = pending.differences(place.waiting.home)
+    found = pending.differences(place.waiting)
     rows = [{"brick": each.subject, "quantity": each.quantity, "was": each.expected, "is": each.got} for each in found][
         :MOST_SHOWN
     ]

@@ -13,6 +13,7 @@ from stackdsl.commands.import_faults import faults
 from stackdsl.commands.options import FilePath, Number
 from stackdsl.commands.terminal import tell, write
 from stackdsl.diagnostics import Diagnostic
+from stackdsl.disk import read_file
 from stackdsl.exits import ExitCode
 from stackdsl.importing.expansion import file_beside
 from stackdsl.importing.kept_surfaces import left_open
@@ -73,13 +74,12 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     of_load = {"format": format_, "load": load, "settle": settle, "point": point, "ignore": ignore, "origin": origin}
     asked = _asked(file=str(file), **of_load, length=length, mass=mass, density=density, up=up, supports=supports)
     try:
-        with file.open("rb") as stream:
-            data = stream.read(MAX_IMPORTED + 1)
+        data = read_file(file, MAX_IMPORTED + 1)
     except OSError as error:
         raise click.UsageError(f"cannot read {file}: {error.strerror}") from error
     shown = visible(file.as_posix())
     try:
-        read = read_load(data, shown, asked, lambda named: Path(file_beside(named, str(file))).read_bytes())
+        read = read_load(data, shown, asked, lambda named: read_file(Path(file_beside(named, str(file))), MAX_IMPORTED))
         found = _settled(_with_rule(read, Rule(rule) if rule else None), asked)
     except UnreadableLoadError as error:
         for mistake in error.diagnostics:

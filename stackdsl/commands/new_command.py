@@ -10,6 +10,8 @@ import click
 from stackdsl.checking.gathering import cases_of
 from stackdsl.commands.options import FilePath
 from stackdsl.commands.terminal import write
+from stackdsl.disk import make_asked
+from stackdsl.project_file import home_of
 from stackdsl.reading.source import parse
 
 SCHEMA: Final = "scenario.schema.json"  # what the JSON Schema is called in a project and in the package
@@ -48,7 +50,7 @@ def schema_seen_from(folder: Path) -> str:
 
 def make_folder(folder: Path) -> None:
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        make_asked(folder, home_of(Path()))
     except FileExistsError as error:
         raise click.UsageError(f"{folder} is no directory; write to another one") from error
     except OSError as error:

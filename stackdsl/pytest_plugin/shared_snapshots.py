@@ -95,7 +95,8 @@ class GoldenExtension(JSONSnapshotExtension):
     ) -> None:
         refuse_in_ci(os.environ)
         for snapshot in snapshot_collection:
-            write_golden(Path(snapshot_collection.location), str(snapshot.data))
+            file = Path(snapshot_collection.location)
+            write_golden(file, str(snapshot.data), file.parent.parent)
 
 
 @cache

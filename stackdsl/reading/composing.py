@@ -8,6 +8,7 @@ from pathlib import Path as FilePath
 from typing import Final
 
 from stackdsl.diagnostics import Diagnostic, Span, did_you_mean, reading_order
+from stackdsl.disk import read_file
 from stackdsl.reading.places import Places
 from stackdsl.reading.project import OutsideError, file_in_project, root_of
 from stackdsl.reading.solid_files import with_solid_files
@@ -38,8 +39,7 @@ class Library:
 
     def bytes_of(self, path: str, most: int) -> bytes:
         """What a file of another program holds, up to one byte more than `most`. Raises OSError."""
-        with FilePath(path).open("rb") as stream:
-            return stream.read(most + 1)
+        return read_file(FilePath(path), most + 1)
 
 
 class _MistakeError(Exception):

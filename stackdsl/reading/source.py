@@ -14,6 +14,7 @@ from typing import Final, TypeAlias
 import yaml
 
 from stackdsl.diagnostics import Diagnostic, Page, Span, page_of
+from stackdsl.disk import read_file
 from stackdsl.reading.characters import unreadable_characters, visible
 from stackdsl.reading.nodes import (
     BEGIN,
@@ -97,8 +98,7 @@ def load(path: FilePath) -> Loaded:
     """Read and parse a file; whatever goes wrong is a diagnostic, never an exception."""
     file = visible(path.as_posix())
     try:
-        with path.open("rb") as stream:
-            data = stream.read(MAX_BYTES + 1)  # bounded, for `path` may be a device
+        data = read_file(path, MAX_BYTES + 1)
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         reason = getattr(error, "strerror", None) or str(error)
         missing = isinstance(error, FileNotFoundError)

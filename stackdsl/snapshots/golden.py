@@ -11,13 +11,14 @@ from pathlib import Path
 from secrets import token_hex
 from time import time
 
+from stackdsl.disk import NOT_REGULAR, LeadsOutsideError, read_file, refuse_outside
 from stackdsl.outcome import GoldenResult, GoldenStatus
 from stackdsl.snapshots.canonical import document
 from stackdsl.snapshots.compact import golden_text
 from stackdsl.snapshots.comparison import compare_documents
 from stackdsl.snapshots.file_names import NEW_NAME, OLD_NAME, golden_file
 from stackdsl.snapshots.keepers import is_kept, is_there, keeper_in
-from stackdsl.snapshots.record import COMPACT_FORMAT, FORMAT, MalformedSnapshotError, Snapshot
+from stackdsl.snapshots.record import COMPACT_FORMAT, FORMAT, Identity, MalformedSnapshotError, Snapshot
 from stackdsl.snapshots.stamp import differ_in_engine, stamp_note
 
 WRITABLE = "make room for it, or name another directory by --golden"
@@ -25,6 +26,7 @@ CONFLICT = re.compile(r"^(?:<{7}|>{7})(?: |$)", re.MULTILINE)  # as git leaves i
 STAMP_LINE = re.compile(r'^  "stamp": \{[^\n]*\},$', re.MULTILINE)
 FORMAT_KEY = re.compile(rb'"format":\s*(\d+)')
 TEMPORARY = ".golden.tmp"  # ends the name of a file that is being written
+LEFT_NAME = re.compile(r"\.[0-9a-f]+" + re.escape(TEMPORARY))
 HEAD = 256  # [bytes] of a golden file that say what it is
 LEFT_OVER = 3600.0  # [s] a temporary file of this age belongs to a run that was killed
 NOT_CI = ("", "0", "false", "no")  # values of the environment variable CI that mean the opposite
@@ -57,7 +59,7 @@ def check_golden(
     if update or lock_new:
         refuse_in_ci(os.environ)
     path = golden_file(directory, snapshot.identity)
-    found = content(path)
+    found = content(path, directory)
     kept, keeper = keeper_in(found), kept_by
     if is_there(kept, directory):
         keeper = kept
@@ -66,14 +68,14 @@ def check_golden(
         return GoldenResult(GoldenStatus.SAME, path.as_posix(), digest=text_digest(found))
     result = judged_content(path.as_posix(), found, document(snapshot))
     if result.status is GoldenStatus.MISSING and lock_new and not update:
-        return _written(path, text, result, GoldenStatus.NEW)
+        return _written(path, directory, text, result, GoldenStatus.NEW)
     agrees = result.status is GoldenStatus.SAME
     of_another_format = isinstance(found, bytes) and _format_of(found) != _format_of(text.encode("ascii"))
     outgrown = agrees and (of_another_format or kept != keeper)
     if not update or (result.status in LEFT_ALONE and not (agrees and (result.note or outgrown))):
         return replace(result, offered="" if agrees else text)
     was = found.decode("utf-8") if isinstance(found, bytes) and agrees and not outgrown else ""
-    return _written(path, restamped(was, text) if agrees else text, result, GoldenStatus.WRITTEN)
+    return _written(path, directory, restamped(was, text) if agrees else text, result, GoldenStatus.WRITTEN)
 
 
 def _format_of(text: bytes) -> bytes:
@@ -82,26 +84,29 @@ def _format_of(text: bytes) -> bytes:
     return found[1] if found else b""
 
 
-def _written(path: Path, text: str, result: GoldenResult, status: GoldenStatus) -> GoldenResult:
+def _written(path: Path, directory: Path, text: str, result: GoldenResult, status: GoldenStatus) -> GoldenResult:
     try:
-        write_golden(path, text)
+        write_golden(path, text, directory)
     except OSError as error:
         return replace(result, note=f"cannot be written: {error.strerror}; {WRITABLE}")
     return replace(result, status=status, note="", digest="")
 
 
-def content(path: Path) -> bytes | GoldenResult:
-    """All that a golden file holds, or why it cannot be read."""
+def content(path: Path, directory: Path) -> bytes | GoldenResult:
+    """All that a golden file in a directory holds, or why it cannot be read."""
     file = path.as_posix()
-    # Reading a pipe may wait for ever, and a device may have no end.
-    if path.exists() and not path.is_file() and not path.is_dir():
-        return GoldenResult(GoldenStatus.UNREADABLE, file, note="it is no regular file")
     try:
-        return path.read_bytes()
+        refuse_outside(path.parent, directory)
+        found = read_file(path)
+        refuse_outside(path, directory)
+        return found
     except FileNotFoundError:
         return GoldenResult(GoldenStatus.MISSING, file)
+    except LeadsOutsideError as error:
+        return GoldenResult(GoldenStatus.UNREADABLE, file, note=str(error.strerror))
     except OSError as error:
-        return GoldenResult(GoldenStatus.UNREADABLE, file, note=f"it cannot be read: {error.strerror}")
+        note = NOT_REGULAR if error.strerror == NOT_REGULAR else f"it cannot be read: {error.strerror}"
+        return GoldenResult(GoldenStatus.UNREADABLE, file, note=note)
 
 
 def text_digest(found: bytes | GoldenResult) -> str:
@@ -155,10 +160,22 @@ def renamed_from(snapshot: Snapshot, files: Iterable[str]) -> str:
     own = {key: got[key] for key in ("scenario", "variant", "system")}
     for file in files:
         with suppress(OSError, ValueError, RecursionError):
-            expected = _parsed(Path(file).read_text(encoding="utf-8"))
+            expected = _parsed(read_file(Path(file)).decode("utf-8"))
             if expected.get("system") == own["system"] and not compare_documents({**expected, **own}, got):
                 return file
     return ""
+
+
+def identity_in(text: str) -> Identity | None:
+    """Which run a text is the snapshot of; None where it is no snapshot that this version reads as a whole."""
+    try:
+        value = _parsed(text)
+        if compare_documents(value, value):
+            return None
+    except (ValueError, RecursionError):
+        return None
+    names = [value.get(key) for key in ("scenario", "variant", "system")]
+    return Identity(*names) if all(isinstance(name, str) for name in names) else None  # type: ignore[arg-type]
 
 
 def _parsed(text: str) -> Mapping[str, object]:
@@ -197,8 +214,12 @@ def refuse_in_ci(environment: Mapping[str, str]) -> None:
         raise GoldenWriteRefusedError("golden files are not written in CI: update them locally and review the diff")
 
 
-def write_golden(path: Path, text: str) -> None:
-    """Replace a golden file as a whole, so that no reader and no crash ever sees half of it. Raises OSError."""
+def write_golden(path: Path, text: str, directory: Path) -> None:
+    """Replace a file in a directory as a whole, so that no reader and no crash ever sees half of it.
+
+    Raises OSError, and LeadsOutsideError where a link leads it out of the directory.
+    """
+    refuse_outside(path.parent, directory)
     path.parent.mkdir(parents=True, exist_ok=True)
     _remove_left_over(path.parent)
     # Not the process id: two containers that share a volume may both be number 7.
@@ -217,7 +238,7 @@ def _remove_left_over(directory: Path) -> None:
     """Remove the temporary files of runs that were killed: no write takes as long as these are old."""
     for file in directory.glob(f".*{TEMPORARY}"):
         with suppress(OSError):  # another run may do the same
-            if time() - file.stat().st_mtime > LEFT_OVER:
+            if LEFT_NAME.fullmatch(file.name) and time() - file.stat(follow_symlinks=False).st_mtime > LEFT_OVER:
                 file.unlink()
 
 
@@ -244,10 +265,8 @@ def obsolete(directory: Path, expected: Iterable[str], whole_set: bool, checked:
 
 def _is_golden(file: Path) -> bool:
     """Whether a file in a directory of a scenario is a golden file: any other is nobody's business here."""
-    if not NEW_NAME.fullmatch(file.name) or not file.is_file():
-        return False
-    with suppress(OSError), file.open("rb") as stream:
-        return b'"format"' in stream.read(HEAD)
+    with suppress(OSError):
+        return NEW_NAME.fullmatch(file.name) is not None and b'"format"' in read_file(file, HEAD)
     return False
 
 

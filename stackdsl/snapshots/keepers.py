@@ -13,6 +13,8 @@ from errno import ENAMETOOLONG
 from pathlib import Path
 from typing import Final
 
+from stackdsl.disk import read_file
+
 ELSEWHERE: Final = "elsewhere"  # in the place of a file that is not below the project, or is none, as in a notebook
 LINE: Final = re.compile(rb'^  "kept_by": ("(?:[^"\\\n]|\\.)*"),?\r?$', re.MULTILINE)
 
@@ -56,7 +58,7 @@ def is_there(keeper: str, golden: Path) -> bool:
 def is_kept(file: Path, golden: Path, checked: Collection[str]) -> bool:
     """Whether somebody else keeps a golden file, beside those files, by their true paths, of which all is known."""
     try:
-        keeper = keeper_in(file.read_bytes())
+        keeper = keeper_in(read_file(file))
     except OSError:
         return False
     return is_there(keeper, golden) and os.path.realpath(golden.parent / keeper) not in checked

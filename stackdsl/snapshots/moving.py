@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
+from stackdsl.disk import read_file, refuse_outside
 from stackdsl.snapshots.file_names import OLD_NAME, golden_name
 from stackdsl.snapshots.record import Identity
 
@@ -20,6 +21,7 @@ def moved_to_new_names(directory: Path) -> Iterator[tuple[Path, Path | None]]:
         if new is None or new.exists():
             yield old, None
             continue
+        refuse_outside(new.parent, directory)
         new.parent.mkdir(exist_ok=True)
         old.rename(new)
         yield old, new
@@ -27,7 +29,7 @@ def moved_to_new_names(directory: Path) -> Iterator[tuple[Path, Path | None]]:
 
 def _identity(file: Path) -> Identity | None:
     with suppress(ValueError, RecursionError, KeyError, TypeError):
-        value = json.loads(file.read_bytes())
+        value = json.loads(read_file(file))
         names = [value[key] for key in ("scenario", "variant", "system")]
         if all(isinstance(name, str) for name in names):
             return Identity(*names)

@@ -8,6 +8,8 @@ from stat import S_ISREG
 from types import TracebackType
 from typing import BinaryIO, Final, Self
 
+from stackdsl.disk import refuse_outside
+from stackdsl.project_file import home_of
 from stackdsl.sweeping.file_lock import lock, unlock
 from stackdsl.sweeping.pieces import Kind
 from stackdsl.sweeping.row_text import Counts, RowsError, head_of, header_line, kind_of, number_of, refuse_other
@@ -121,6 +123,7 @@ _MORE: Final = "ask for as many samples as it has, or more; or write to another 
 def _opened(path: Path) -> int:
     """The descriptor of a file that is left as it is, as it may be of another sweep. Raises RowsError."""
     try:
+        refuse_outside(path, home_of(Path()))
         path.parent.mkdir(parents=True, exist_ok=True)
         descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
     except OSError as error:

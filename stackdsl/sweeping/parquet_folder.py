@@ -13,6 +13,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Final, Self
 
+from stackdsl.disk import make_asked
+from stackdsl.project_file import home_of
 from stackdsl.sweeping.file_lock import lock, unlock
 from stackdsl.sweeping.json_lines import JsonLines
 from stackdsl.sweeping.pieces import Kind
@@ -45,7 +47,7 @@ class ParquetFolder:
         self.path, self.plan, self.part = path, plan, part
         self.counts = Counts()
         try:
-            path.mkdir(parents=True, exist_ok=True)
+            make_asked(path, home_of(Path()))
             self._folder = os.open(path, os.O_RDONLY)
         except OSError as error:
             raise RowsError(f"{path} cannot be written: {error.strerror}") from error

@@ -11,7 +11,9 @@ from stackdsl.checking.gathering import Case
 from stackdsl.checking.one_case import played_or_blocked
 from stackdsl.checking.processes import run_supervised
 from stackdsl.checking.worker import Task, TaskResult
+from stackdsl.disk import make_asked, write_asked
 from stackdsl.outcome import Report
+from stackdsl.project_file import home_of
 from stackdsl.systems.known_systems import unplayable
 from stackdsl.viewing.check_report.index_page import index_page
 from stackdsl.viewing.check_report.shown_case import PlayedCase, ShownCase, file_name, show_case
@@ -31,7 +33,8 @@ def write_folder(
 
     All systems that play the same share a page, where any two of them can be seen side by side.
     """
-    (folder / REPLAYS).mkdir(parents=True, exist_ok=True)
+    home = home_of(Path())
+    make_asked(folder / REPLAYS, home)
     playable = [case for case in cases if case.skip is None and not unplayable(case.system)]
     golden = {result.name: result.golden for result in report.results}
     tasks = [Task(played_or_blocked, (show_case, case, golden.get(case.name)), terms.time_limit) for case in playable]
@@ -43,7 +46,7 @@ def write_folder(
 
     run_supervised(tasks, terms.workers, done, terms.on_wait)
     index = folder / "index.html"
-    index.write_text(index_page(report, pages.shown, pages.unseen), encoding="utf-8")
+    write_asked(index, index_page(report, pages.shown, pages.unseen).encode(), home)
     return index
 
 
@@ -76,7 +79,7 @@ class _Pages:
         group = self._groups[page]
         if self._told.keys() >= {*group}:
             told = [text for each in group for text in self._told.pop(each)]
-            (self.folder / file).write_text(page_of(told, page), encoding="utf-8")
+            write_asked(self.folder / file, page_of(told, page).encode(), home_of(Path()))
 
 
 def _page_name(case: Case) -> str:

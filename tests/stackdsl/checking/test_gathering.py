@@ -65,6 +65,7 @@ def test_files_come_by_name_within_a_directory_and_each_once(tmp_path: Path) -> 
 
 
 def test_links_between_directories_are_followed_and_each_file_is_called_by_where_it_is(tmp_path: Path) -> None:
+    write(tmp_path, "", "stackdsl.toml")
     for name in ("scenarios/z/here.yaml", "elsewhere/deep/there.YML"):
         write(tmp_path, GOOD, name)
     for link, target in [

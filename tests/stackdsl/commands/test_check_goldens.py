@@ -81,6 +81,7 @@ def test_the_whole_set_is_known_by_where_it_is_and_holds_a_case(stackdsl: Stackd
 
 
 def test_links_are_followed_and_remove_no_golden(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, "", "stackdsl.toml")
     write(tmp_path, GOOD, "elsewhere/good.yaml")
     write(tmp_path, GOOD.replace("good", "other"), "project/other.yaml")
     (tmp_path / "project" / "scenarios").symlink_to("../elsewhere")
@@ -94,6 +95,7 @@ def test_what_stands_behind_links_and_under_capitals_belongs_to_the_whole_set(
     stackdsl: Stackdsl, tmp_path: Path
 ) -> None:
     write(tmp_path, GOOD, "scenarios/good.yaml")
+    write(tmp_path, "", "stackdsl.toml")
     write(tmp_path, GOOD.replace("good", "linked"), "elsewhere/linked.yaml")
     write(tmp_path, GOOD.replace("good", "capital"), "scenarios/capital.YAML")
     (tmp_path / "scenarios" / "sub").symlink_to("../elsewhere")

@@ -240,7 +240,8 @@ def fifty_waiting(folder: Path) -> dict[Path, tuple[str, str]]:
     for number in range(50):
         golden = folder / "golden" / f"case-{number}" / "exact.json"
         golden.parent.mkdir(parents=True, exist_ok=True)
-        old, new = (json.dumps({"number": number, "age": age, "filling": "x" * 20_000}) for age in ("old", "new"))
+        head = {"format": 1, "scenario": f"case-{number}", "variant": "exact", "system": "exact"}
+        old, new = (json.dumps({**head, "verdict": age + "x" * 20_000}) for age in ("old", "new"))
         golden.write_text(old)
         texts[golden] = old, new
     return texts
@@ -254,7 +255,7 @@ def offer(folder: Path, texts: dict[Path, tuple[str, str]]) -> None:
     for golden, (old, new) in texts.items():
         digest = text_digest(old.encode())
         result = GoldenResult(GoldenStatus.DIFFERENT, golden.as_posix(), digest=digest, offered=new)
-        Waiting(folder / ".stackdsl").note(golden.parent.name, result, ())
+        Waiting(folder / ".stackdsl").note(f"{golden.parent.name}[exact]", result, ())
 
 
 @pytest.mark.parametrize("kills", [3, pytest.param(200, marks=pytest.mark.slow)])

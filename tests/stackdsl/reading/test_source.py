@@ -1,5 +1,6 @@
 """A scenario file as values with places: what is accepted, and from where it is read."""
 
+import os
 import pickle
 from pathlib import Path
 
@@ -218,7 +219,8 @@ def test_a_file_that_may_not_be_read_is_a_diagnostic(tmp_path: Path, monkeypatch
     def refuse(*_: object) -> None:
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr(Path, "open", refuse)  # the tests may run as root, who may read everything
+    (tmp_path / "a.yaml").touch()
+    monkeypatch.setattr(os, "open", refuse)  # the tests may run as root, who may read everything
     assert load(tmp_path / "a.yaml").diagnostics[0].message == "cannot read the file: Permission denied"
 
 
