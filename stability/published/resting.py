@@ -113,9 +113,9 @@ def _lowest_corners(upper: ConvexShape, at: Pose, plane: Plane, limits: ContactL
         return ()
     heights = {(x, y, z): (x - px) * nx + (y - py) * ny + (z - pz) * nz for x, y, z in corners_W(upper, at)}
     reach = reach_of(upper)
-    if not -reach <= min(heights.values()) <= gap_bridged(reach, nz):
+    if min(heights.values()) < -reach:
         return ()
-    return [corner for corner, height in heights.items() if height <= reach]
+    return [corner for corner, height in heights.items() if height <= gap_bridged(reach, nz)]
 
 
 def _reported(

@@ -6,6 +6,7 @@ A body that is not among the bricks of a problem is fixed: the ground, a wall, o
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
+from math import inf
 from typing import TypeAlias
 
 from stability.geometry.touching import TOUCHING
@@ -50,6 +51,8 @@ class Contact:
     points_W: tuple[Vec3, ...]  # one point, the two ends of a line, or the corners of a convex patch in order [m]
     normals_W: tuple[Vec3, ...]  # unit, from `lower` towards `upper`; their sum does not point down
     friction: float  # Coulomb coefficient
+    # By point, how far the bodies are apart there [m], 0 where they are not; empty where they are so nowhere.
+    gaps: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,6 +116,7 @@ class Tolerances:
     """How exact statics is. Lengths are shares of the smallest side of the bricks concerned: size does not matter."""
 
     gap: float = TOUCHING  # bodies this far apart, or this deep in each other, are in contact
+    within: float = inf  # [m] no wider gap is contact, whatever `gap` says; at 0, no gap at all
     # Of the forces on a brick, relative to what it carries; of their torques, relative to that and its half diagonal.
     # At 1e-9 a column of 300 planks passes a millionth beyond its limit: residuals add up over its height.
     residual: float = 1e-11

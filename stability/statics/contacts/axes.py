@@ -56,6 +56,15 @@ class Closeness:
     edges: Sequence[Axis]  # the products along which they are least deep in each other
     sines: Matrix  # of the angles between the axes of a (rows) and b
 
+    def apart(self) -> Iterator[tuple[float, Vec3]]:
+        """The gap along each normal of a face, and of edges that cross [m], and that normal.
+
+        Of edges that are parallel but for noise, noise gives the direction.
+        """
+        for axis in (*self.faces_a, *self.faces_b, *self.edges):
+            if axis.of_a is None or axis.of_b is None or self.sines[axis.of_a][axis.of_b] > NOISY_TILT:
+                yield axis.gap, axis.normal_AB_W
+
     def faces(self) -> Iterator[tuple[float, Vec3]]:
         """The gap along the normal of each face that looks at the other box [m], and that normal from a to b."""
         for axis in (*self.faces_a, *self.faces_b):

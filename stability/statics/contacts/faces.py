@@ -1,4 +1,8 @@
-"""Where two boxes lie face on face: nearly parallel faces whose overlap is within the tolerance at every corner."""
+"""Where two boxes lie face on face: nearly parallel faces whose gap counts as contact at every corner of the overlap.
+
+Of faces that gape wider at some corner, only edges and corners that meet count (`features`): a strip of two faces that
+are tilted against each other by a degree, as wide as the gap counts, would hold up what tips over an edge.
+"""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -8,6 +12,7 @@ from typing import Self
 
 from stability.geometry.clipping import within_rectangle
 from stability.geometry.polygons import doubled_area
+from stability.geometry.touching import gap_bridged
 from stability.geometry.vectors import add_scaled, dot, scale, subtract
 from stability.model import Vec3
 from stability.statics.contacts.axes import NEARLY_PARALLEL, Closeness
@@ -41,17 +46,43 @@ class Patch:
     lower: BoxSolid
     upper: BoxSolid
     points_W: tuple[Vec3, ...]  # in order [m]
+    heights: tuple[float, ...]  # of the upper body above the lower one at each [m]
     normal_W: Vec3
 
 
-def face_on_face(a: BoxSolid, b: BoxSolid, close: Closeness, reach: float, thinnest: float) -> Patch | None:
-    """The patch of two faces that are nowhere more than `reach` apart; None if there is none wider than `thinnest`."""
+@dataclass(frozen=True, slots=True)
+class Slack:
+    """What counts as touching where two bodies are a little off their places [m]."""
+
+    sideways: float  # features whose places differ by less coincide
+    off: float  # how far the two may be off: vertices less above the lowest one touch too, and gaps differ by that
+    reach: float  # what is deeper in a face does not touch it, nor what is further from it
+    within: float  # what is further from a face than that does not touch it either, whatever the reach
+
+    def rise(self, gap: float) -> float:
+        """How much higher than the lowest vertex, which is `gap` above a face, another may be that belongs to it."""
+        return min(self.off, max(self.sideways, self.reach - gap))
+
+    def widest(self, normal_W: Vec3) -> float:
+        """The widest gap along a normal that counts as contact."""
+        return gap_bridged(self.reach, normal_W[2], self.within)
+
+
+def face_on_face(a: BoxSolid, b: BoxSolid, close: Closeness, slack: Slack) -> Patch | None:
+    """The patch of two faces whose gap counts as contact all over; None if none is wider than `slack.sideways`."""
     for of_a, of_b in _facing(a, b, close):
         lower, upper, normal = _in_order(of_a, of_b)
         corners = _overlap(lower, upper)
-        if all(abs(height) <= reach for _, _, height in corners) and width(corners) > thinnest:
-            return Patch(lower.body, upper.body, _placed(lower, corners, rounding(a, b)), normal)
+        if lies_on(corners, normal, slack):
+            points, heights = _placed(lower, corners, rounding(a, b))
+            return Patch(lower.body, upper.body, points, heights, normal)
     return None
+
+
+def lies_on(corners: Sequence[Vec3], normal_W: Vec3, slack: Slack) -> bool:
+    """Whether what overlaps a face, as (x, y, height above it), lies on it all over, and is no mere line."""
+    widest = slack.widest(normal_W)
+    return all(-slack.reach <= height <= widest for _, _, height in corners) and width(corners) > slack.sideways
 
 
 def _facing(a: BoxSolid, b: BoxSolid, close: Closeness) -> Iterator[tuple[Face, Face]]:
@@ -106,15 +137,20 @@ def width(corners: Sequence[Vec3]) -> float:
     return narrowest if narrowest < inf else 0.0
 
 
-def _placed(on: Face, corners: Sequence[Vec3], slack: float) -> tuple[Vec3, ...]:
-    """The corners in W, in the plane of the face, counter-clockwise seen from outside; doubled ones once."""
+def _placed(on: Face, corners: Sequence[Vec3], slack: float) -> tuple[tuple[Vec3, ...], tuple[float, ...]]:
+    """The corners in W, in the plane of the face, counter-clockwise seen from outside; doubled ones once.
+
+    And the heights above the face [m].
+    """
     body = on.body
     first, second = body.axes[(on.axis + 1) % 3], body.axes[(on.axis + 2) % 3]
     area, _ = doubled_area([(x, y) for x, y, _ in corners])
     points: list[Vec3] = []
+    heights: list[float] = []
     # The frame of the face is right-handed where its normal is a body axis, and left-handed where it is minus that.
-    for x, y, _ in corners if area * on.sign > 0.0 else corners[::-1]:
+    for x, y, height in corners if area * on.sign > 0.0 else corners[::-1]:
         local = add_scaled(add_scaled(scale(body.half[on.axis], on.normal_W), x, first), y, second)
         if not any(dist(local, other) <= slack for other in points):
             points.append(local)
-    return tuple(add_scaled(body.pose.position_W, 1.0, local) for local in points)
+            heights.append(height)
+    return tuple(add_scaled(body.pose.position_W, 1.0, local) for local in points), tuple(heights)

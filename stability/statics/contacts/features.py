@@ -8,7 +8,7 @@ from stability.geometry.clipping import within_rectangle
 from stability.geometry.vectors import add_scaled, cross, dot, scale, subtract
 from stability.model import Vec3
 from stability.statics.contacts.axes import Axis, gap_along
-from stability.statics.contacts.faces import Face
+from stability.statics.contacts.faces import Face, Slack
 from stability.statics.contacts.normal_cones import Feature, common_normals
 from stability.statics.contacts.solids import BoxSolid
 
@@ -16,29 +16,22 @@ MERGING = 4.0  # a line of contact shorter than this many times the slack is a p
 
 
 @dataclass(frozen=True, slots=True)
-class Slack:
-    """What counts as touching where two bodies are a little off their places [m]."""
-
-    sideways: float  # features whose places differ by less coincide
-    off: float  # how far the two may be off: vertices less above the lowest one touch too, and gaps differ by that
-    reach: float  # what is further from a face than that does not touch it in any case
-
-    def rise(self, gap: float) -> float:
-        """How much higher than the lowest vertex, which is `gap` above a face, another may be that touches it."""
-        return min(self.off, max(self.sideways, self.reach - gap))
-
-
-@dataclass(frozen=True, slots=True)
 class Meeting:
     """Where body a and body b touch along a line or in a point."""
 
     points_W: tuple[Vec3, ...]  # [m]
+    heights: tuple[float, ...]  # of the one body above the other at each [m]
     normals_AB_W: tuple[Vec3, ...]  # the extreme ones, unit
+
+    def gaps_beside(self, gap: float) -> tuple[float, ...]:
+        """How far the bodies are apart at each point [m], if they are that far apart along some other direction."""
+        return tuple(max(height, gap) for height in self.heights)
 
 
 @dataclass(frozen=True, slots=True)
 class _Locus:
     points: tuple[Vec3, ...]  # in W, from the centre of the first body [m]
+    heights: tuple[float, ...]  # of the one body above the other at each [m]
     of_first: Feature
     of_second: Feature
 
@@ -46,12 +39,12 @@ class _Locus:
 def meeting(a: BoxSolid, b: BoxSolid, axis: Axis, slack: Slack) -> Meeting | None:
     """How the boxes touch along a separating axis; None if their features along it do not face each other."""
     p_AB, normal = subtract(b.pose.position_W, a.pose.position_W), axis.normal_AB_W
-    rise = slack.rise(axis.gap)
+    rise, widest = slack.rise(axis.gap), slack.widest(normal)
     if axis.of_b is None and axis.of_a is not None:
-        found = _on_face(Face.towards(normal, a, axis.of_a), b, p_AB, slack.sideways, rise)
+        found = _on_face(Face.towards(normal, a, axis.of_a), b, p_AB, slack.sideways, rise, widest)
     elif axis.of_a is None and axis.of_b is not None:
         face = Face.towards(scale(-1.0, normal), b, axis.of_b)
-        found = _swapped(_on_face(face, a, scale(-1.0, p_AB), slack.sideways, rise), p_AB)
+        found = _swapped(_on_face(face, a, scale(-1.0, p_AB), slack.sideways, rise, widest), p_AB)
     else:
         found = _crossing(a, b, axis, slack.sideways)
     if found is None:
@@ -59,26 +52,30 @@ def meeting(a: BoxSolid, b: BoxSolid, axis: Axis, slack: Slack) -> Meeting | Non
     normals = common_normals(a, found.of_first, b, found.of_second, len(found.points) > 1)
     # Features coincide up to the slack only. A normal along which the bodies are further apart is not theirs: it would
     # let a brick rest on an edge that it just misses.
-    touching = tuple(each for each in normals if gap_along(each, a, b) >= axis.gap - slack.off)
+    touching = tuple(each for each in normals if axis.gap - slack.off <= gap_along(each, a, b) <= slack.widest(each))
     points = tuple(add_scaled(a.pose.position_W, 1.0, point) for point in found.points)
-    return Meeting(points, touching or (normal,))
+    return Meeting(points, found.heights, touching or (normal,))
 
 
 def _swapped(locus: _Locus | None, p_AB: Vec3) -> _Locus | None:
     if locus is None:
         return None
-    return _Locus(tuple(add_scaled(point, 1.0, p_AB) for point in locus.points), locus.of_second, locus.of_first)
+    points = tuple(add_scaled(point, 1.0, p_AB) for point in locus.points)
+    return _Locus(points, locus.heights, locus.of_second, locus.of_first)
 
 
-def _on_face(face: Face, other: BoxSolid, p_O: Vec3, slack: float, rise: float) -> _Locus | None:
-    """The lowest feature of `other`, whose centre is at `p_O` from that of the face's body, on the face."""
+def _on_face(face: Face, other: BoxSolid, p_O: Vec3, slack: float, rise: float, widest: float) -> _Locus | None:  # noqa: PLR0913, PLR0917 -- a place, and what counts as on it
+    """The lowest feature of `other`, whose centre is at `p_O` from that of the face's body, on the face.
+
+    Of that feature, the corners of what is over the face that are no more than `widest` above it [m].
+    """
     on, normal = face.body, face.normal_W
     first, second = (face.axis + 1) % 3, (face.axis + 2) % 3
     u, v = on.axes[first], on.axes[second]
     lowest = _lowest(other, normal, rise)
     vertices = [add_scaled(p_O, 1.0, vertex) for vertex in _vertices(other, lowest)]
-    seen = [(dot(vertex, u), dot(vertex, v), 0.0) for vertex in vertices]
-    place = _within(seen, on.half[first], on.half[second], slack)
+    seen = [(dot(vertex, u), dot(vertex, v), dot(vertex, normal) - on.half[face.axis]) for vertex in vertices]
+    place = _within(seen, on.half[first], on.half[second], slack, widest)
     if not place:
         return None
     points = tuple(add_scaled(add_scaled(scale(on.half[face.axis], normal), x, u), y, v) for x, y, _ in place)
@@ -86,7 +83,7 @@ def _on_face(face: Face, other: BoxSolid, p_O: Vec3, slack: float, rise: float) 
     signs[face.axis] = face.sign
     of_on = _completed(on, (signs[0], signs[1], signs[2]), points, slack)
     from_other = [subtract(point, p_O) for point in points]
-    return _Locus(points, of_on, _completed(other, lowest, from_other, slack))
+    return _Locus(points, tuple(height for _, _, height in place), of_on, _completed(other, lowest, from_other, slack))
 
 
 def _lowest(body: BoxSolid, up: Vec3, rise: float) -> Feature:
@@ -110,20 +107,30 @@ def _vertices(body: BoxSolid, feature: Feature) -> list[Vec3]:
     return points
 
 
-def _within(vertices: list[Vec3], half_x: float, half_y: float, slack: float) -> Sequence[Vec3]:
+def _within(vertices: list[Vec3], half_x: float, half_y: float, slack: float, widest: float) -> Sequence[Vec3]:
     """The part of a feature on a face: one point, the two ends of a line, or nothing."""
-    wider: Sequence[Vec3] = within_rectangle(vertices, half_x + slack, half_y + slack)
+    wider = no_higher(within_rectangle(vertices, half_x + slack, half_y + slack), widest)
     if not wider:
         return ()
     clamped: Sequence[Vec3] = [_clamped(point, half_x, half_y) for point in wider]
     if len(vertices) == 2 and not _along_border(wider, half_x, half_y, slack):  # noqa: PLR2004 -- an edge has two ends
-        exact = within_rectangle(vertices, half_x, half_y)
+        exact = no_higher(within_rectangle(vertices, half_x, half_y), widest)
         clamped = exact if len(exact) > 1 else clamped
-    ends = max(((one, other) for one in clamped for other in clamped), key=lambda pair: dist(*pair))
-    if dist(*ends) > MERGING * slack:
+    return line_or_point(clamped, slack)
+
+
+def no_higher(corners: Sequence[Vec3], widest: float) -> Sequence[Vec3]:
+    """Those of some corners over a face, as (x, y, height above it), whose gap counts as contact."""
+    return [corner for corner in corners if corner[2] <= widest]
+
+
+def line_or_point(corners: Sequence[Vec3], slack: float) -> Sequence[Vec3]:
+    """The two corners over a face that are furthest apart; one in the middle of all if that is next to nothing."""
+    ends = max(((one, other) for one in corners for other in corners), key=lambda pair: dist(pair[0][:2], pair[1][:2]))
+    if dist(ends[0][:2], ends[1][:2]) > MERGING * slack:
         return ends
-    x, y, z = (sum(point[i] for point in clamped) / len(clamped) for i in range(3))
-    return ((x, y, z),)
+    x, y = (sum(point[i] for point in corners) / len(corners) for i in range(2))
+    return ((x, y, max(point[2] for point in corners)),)
 
 
 def _clamped(point: Vec3, half_x: float, half_y: float) -> Vec3:
@@ -159,7 +166,7 @@ def _crossing(a: BoxSolid, b: BoxSolid, axis: Axis, slack: float) -> _Locus | No
     on_a, on_b = add_scaled(p_A, along_a, u), add_scaled(p_B, along_b, v)
     point = scale(0.5, add_scaled(on_a, 1.0, on_b))
     of_a, of_b = _completed(a, of_a, [on_a], slack), _completed(b, of_b, [subtract(on_b, p_AB)], slack)
-    return _Locus((point,), of_a, of_b)
+    return _Locus((point,), (axis.gap,), of_a, of_b)
 
 
 def _closest(u: Vec3, v: Vec3, p_UV: Vec3) -> tuple[float, float]:

@@ -16,9 +16,6 @@ from math import cos, pi, sin
 from stability.geometry.vectors import dot
 from stability.model import Vec3
 
-# Share of the reach of contact up to which an overlap is none: a millionth of the smallest side, a hundred times what
-# sums of lengths leave, and more than the nanometres by which processors differ.
-ROUNDING = 5e-5
 SQUARE = sin(pi / 36.0)  # cosine between the normals of planes that are square to each other, to 5 degrees
 UPRIGHT, LEVEL = cos(pi / 6.0), sin(pi / 6.0)  # rise of a unit normal above which, and below which, it counts as such
 

@@ -19,8 +19,10 @@ APART: tuple[Vec3, ...] = ()
 Place: TypeAlias = tuple[float, float, float, float]
 
 
-def level_patch(lower: BoxSolid, upper: BoxSolid, reach: float) -> tuple[Vec3, ...] | None:
-    """The corners of the patch on the top of `lower` [m], counter-clockwise from above; APART if they do not touch.
+def level_patch(lower: BoxSolid, upper: BoxSolid, reach: float, within: float) -> tuple[tuple[Vec3, ...], float] | None:
+    """The corners of the patch on the top of `lower`, counter-clockwise from above, and the gap there [m].
+
+    The corners are APART if they do not touch, because no gap so wide counts with this reach and `within` [m].
 
     None where that is not the whole story: the two touch at most within `reach` of an edge, or side by side.
     """
@@ -34,19 +36,19 @@ def level_patch(lower: BoxSolid, upper: BoxSolid, reach: float) -> tuple[Vec3, .
     place = (x, y, cosine, sine)
     overlap = _overlap(place, lower.plan, upper.plan)
     if overlap < -reach:
-        return APART
+        return APART, 0.0
     if overlap <= reach:
         return None
     gap = qz - pz - lower.rise - upper.rise
-    if gap > reach or gap < -reach:
-        return APART
+    if gap > reach or gap < -reach or (gap > within and gap > gap_bridged(reach, 1.0, within)):
+        return APART, gap
     top = pz + lower.rise
     corners = _common(place, lower.plan, upper.plan)
-    return tuple([(px + u * ux - v * uy, py + u * uy + v * ux, top) for u, v in corners])
+    return tuple([(px + u * ux - v * uy, py + u * uy + v * ux, top) for u, v in corners]), gap
 
 
-def side_patch(a: BoxSolid, b: BoxSolid, reach: float) -> tuple[tuple[Vec3, ...], Vec3] | None:
-    """The corners of the patch on the side of `a` that `b` stands beside, and the normal of that side.
+def side_patch(a: BoxSolid, b: BoxSolid, reach: float, within: float) -> tuple[tuple[Vec3, ...], Vec3, float] | None:
+    """The corners of the patch on the side of `a` that `b` stands beside, the normal of that side, and the gap [m].
 
     The corners are APART if the gap beside it is too wide for contact. None unless both are level, their sides are
     parallel, and they face each other well away from their edges.
@@ -70,14 +72,14 @@ def side_patch(a: BoxSolid, b: BoxSolid, reach: float) -> tuple[tuple[Vec3, ...]
     if a.rise + b.rise - abs(dz) <= reach:
         return None
     sign = 1.0 if x > 0.0 else -1.0
-    if gap > gap_bridged(reach, 0.0):
-        return APART, (sign * ux, sign * uy, 0.0)
+    if gap > gap_bridged(reach, 0.0, within):
+        return APART, (sign * ux, sign * uy, 0.0), gap
     left, right = max(-half_v, sign * y - other_v), min(half_v, sign * y + other_v)
     low, high = max(-a.rise, dz - b.rise), min(a.rise, dz + b.rise)
     ux, uy = sign * ux, sign * uy
     around = ((left, low), (right, low), (right, high), (left, high))
     points = tuple([(px + half_u * ux - v * uy, py + half_u * uy + v * ux, pz + w) for v, w in around])
-    return points, (ux, uy, 0.0)
+    return points, (ux, uy, 0.0), gap
 
 
 def _overlap(place: Place, lower: PlanRectangle, upper: PlanRectangle) -> float:

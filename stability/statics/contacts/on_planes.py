@@ -1,27 +1,35 @@
-"""Where a box touches a plane: the corners of its lowest face that are within the tolerance of the plane."""
+"""Where a box touches a plane: the corners of its lowest face whose gaps to the plane count as contact."""
+
+from typing import TypeAlias
 
 from stability.geometry.separating_axes import half_extent
-from stability.geometry.touching import gap_bridged
 from stability.geometry.vectors import add_scaled, dot, scale, subtract
 from stability.model import Plane, Vec3
 from stability.statics.contacts.solids import BoxSolid
 from stability.statics.facts import UP
 
+# The points of a plane that a body touches, and how high the body is above each [m].
+PointsOnPlane: TypeAlias = tuple[tuple[Vec3, ...], tuple[float, ...]]
 
-def points_on_plane(body: BoxSolid, plane: Plane, reach: float) -> tuple[Vec3, ...]:
-    """The points of the plane that it touches, counter-clockwise seen from above the plane; none if it does not."""
+
+def points_on_plane(body: BoxSolid, plane: Plane, reach: float, widest: float) -> PointsOnPlane:
+    """The points of the plane that it touches, counter-clockwise seen from above the plane; none if it does not.
+
+    What is deeper in it than `reach` [m] does not touch, nor what is further from it than `widest` [m].
+    """
     p_PB = subtract(body.pose.position_W, plane.point_W)
     height = dot(p_PB, plane.normal_W)
     gap = height - half_extent(body.axes, body.half, plane.normal_W)
-    if gap > gap_bridged(reach, plane.normal_W[2]) or gap < -reach:
-        return ()
+    if gap > widest or gap < -reach:
+        return (), ()
     if body.plan is not None and plane.normal_W == UP:
-        return _of_plan(body, body.pose.position_W[2] - height)
-    return tuple(
-        add_scaled(add_scaled(body.pose.position_W, 1.0, corner), -height - rise, plane.normal_W)
-        for corner in _lowest_face(body, plane.normal_W)
-        if (rise := dot(corner, plane.normal_W)) + height <= reach
-    )
+        points = _of_plan(body, body.pose.position_W[2] - height)
+        return points, (gap,) * len(points)
+    corners = [(corner, dot(corner, plane.normal_W) + height) for corner in _lowest_face(body, plane.normal_W)]
+    low = [(corner, above) for corner, above in corners if above <= widest]
+    at = body.pose.position_W
+    points = tuple(add_scaled(add_scaled(at, 1.0, corner), -above, plane.normal_W) for corner, above in low)
+    return points, tuple(above for _, above in low)
 
 
 def _of_plan(body: BoxSolid, ground: float) -> tuple[Vec3, ...]:

@@ -1,24 +1,24 @@
 """Where do two bodies touch? Exact contacts from poses and shapes alone, between convex solids, and solids and planes.
 
-Bodies touch if they are no further apart, and no deeper in each other, than a tolerance, of which a gap beside a body
-has a small share only; forces then act at the corners of the overlap of two faces, at the ends of an edge, or at a
-point, and along every normal that the features admit.
+Bodies touch if they are no further apart, and no deeper in each other, than a tolerance; a gap beside a body may take
+only a small part of it. The rule holds at each point of a contact (`bridging`). Forces then act at the corners of the
+overlap of two faces, at the ends of an edge, or at a point, and along every normal that the features admit.
 Within the tolerance, noise does not change which features touch; what is aligned to rounding is taken at its word.
 Two boxes, and a box and a plane, take a shorter way to the same contacts as any two hulls.
 """
 
 from operator import itemgetter
 
-from stability.geometry.touching import reach_between
+from stability.geometry.touching import NO_GAP, gap_bridged, reach_between
 from stability.geometry.vectors import scale
 from stability.model import Plane, Vec3
 from stability.statics.contacts.axes import Closeness, closeness, disturbance
-from stability.statics.contacts.bridging import bridged
-from stability.statics.contacts.faces import LEVEL, face_on_face
-from stability.statics.contacts.features import Meeting, Slack, meeting
-from stability.statics.contacts.flush import ROUNDING, run_flush
+from stability.statics.contacts.bridging import all_bridged, gaps_of
+from stability.statics.contacts.faces import LEVEL, Slack, face_on_face
+from stability.statics.contacts.features import Meeting, meeting
+from stability.statics.contacts.flush import run_flush
 from stability.statics.contacts.level import level_patch, side_patch
-from stability.statics.contacts.on_planes import points_on_plane
+from stability.statics.contacts.on_planes import PointsOnPlane, points_on_plane
 from stability.statics.contacts.solids import BoxSolid, HullSolid, Solid, rounding, solid
 from stability.statics.facts import Contact, Tolerances
 
@@ -38,16 +38,21 @@ def contact_between(a: Solid, b: Solid, friction: float, tolerances: Tolerances)
     if not (isinstance(a, BoxSolid) and isinstance(b, BoxSolid)):
         from stability.statics.contacts.hulls.hull_touch import hull_contact  # noqa: PLC0415 -- boxes do without numpy
 
-        return hull_contact(a, b, friction, reach)
+        return hull_contact(a, b, friction, reach, tolerances.within)
     lower, upper = (a, b) if a.pose.position_W[2] <= b.pose.position_W[2] else (b, a)
-    points = level_patch(lower, upper, reach)
-    if points is not None:
-        return Contact(lower.id, upper.id, points, UP_ONLY, friction) if points else None
+    within = tolerances.within
+    level = level_patch(lower, upper, reach, within)
+    if level is not None:
+        points, gap = level
+        gaps = (gap,) * len(points) if gap > NO_GAP * reach else ()
+        return Contact(lower.id, upper.id, points, UP_ONLY, friction, gaps) if points else None
     a, b = (b, a) if a.id > b.id else (a, b)
-    side = side_patch(a, b, reach)
+    side = side_patch(a, b, reach, within)
     if side is None:
-        return _general_contact(a, b, friction, reach)
-    return Contact(a.id, b.id, side[0], (side[1],), friction) if side[0] else None
+        return _general_contact(a, b, friction, reach, within)
+    points, normal, gap = side
+    gaps = (gap,) * len(points) if gap > NO_GAP * reach else ()
+    return Contact(a.id, b.id, points, (normal,), friction, gaps) if points else None
 
 
 def contact_with_plane(a: Solid, plane: Plane, tolerances: Tolerances, friction: float | None = None) -> Contact | None:
@@ -56,10 +61,15 @@ def contact_with_plane(a: Solid, plane: Plane, tolerances: Tolerances, friction:
     `friction` is that of this body on it, where it is another than the plane's own.
     """
     reach = reach_between(a.shortest, share=tolerances.gap)
-    points = points_on_plane(a, plane, reach) if isinstance(a, BoxSolid) else _hull_on_plane(a, plane, reach)
+    widest = gap_bridged(reach, plane.normal_W[2], tolerances.within)
+    if isinstance(a, BoxSolid):
+        points, heights = points_on_plane(a, plane, reach, widest)
+    else:
+        points, heights = _hull_on_plane(a, plane, reach, widest)
     if not points:
         return None
-    return Contact(plane.id, a.id, points, (plane.normal_W,), plane.friction if friction is None else friction)
+    mu = plane.friction if friction is None else friction
+    return Contact(plane.id, a.id, points, (plane.normal_W,), mu, gaps_of(heights, reach))
 
 
 def flush_within(a: Solid, b: Solid, reach: float, overlap: float) -> bool:
@@ -72,10 +82,10 @@ def flush_within(a: Solid, b: Solid, reach: float, overlap: float) -> bool:
     return hulls_flush(a, b, reach, overlap)
 
 
-def _hull_on_plane(body: HullSolid, plane: Plane, reach: float) -> tuple[Vec3, ...]:
+def _hull_on_plane(body: HullSolid, plane: Plane, reach: float, widest: float) -> PointsOnPlane:
     from stability.statics.contacts.hulls.hull_touch import hull_on_plane  # noqa: PLC0415 -- boxes do without numpy
 
-    return hull_on_plane(body, plane, reach)
+    return hull_on_plane(body, plane, reach, widest)
 
 
 def _boxes_apart(a: Solid, b: Solid, reach: float) -> bool:
@@ -86,21 +96,21 @@ def _boxes_apart(a: Solid, b: Solid, reach: float) -> bool:
     )
 
 
-def _general_contact(a: BoxSolid, b: BoxSolid, friction: float, reach: float) -> Contact | None:
+def _general_contact(a: BoxSolid, b: BoxSolid, friction: float, reach: float, within: float) -> Contact | None:
     """The contact of two boxes in any pose; a comes first by name."""
     close = closeness(a, b, reach)
-    if close is None or run_flush(close.faces(), ROUNDING * reach):
+    if close is None or run_flush(close.faces(), NO_GAP * reach) or not all_bridged(close.apart(), reach, within):
         return None
     off, exact = disturbance(close, max(a.longest, b.longest), reach), rounding(a, b)
     sideways = min(off, SIDEWAYS * reach) + exact
-    patch = face_on_face(a, b, close, reach, sideways)
+    patch = face_on_face(a, b, close, Slack(sideways, off + exact, reach, within))
     if patch:
-        lying = Contact(patch.lower.id, patch.upper.id, patch.points_W, (patch.normal_W,), friction)
-        return bridged(lying, close.gap, reach)
-    found = _best_meeting(a, b, close, Slack(sideways, off + exact, reach))
+        gaps = gaps_of(patch.heights, reach)
+        return Contact(patch.lower.id, patch.upper.id, patch.points_W, (patch.normal_W,), friction, gaps)
+    found = _best_meeting(a, b, close, Slack(sideways, off + exact, reach, within))
     # What a gap as wide as the tolerance has displaced further still touches.
-    found = found or _best_meeting(a, b, close, Slack(reach, reach, reach))
-    return bridged(_of_meeting(a, b, found, friction), close.gap, reach) if found else None
+    found = found or _best_meeting(a, b, close, Slack(reach, reach, reach, within))
+    return _of_meeting(a, b, found, friction, gaps_of(found.gaps_beside(close.gap), reach)) if found else None
 
 
 def _best_meeting(a: BoxSolid, b: BoxSolid, close: Closeness, slack: Slack) -> Meeting | None:
@@ -116,8 +126,9 @@ def _best_meeting(a: BoxSolid, b: BoxSolid, close: Closeness, slack: Slack) -> M
     return None
 
 
-def _of_meeting(a: BoxSolid, b: BoxSolid, found: Meeting, friction: float) -> Contact:
+def _of_meeting(a: BoxSolid, b: BoxSolid, found: Meeting, friction: float, gaps: tuple[float, ...]) -> Contact:
     upwards = sum(normal[2] for normal in found.normals_AB_W)
     if upwards >= -LEVEL:
-        return Contact(a.id, b.id, found.points_W, found.normals_AB_W, friction)
-    return Contact(b.id, a.id, found.points_W, tuple(scale(-1.0, normal) for normal in found.normals_AB_W), friction)
+        return Contact(a.id, b.id, found.points_W, found.normals_AB_W, friction, gaps)
+    downwards = tuple(scale(-1.0, normal) for normal in found.normals_AB_W)
+    return Contact(b.id, a.id, found.points_W, downwards, friction, gaps)

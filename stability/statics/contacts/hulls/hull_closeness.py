@@ -30,6 +30,14 @@ class HullCloseness:
     edges: EdgePairs
     facing: list[FacePair]  # nearly parallel
 
+    def apart(self) -> Iterator[tuple[float, Vec3]]:
+        """The gap along each normal of a face, and of edges that cross [m], and that normal; as of boxes."""
+        yield from self.faces()
+        edges = self.edges
+        sines = np.linalg.norm(cross_rows(self.a.ways[edges.of_a], self.b.ways[edges.of_b]), axis=1)
+        cross = sines > NOISY_TILT
+        yield from zip(edges.gaps[cross].tolist(), map(vector, edges.normals_AB[cross]), strict=True)
+
     def faces(self) -> Iterator[tuple[float, Vec3]]:
         """The gap along the normal of each face of both [m], and that normal from a to b."""
         yield from zip(self.gaps_a.tolist(), map(vector, self.a.normals), strict=True)

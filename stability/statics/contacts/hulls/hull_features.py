@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import dist, hypot
+from math import hypot
 
 import numpy as np
 
@@ -11,7 +11,8 @@ from stability.geometry.plan import Point2
 from stability.geometry.polyhedra import Array, Hull, vector
 from stability.geometry.vectors import cross
 from stability.model import Vec3
-from stability.statics.contacts.features import MERGING, Meeting, Slack
+from stability.statics.contacts.faces import Slack
+from stability.statics.contacts.features import Meeting, line_or_point, no_higher
 from stability.statics.contacts.hulls.hull_closeness import HullCloseness
 from stability.statics.contacts.hulls.hull_cones import EDGE, FACE, Feature, common_normals
 from stability.statics.contacts.hulls.hull_patches import Plate, plate
@@ -22,6 +23,7 @@ CORNER = 0
 @dataclass(frozen=True, slots=True, eq=False)
 class _Locus:
     points: tuple[Array, ...]  # from the centre of a, in W [m]
+    heights: tuple[float, ...]  # of the one body above the other at each [m]
     of_a: Feature
     of_b: Feature
 
@@ -31,14 +33,14 @@ def meeting_on_face(close: HullCloseness, of_a: bool, number: int, slack: Slack)
     a, b = close.a, close.b
     gap = float((close.gaps_a if of_a else close.gaps_b)[number])
     on, other, shift = (plate(a, number), b, close.p_AB) if of_a else (plate(b, number), a, -close.p_AB)
-    found = _on_face(on, other, shift, slack.sideways, slack.rise(gap))
+    normal = on.axes[2] if of_a else -on.axes[2]
+    found = _on_face(on, other, shift, slack, gap)
     if found is None:
         return None
-    points, of_on, of_other = found
-    normal = on.axes[2] if of_a else -on.axes[2]
+    points, heights, of_on, of_other = found
     if not of_a:
         points = tuple(point + close.p_AB for point in points)
-    locus = _Locus(points, of_on, of_other) if of_a else _Locus(points, of_other, of_on)
+    locus = _Locus(points, heights, of_on, of_other) if of_a else _Locus(points, heights, of_other, of_on)
     return _meeting(close, locus, normal, gap, slack)
 
 
@@ -58,6 +60,7 @@ def meeting_of_edges(close: HullCloseness, pair: int, slack: Slack) -> Meeting |
     point_a, point_b = on_a + along_a * u, on_b + along_b * v
     locus = _Locus(
         (0.5 * (point_a + point_b + close.p_AB),),
+        (float(edges.gaps[pair]),),
         _at_end(a, i, along_a, half_a, slack.sideways),
         _at_end(b, j, along_b, half_b, slack.sideways),
     )
@@ -68,9 +71,11 @@ def _meeting(close: HullCloseness, locus: _Locus, normal: Array, gap: float, sla
     normals = common_normals(locus.of_a, locus.of_b, len(locus.points) > 1)
     # Features coincide up to the slack only. A normal along which the bodies are further apart is not theirs: it would
     # let a brick rest on an edge that it just misses.
-    touching = tuple(each for each in normals if close.gap_along(np.array(each)) >= gap - slack.off)
+    along = [(each, close.gap_along(np.array(each))) for each in normals]
+    touching = tuple(each for each, apart in along if gap - slack.off <= apart <= slack.widest(each))
     centre = np.array(close.a.p_WC)
-    return Meeting(tuple(vector(centre + point) for point in locus.points), touching or (vector(normal),))
+    points = tuple(vector(centre + point) for point in locus.points)
+    return Meeting(points, locus.heights, touching or (vector(normal),))
 
 
 def _segment(body: Hull, edge: int) -> tuple[Array, float]:
@@ -87,20 +92,24 @@ def _at_end(body: Hull, edge: int, along: float, half: float, slack: float) -> F
 
 
 def _on_face(
-    on: Plate, other: Hull, shift: Array, slack: float, rise: float
-) -> tuple[tuple[Array, ...], Feature, Feature] | None:
-    """The lowest feature of `other`, whose centre is `shift` from that of the face's body, on the face."""
+    on: Plate, other: Hull, shift: Array, slacks: Slack, gap: float
+) -> tuple[tuple[Array, ...], tuple[float, ...], Feature, Feature] | None:
+    """The lowest feature of `other`, whose centre is `shift` from that of the face's body, on the face.
+
+    The points on the face, the heights of the feature above them [m], and the features of the two bodies.
+    """
+    slack, rise, widest = slacks.sideways, slacks.rise(gap), slacks.widest(vector(on.axes[2]))
     seen = on.seen(other.corners + shift)
     lowest = min(height for _, _, height in seen)
     low = [number for number, (_, _, height) in enumerate(seen) if height - lowest <= rise]
-    place = _within([(seen[n][0], seen[n][1], 0.0) for n in low], on, slack)
+    place = _within([seen[n] for n in low], on, slack, widest)
     if not place:
         return None
     loop = on.body.mesh.loops[on.number]
     of_on = _holding(on.body, place, dict(zip(loop, on.corners, strict=True)), Feature(on.body, FACE, on.number), slack)
     whole = _whole(other, low, -on.axes[2])
     of_other = _holding(other, place, {n: (seen[n][0], seen[n][1]) for n in low}, whole, slack)
-    return tuple(on.placed(point) for point in place), of_on, of_other
+    return tuple(on.placed(point) for point in place), tuple(height for _, _, height in place), of_on, of_other
 
 
 def _whole(body: Hull, low: Sequence[int], towards: Array) -> Feature:
@@ -143,21 +152,23 @@ def _beside(point: Point2, one: Point2, other: Point2) -> float:
     return hypot(x - ax - part * dx, y - ay - part * dy)
 
 
-def _within(vertices: Sequence[Vec3], on: Plate, slack: float) -> Sequence[Vec3]:
+def _within(vertices: Sequence[Vec3], on: Plate, slack: float, widest: float) -> Sequence[Vec3]:
     """The part of a feature on a face: one point, the two ends of a line, or nothing."""
-    ordered = vertices if len(vertices) <= 2 else [(x, y, 0.0) for x, y in convex_hull((x, y) for x, y, _ in vertices)]  # noqa: PLR2004
-    wider = on.cut_to(ordered, slack)
+    ordered = vertices if len(vertices) <= 2 else _in_order(vertices)  # noqa: PLR2004 -- a line has two ends
+    wider = no_higher(on.cut_to(ordered, slack), widest)
     if not wider:
         return ()
     clamped: Sequence[Vec3] = [_clamped(point, on) for point in wider]
     if len(ordered) == 2 and not _along_border(wider, on, slack):  # noqa: PLR2004 -- an edge has two ends
-        exact = on.cut_to(ordered)
+        exact = no_higher(on.cut_to(ordered), widest)
         clamped = exact if len(exact) > 1 else clamped
-    ends = max(((one, other) for one in clamped for other in clamped), key=lambda pair: dist(*pair))
-    if dist(*ends) > MERGING * slack:
-        return ends
-    x, y, z = (sum(point[i] for point in clamped) / len(clamped) for i in range(3))
-    return ((x, y, z),)
+    return line_or_point(clamped, slack)
+
+
+def _in_order(vertices: Sequence[Vec3]) -> Sequence[Vec3]:
+    """The corners over a face, as (x, y, height above it), that bound the rest in plan, in order around."""
+    heights = {(x, y): height for x, y, height in sorted(vertices, reverse=True)}  # of two at a place, the lower one
+    return [(x, y, heights[x, y]) for x, y in convex_hull(heights)]
 
 
 def _sides(on: Plate) -> list[tuple[Point2, Point2]]:
@@ -172,7 +183,7 @@ def _clamped(point: Vec3, on: Plate) -> Vec3:
     for (ax, ay), (bx, by) in _sides(on):
         dx, dy = bx - ax, by - ay
         part = min(1.0, max(0.0, ((point[0] - ax) * dx + (point[1] - ay) * dy) / (dx * dx + dy * dy)))
-        foot = (ax + part * dx, ay + part * dy, 0.0)
+        foot = (ax + part * dx, ay + part * dy, point[2])
         away = hypot(point[0] - foot[0], point[1] - foot[1])
         if away < best:
             nearest, best = foot, away

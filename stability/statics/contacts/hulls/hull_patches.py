@@ -1,4 +1,4 @@
-"""Where two hulls lie face on face: nearly parallel faces whose overlap is within the tolerance at every corner."""
+"""Where two hulls lie face on face: nearly parallel faces whose gap counts as contact all over their overlap."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from stability.geometry.plan import Point2
 from stability.geometry.polyhedra import Array, Hull, vector
 from stability.geometry.vectors import cross
 from stability.model import Vec3
-from stability.statics.contacts.faces import LEVEL, width
+from stability.statics.contacts.faces import LEVEL, Slack, lies_on
 from stability.statics.contacts.hulls.hull_closeness import HullCloseness
 
 
@@ -65,11 +65,12 @@ class HullPatch:
 
     a_is_lower: bool
     points_W: tuple[Vec3, ...]  # in order [m]
+    heights: tuple[float, ...]  # of the upper body above the lower one at each [m]
     normal_W: Vec3  # out of the lower one
 
 
-def face_on_face(close: HullCloseness, reach: float, thinnest: float, rounding: float) -> HullPatch | None:
-    """The patch of two faces that are nowhere more than `reach` apart; None if there is none wider than `thinnest`."""
+def face_on_face(close: HullCloseness, slack: Slack, rounding: float) -> HullPatch | None:
+    """The patch of two faces whose gap counts as contact all over; None if none is wider than `slack.sideways`."""
     pairs = [(max(float(close.gaps_a[i]), float(close.gaps_b[j])), i, j) for i, j, _ in close.facing]
     for _, i, j in sorted(pairs, reverse=True):
         lower_is_a, normal = _order(close, i, j)
@@ -78,8 +79,9 @@ def face_on_face(close: HullCloseness, reach: float, thinnest: float, rounding: 
         shift = close.p_AB if lower_is_a else -close.p_AB
         lying = on.seen(other.corners[list(other.mesh.loops[face])] + shift)
         corners = on.cut_to(lying[::-1])  # seen from outside of the face that carries, the other runs backwards
-        if corners and all(abs(height) <= reach for _, _, height in corners) and width(corners) > thinnest:
-            return HullPatch(lower_is_a, _placed(on, corners, rounding), vector(normal))
+        if corners and lies_on(corners, vector(normal), slack):
+            points, heights = _placed(on, corners, rounding)
+            return HullPatch(lower_is_a, points, heights, vector(normal))
     return None
 
 
@@ -93,11 +95,14 @@ def _order(close: HullCloseness, i: int, j: int) -> tuple[bool, Array]:
     return True, -up_b  # both lean down, by noise: two upright sides that gape
 
 
-def _placed(on: Plate, corners: Sequence[Vec3], rounding: float) -> tuple[Vec3, ...]:
+def _placed(on: Plate, corners: Sequence[Vec3], rounding: float) -> tuple[tuple[Vec3, ...], tuple[float, ...]]:
+    """The corners in W, doubled ones once, and their heights above the face [m]."""
     kept: list[Array] = []
+    heights: list[float] = []
     for corner in corners:
         local = on.placed(corner)
         if not any(dist(local, other) <= rounding for other in kept):
             kept.append(local)
+            heights.append(corner[2])
     centre = np.array(on.body.p_WC)
-    return tuple(vector(centre + local) for local in kept)
+    return tuple(vector(centre + local) for local in kept), tuple(heights)

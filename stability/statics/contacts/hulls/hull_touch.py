@@ -7,16 +7,17 @@ import numpy as np
 
 from stability.geometry.hulls import hull
 from stability.geometry.polyhedra import Array, vector
-from stability.geometry.touching import gap_bridged
+from stability.geometry.touching import NO_GAP
 from stability.geometry.vectors import cross, scale, unit
-from stability.model import Plane, Vec3
-from stability.statics.contacts.bridging import bridged
-from stability.statics.contacts.faces import LEVEL
-from stability.statics.contacts.features import Meeting, Slack
-from stability.statics.contacts.flush import ROUNDING, run_flush
+from stability.model import Plane
+from stability.statics.contacts.bridging import all_bridged, gaps_of
+from stability.statics.contacts.faces import LEVEL, Slack
+from stability.statics.contacts.features import Meeting
+from stability.statics.contacts.flush import run_flush
 from stability.statics.contacts.hulls.hull_closeness import HullCloseness, closeness, disturbance
 from stability.statics.contacts.hulls.hull_features import meeting_of_edges, meeting_on_face
 from stability.statics.contacts.hulls.hull_patches import face_on_face
+from stability.statics.contacts.on_planes import PointsOnPlane
 from stability.statics.contacts.solids import HullSolid, Solid, as_hull, rounding
 from stability.statics.facts import Contact
 
@@ -25,26 +26,25 @@ SIDEWAYS = 0.5
 ASKEW = 0.9  # cosine below which two directions span a plane well
 
 
-def hull_contact(a: Solid, b: Solid, friction: float, reach: float) -> Contact | None:
+def hull_contact(a: Solid, b: Solid, friction: float, reach: float, within: float) -> Contact | None:
     """The contact of two bodies whose upright boxes touch; None if they do not. The same whichever comes first."""
     if a.id > b.id:
         a, b = b, a
     close = closeness(as_hull(a), as_hull(b), reach)
-    if close is None or run_flush(close.faces(), ROUNDING * reach):
+    if close is None or run_flush(close.faces(), NO_GAP * reach) or not all_bridged(close.apart(), reach, within):
         return None
     off, exact = disturbance(close, reach), rounding(a, b)
     sideways = min(off, SIDEWAYS * reach) + exact
-    patch = face_on_face(close, reach, sideways, exact)
+    slack = Slack(sideways, off + exact, reach, within)
+    patch = face_on_face(close, slack, exact)
     if patch is not None:
         lower, upper = (a, b) if patch.a_is_lower else (b, a)
-        lying = Contact(lower.id, upper.id, patch.points_W, (patch.normal_W,), friction)
-        return bridged(lying, close.gap, reach)
-    found = _best_meeting(close, Slack(sideways, off + exact, reach))
+        gaps = gaps_of(patch.heights, reach)
+        return Contact(lower.id, upper.id, patch.points_W, (patch.normal_W,), friction, gaps)
+    found = _best_meeting(close, slack)
     # What a gap as wide as the tolerance has displaced further still touches.
-    found = found or _best_meeting(close, Slack(reach, reach, reach))
-    if found is None:
-        return None
-    return bridged(_of_meeting(a, b, found, friction), close.gap, reach)
+    found = found or _best_meeting(close, Slack(reach, reach, reach, within))
+    return _of_meeting(a, b, found, friction, gaps_of(found.gaps_beside(close.gap), reach)) if found else None
 
 
 def hulls_flush(a: Solid, b: Solid, reach: float, overlap: float) -> bool:
@@ -53,10 +53,11 @@ def hulls_flush(a: Solid, b: Solid, reach: float, overlap: float) -> bool:
     return close is not None and run_flush(close.faces(), overlap)
 
 
-def _of_meeting(a: Solid, b: Solid, found: Meeting, friction: float) -> Contact:
+def _of_meeting(a: Solid, b: Solid, found: Meeting, friction: float, gaps: tuple[float, ...]) -> Contact:
     if sum(normal[2] for normal in found.normals_AB_W) >= -LEVEL:
-        return Contact(a.id, b.id, found.points_W, found.normals_AB_W, friction)
-    return Contact(b.id, a.id, found.points_W, tuple(scale(-1.0, normal) for normal in found.normals_AB_W), friction)
+        return Contact(a.id, b.id, found.points_W, found.normals_AB_W, friction, gaps)
+    downwards = tuple(scale(-1.0, normal) for normal in found.normals_AB_W)
+    return Contact(b.id, a.id, found.points_W, downwards, friction, gaps)
 
 
 def _best_meeting(close: HullCloseness, slack: Slack) -> Meeting | None:
@@ -81,17 +82,19 @@ def _directions(close: HullCloseness, sideways: float) -> Iterator[tuple[float, 
     yield from ((gap, "edges", number) for number, gap in enumerate(close.edges.gaps.tolist()))
 
 
-def hull_on_plane(body: HullSolid, plane: Plane, reach: float) -> tuple[Vec3, ...]:
-    """The points of the plane that a hull touches, counter-clockwise seen from above the plane; none if it does not."""
+def hull_on_plane(body: HullSolid, plane: Plane, reach: float, widest: float) -> PointsOnPlane:
+    """The points of the plane that a hull touches, as `points_on_plane` gives those of a box."""
     own, normal = body.hull, np.array(plane.normal_W)
     height = float((np.array(own.p_WC) - np.array(plane.point_W)) @ normal)
     rises = own.heights(normal)
     gap = height + float(rises.min())
-    if gap > gap_bridged(reach, plane.normal_W[2]) or gap < -reach:
-        return ()
-    low = own.corners[rises + height <= reach]
-    on_plane = np.array(own.p_WC) + low - ((low @ normal) + height)[:, None] * normal
-    return tuple(vector(on_plane[n]) for n in _around(low, normal))
+    if gap > widest or gap < -reach:
+        return (), ()
+    low = own.corners[rises + height <= widest]
+    above = (low @ normal) + height
+    on_plane = np.array(own.p_WC) + low - above[:, None] * normal
+    around = _around(low, normal)
+    return tuple(vector(on_plane[n]) for n in around), tuple(float(above[n]) for n in around)
 
 
 def _around(points: Array, normal: Array) -> list[int]:

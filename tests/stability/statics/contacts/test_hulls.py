@@ -1,11 +1,12 @@
 """Contacts by faces and edges: the same as those of boxes, where both are known, and by themselves."""
 
-from math import pi
+from math import inf, pi
 
 import numpy as np
 import pytest
 
 from stability.geometry.rotations import about, multiply
+from stability.geometry.touching import reach_between
 from stability.model import IDENTITY, Brick, Plane, Pose, Quaternion, Vec3
 from stability.shapes.apart import apart
 from stability.shapes.box import Box
@@ -61,7 +62,7 @@ def test_two_boxes_have_the_same_contact_as_boxes_and_as_hulls() -> None:
     for _ in range(PAIRS):
         a, b = touching_pair(rng)
         as_boxes = contact_between(a, b, 0.5, Tolerances())
-        as_hulls = hull_contact(a, b, 0.5, 0.02 * min(a.shortest, b.shortest))
+        as_hulls = hull_contact(a, b, 0.5, reach_between(a.shortest, b.shortest), inf)
         if as_boxes is None or as_hulls is None:  # they pass each other by
             assert as_boxes is as_hulls
             continue
