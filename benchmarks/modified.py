@@ -1,8 +1,9 @@
 """What the engine as it comes makes of the publication's structures when constants of the scene are changed.
 
-Its second system is of this kind: gravity, friction and size were changed until the engine stacked. A four-stack of 30
-levels stands by statics whatever they are; the slant tower falls at level 9, and the card house stands. The scenes in
-which a plank is thrown are played on `modified` alone. Run it with `python -m benchmarks.modified`; two minutes.
+Its second system is of this kind: constants such as gravity and friction were changed until the engine stacked. A
+four-stack of 30 levels stands by statics whatever they are; the slant tower falls at level 9; the card house stands.
+The scenes in which a plank is thrown are played on `modified` alone. Run it with `python -m benchmarks.modified`; two
+minutes.
 """
 
 from dataclasses import replace

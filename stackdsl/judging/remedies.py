@@ -12,7 +12,7 @@ from typing import Final
 from stability.friction_law import Friction, law_of
 from stability.model import BodyId
 from stability.statics.facts import Stability, Verdict
-from stability.statics.margins.counterweight import counterweight
+from stability.statics.margins.counterweight import Counterweight, counterweight
 from stability.statics.margins.friction import least_friction
 from stackdsl.judging.knobs import Knob, Knobs
 from stackdsl.judging.limits import Limit, limits
@@ -106,15 +106,29 @@ def more_friction(timeline: Timeline, proofs: Proofs) -> MoreFriction | None:
         margin = least_friction(proofs.assembly.problem())
         if margin.factor == inf:
             return MoreFriction(inf, inf, alike) if margin.motion is not None else None
-        factor = max(factor, float(rounded_up(margin.factor * factor * written)) / written)
-        rougher = with_friction(timeline, factor)
-        proofs = proofs_of(rougher, names_smallest=False)
-        stability = proofs.assembly.verdict().stability
-        if stability is Stability.STABLE:
-            return MoreFriction(factor, factor * usual, alike)
+        limits = in_three_digits(margin.too_little * factor * written, margin.factor * factor * written)
+        for tried in sorted({max(factor, limit / written) for limit in limits}):
+            proofs = proofs_of(with_friction(timeline, tried), names_smallest=False)
+            stability = proofs.assembly.verdict().stability
+            if stability is Stability.STABLE:
+                return MoreFriction(tried, tried * usual, alike)
+        factor = tried
         if stability is Stability.UNDECIDED:
             return None
     return None
+
+
+def in_three_digits(too_little: float, enough: float) -> list[float]:
+    """The numbers of three digits to try for a limit between these two, the least first; the last is enough.
+
+    A limit of 150 is proven to lie between 149.9999 and 150.0001, and 151 is more than it takes.
+    """
+    return sorted({float(rounded_up(number)) for number in (too_little, enough) if number > 0.0})
+
+
+def masses_of(weight: Counterweight, gravity: float) -> list[float]:
+    """The masses to try as a counterweight [kg], the least first."""
+    return in_three_digits(weight.too_little / gravity, weight.weight / gravity)
 
 
 def with_friction(timeline: Timeline, factor: float) -> Timeline:
@@ -138,13 +152,13 @@ def _counterweight(timeline: Timeline, proofs: Proofs, rising: Sequence[BodyId])
     found = [weight for brick in rising if (weight := counterweight(problem, brick)) is not None]
     total = sum(placed.brick.mass for placed in problem.bricks.values())
     for weight in sorted(found, key=lambda each: (each.weight, each.brick))[:MOST_COUNTERWEIGHTS]:
-        mass = float(rounded_up(weight.weight / gravity))
-        if mass > HEAVIEST * total:
-            break
-        heavier = with_mass(timeline, weight.brick, _mass_of(timeline, weight.brick) + mass)
-        if _stands(replace(heavier, actions=heavier.actions[: proofs.done])):
-            stability, moving = _verdict(heavier)
-            return HeavierBrick(weight.brick, mass, moving if stability is not Stability.STABLE else ())
+        for mass in masses_of(weight, gravity):
+            if mass > HEAVIEST * total:
+                return None
+            heavier = with_mass(timeline, weight.brick, _mass_of(timeline, weight.brick) + mass)
+            if _stands(replace(heavier, actions=heavier.actions[: proofs.done])):
+                stability, moving = _verdict(heavier)
+                return HeavierBrick(weight.brick, mass, moving if stability is not Stability.STABLE else ())
     return None
 
 

@@ -10,9 +10,8 @@ from stability.statics.mending.piling import Piling
 from stability.statics.mending.propping import Propping, propping
 from stability.statics.mending.shifts import BrickShift, SeveralShifts, Shifting
 from stackdsl.judging.proofs import Proofs
-from stackdsl.judging.remedies import HeavierBrick, MoreFriction, more_friction, rising_in
+from stackdsl.judging.remedies import HeavierBrick, MoreFriction, masses_of, more_friction, rising_in
 from stackdsl.timeline import Timeline
-from stackdsl.wording import rounded_up
 
 Suggestion = BrickShift | SeveralShifts | HeavierBrick | MoreFriction | Propping
 
@@ -67,12 +66,11 @@ def _counterweights(asked: Asked, piling: Piling, first: int) -> Iterator[Heavie
     problem, gravity = asked.proofs.assembly.problem(), asked.timeline.world.gravity
     found = [weight for brick in rising_in(asked.verdict) if (weight := counterweight(problem, brick)) is not None]
     for weight in sorted(found, key=lambda each: (each.weight, each.brick)):
-        mass = float(rounded_up(weight.weight / gravity))
-        fall = replace(piling, stages=_heavier(piling, weight.brick, mass)).first_fall(names_smallest=True)
-        if fall is None:
-            yield HeavierBrick(weight.brick, mass, ())
-        elif fall[0] > first:
-            yield HeavierBrick(weight.brick, mass, fall[1].moving)
+        for mass in masses_of(weight, gravity):
+            fall = replace(piling, stages=_heavier(piling, weight.brick, mass)).first_fall(names_smallest=True)
+            if fall is None or fall[0] > first:
+                yield HeavierBrick(weight.brick, mass, fall[1].moving if fall else ())
+                break
 
 
 def _heavier(piling: Piling, brick: BodyId, more: float) -> list[list[Placed]]:

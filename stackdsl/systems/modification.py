@@ -1,6 +1,6 @@
 """What of a scene is changed before it is played, for an engine that cannot do with what is real.
 
-The publication's second system is of this kind: gravity, friction and size of the bricks are changed until the engine
+The publication's second system is of this kind: constants such as gravity and friction are changed until the engine
 stacks. What comes of it is told in lengths of the scenario as it is written, and in seconds as they pass in the changed
 scene; gravity is told in the same lengths, and so is weaker by as much as the bricks are larger.
 """

@@ -9,8 +9,8 @@ from stackdsl.language.author_types import Levels, PositiveLength
 from stackdsl.language.layouts.four_stack import crossed_pairs
 from stackdsl.language.layouts.registry import LayoutParams, Specs, layout
 
-# Of the length of a plank. With these, statics let KAPLA planks fall at level 9, as the publication saw its slant tower
-# fall, and neither a millimetre of spacing nor a tenth of one of step changes that.
+# Of the length of a plank. With these, statics let KAPLA planks fall at level 9, as the publication's method
+# lets its slant tower, and neither a millimetre of spacing nor a tenth of one of step changes that.
 STEP: Final = 0.11
 SPACING: Final = 2 / 3
 

@@ -44,6 +44,26 @@ build:
 impacts:
   - remove: {brick: right}
 """
+SEE_SAW = """
+scenario: see-saw
+brick_types:
+  post: {size: [40 mm, 40 mm, 40 mm], mass: 1 kg}
+  beam: {size: [300 mm, 40 mm, 20 mm], mass: 300 g}
+  weight: {size: [40 mm, 40 mm, 40 mm], mass: 150 g}
+build:
+  - bricks:
+      - {name: post, brick: post, at: [0 mm, 0 mm, 20 mm]}
+      - {name: beam, brick: beam, at: [70 mm, 0 mm, 50 mm]}
+      - {name: weight, brick: weight, at: [-30 mm, 0 mm, 80 mm]}
+"""
+SLOPE = """
+scenario: slope
+world: {tilt: 26.565051177077988 deg}
+brick: {size: [100 mm, 100 mm, 40 mm], mass: 200 g}
+friction: 0.2
+build:
+  - bricks: [{name: a, at: [0 mm, 0 mm, 20 mm]}]
+"""
 
 
 def test_a_tower_of_three_levels_gives_four_blocks(stackdsl: Stackdsl, tmp_path: Path) -> None:
@@ -120,3 +140,12 @@ def test_what_falls_as_a_brick_is_pulled_out_is_mended(tmp_path: Path) -> None:
     assert told.exit_code == ExitCode.OK
     assert "move lintel by 18.31 mm towards -x" in told.output
     assert "prop under lintel, which must stay" in told.output
+
+
+def test_a_limit_that_is_a_round_number_is_suggested_as_such(tmp_path: Path) -> None:
+    # The middle of the beam, 300 g, is 50 mm beyond the edge of the post, that of the weight, 150 g, 50 mm before it:
+    # 150 g more balance them. On a slope of 1 in 2 a brick stays from a friction of 0.5 on.
+    for scenario, least in ((SEE_SAW, "    150 g on weight, at its centre\n"), (SLOPE, "    friction >= 0.5\n")):
+        told = CliRunner().invoke(suggest_command, [str(write(tmp_path, scenario, "limit.yaml"))])
+        assert told.exit_code == ExitCode.OK
+        assert least in told.output
