@@ -26,9 +26,9 @@ from rich.console import Console
 from benchmarks.figures.data import Row, Rows
 from benchmarks.figures.recording import parser, record
 from benchmarks.samples import case_of
-from stackdsl.checking.executors import SupervisedExecutor, asked_of
-from stackdsl.checking.worker import Task, TaskResult, TaskStatus
 from stackdsl.judging.shares import error_of_a_look, interval, looks
+from stackdsl.supervising.executors import SupervisedExecutor, asked_of
+from stackdsl.supervising.worker import Task, TaskResult, TaskStatus
 from stackdsl.sweeping import sweep_run
 from stackdsl.sweeping.dask_cluster import dask_cluster
 from stackdsl.sweeping.json_lines import JsonLines

@@ -30,7 +30,8 @@ LAYERS = {
     "stackdsl": (
         {"disk"},
         {"exits", "diagnostics", "entry_points", "measure", "project_file", "proof_margins", "timeline", "wording"},
-        {"ensemble", "reading", "trace"},  # a claim judges a trace, so what happened is plain data below the language
+        # A claim judges a trace, so what happened is plain data below the language.
+        {"ensemble", "reading", "supervising", "trace"},
         {"language"},
         {"importing"},
         {"compiling", "systems", "recording"},

@@ -6,8 +6,8 @@ from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
-from stackdsl.checking.executors import TIME_LIMIT
 from stackdsl.checking.gathering import Case
+from stackdsl.supervising.executors import TIME_LIMIT
 from stackdsl.sweeping import swept
 from stackdsl.sweeping.sweep_plan import plan_of
 from stackdsl.sweeping.swept import SweptCase

@@ -10,11 +10,9 @@ from typing import Protocol
 from stackdsl.checking.gathering import Case
 from stackdsl.checking.memory import Memory, as_record, from_record, may_be_remembered
 from stackdsl.checking.one_case import play_case, play_refined, played_or_blocked
-from stackdsl.checking.processes import EnoughSeenError, OnWait, run_supervised
 from stackdsl.checking.results import Goldens, checked, set_aside, skipped
 from stackdsl.checking.survey import Listed
 from stackdsl.checking.unused_goldens import unused_goldens
-from stackdsl.checking.worker import Task, TaskResult, TaskStatus
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.ensemble import OnDrawn, untold
 from stackdsl.judging.known import known_of
@@ -22,6 +20,8 @@ from stackdsl.outcome import GoldenStatus, Outcome, Report, RunStatus, VariantRe
 from stackdsl.snapshots.file_names import golden_file
 from stackdsl.snapshots.golden import content, remove_obsolete, text_digest
 from stackdsl.snapshots.pending import Waiting
+from stackdsl.supervising.processes import EnoughSeenError, OnWait, run_supervised
+from stackdsl.supervising.worker import Task, TaskResult, TaskStatus
 from stackdsl.systems.known_systems import unplayable
 
 TIME_LIMIT = 600.0  # [s] of wall time a case; many times what the largest scenario takes

@@ -14,8 +14,6 @@ from time import process_time
 from stackdsl.checking.chunks import Chunk, judged_chunk, varied_chunk
 from stackdsl.checking.gathering import Case
 from stackdsl.checking.memory import Memory
-from stackdsl.checking.processes import OnWait, run_supervised
-from stackdsl.checking.worker import Task, TaskResult, TaskStatus
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.judging.fragility import Fragility, Terms, of_capacities, of_fates, spaced
 from stackdsl.language.variants import Variant
@@ -24,6 +22,8 @@ from stackdsl.sampling.design import design_of
 from stackdsl.sampling.draws import Draws
 from stackdsl.sampling.intensities import SHAKING, Intensity
 from stackdsl.sampling.materials import AS_WRITTEN, SampleMistakeError, Setting, timeline_at, timelines
+from stackdsl.supervising.processes import OnWait, run_supervised
+from stackdsl.supervising.worker import Task, TaskResult, TaskStatus
 from stackdsl.systems.known_systems import system_named
 from stackdsl.systems.systems import Method
 

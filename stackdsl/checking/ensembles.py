@@ -12,14 +12,14 @@ from pathlib import Path
 from stackdsl.checking.chunks import Chunk, judged_chunk, varied_chunk
 from stackdsl.checking.gathering import Case
 from stackdsl.checking.memory import Memory
-from stackdsl.checking.processes import EnoughSeenError, OnDone, OnWait, PoolResult, run_supervised
-from stackdsl.checking.worker import Task, TaskResult, TaskStatus
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.ensemble import Ensemble, OnDrawn, untold
 from stackdsl.judging.judge import judge_shares
 from stackdsl.judging.shares import Decision, looks
 from stackdsl.sampling.draws import Draws
 from stackdsl.sampling.fates import Fate
+from stackdsl.supervising.processes import EnoughSeenError, OnDone, OnWait, PoolResult, run_supervised
+from stackdsl.supervising.worker import Task, TaskResult, TaskStatus
 
 CHUNK = 500  # samples; so many are judged together about as cheaply as any number
 

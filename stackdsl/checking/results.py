@@ -6,7 +6,6 @@ from pathlib import Path
 
 from stackdsl.checking.gathering import STDIN_SHOWN, Case
 from stackdsl.checking.why import why_of
-from stackdsl.checking.worker import TaskResult, TaskStatus
 from stackdsl.compiling.compiler import where_placed
 from stackdsl.compiling.origins import origin_of
 from stackdsl.diagnostics import Diagnostic
@@ -20,6 +19,7 @@ from stackdsl.snapshots.keepers import keeper_of
 from stackdsl.snapshots.record import Snapshot
 from stackdsl.snapshots.snapshot import take
 from stackdsl.snapshots.stamp import current_stamp
+from stackdsl.supervising.worker import TaskResult, TaskStatus
 from stackdsl.systems.known_systems import system_named
 from stackdsl.systems.modification import as_played
 from stackdsl.systems.systems import SYSTEMS

@@ -5,15 +5,15 @@ from dataclasses import replace
 from functools import partial
 
 from stackdsl.checking.ensembles import drawn_alone
-from stackdsl.checking.executors import run_on
 from stackdsl.checking.gathering import STDIN_SHOWN, Case
-from stackdsl.checking.processes import run_supervised
 from stackdsl.checking.results import Goldens, checked, held_against
 from stackdsl.ensemble import Ensemble, OnDrawn, untold
 from stackdsl.judging.judge import judge_shares
 from stackdsl.outcome import RunStatus, VariantResult
 from stackdsl.snapshots.samples import snapshot_of_samples
 from stackdsl.snapshots.stamp import current_stamp
+from stackdsl.supervising.executors import run_on
+from stackdsl.supervising.processes import run_supervised
 from stackdsl.systems.known_systems import system_named
 from stackdsl.systems.systems import Method
 from stackdsl.trace import Cost

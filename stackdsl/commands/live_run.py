@@ -14,10 +14,8 @@ import click
 
 from stackdsl.checking.gathering import STDIN, Case, Gathered, gather
 from stackdsl.checking.one_case import played_or_blocked
-from stackdsl.checking.processes import EnoughSeenError, run_supervised
 from stackdsl.checking.results import held_up, set_aside, skipped
 from stackdsl.checking.selection import Selection, why_nothing
-from stackdsl.checking.worker import Task, TaskResult, TaskStatus
 from stackdsl.commands.options import LONGEST_LIMIT
 from stackdsl.commands.selecting import complain
 from stackdsl.commands.terminal import tell, write
@@ -26,6 +24,8 @@ from stackdsl.exits import ExitCode
 from stackdsl.outcome import Report, VariantResult, exit_code
 from stackdsl.playing.clearance import Blocked
 from stackdsl.report.diagnostic_text import diagnostic_text
+from stackdsl.supervising.processes import EnoughSeenError, run_supervised
+from stackdsl.supervising.worker import Task, TaskResult, TaskStatus
 from stackdsl.systems.known_systems import unplayable
 from stackdsl.viewing.live.live_runs import Played, margin_lines, played, preview
 from stackdsl.viewing.live.run_page import RunPage

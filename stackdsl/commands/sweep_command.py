@@ -7,7 +7,6 @@ from pathlib import Path
 
 import click
 
-from stackdsl.checking.executors import TIME_LIMIT
 from stackdsl.checking.gathering import Case
 from stackdsl.checking.selection import Selection
 from stackdsl.commands.options import LONGEST_LIMIT, ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, Number
@@ -15,6 +14,7 @@ from stackdsl.commands.selecting import selected_of
 from stackdsl.commands.terminal import counted, tell, write
 from stackdsl.exits import ExitCode
 from stackdsl.report.sweep_text import sweep_csv, sweep_json, sweep_lines
+from stackdsl.supervising.executors import TIME_LIMIT
 from stackdsl.sweeping.dask_cluster import NoClusterError, dask_cluster
 from stackdsl.sweeping.row_text import Counts, RowsError
 from stackdsl.sweeping.sweep_plan import NothingToSweepError, Plan, plan_of

@@ -11,8 +11,8 @@ from hashlib import sha256
 from importlib.metadata import version
 from typing import Final
 
-from stackdsl.checking.executors import TIME_LIMIT
 from stackdsl.checking.gathering import Case
+from stackdsl.supervising.executors import TIME_LIMIT
 from stackdsl.sweeping.pieces import packed, program_of
 
 ROWS: Final = 1  # the number of the form that rows have

@@ -9,8 +9,8 @@ from queue import Empty, SimpleQueue
 from time import monotonic
 from typing import Final, Protocol
 
-from stackdsl.checking.executors import asked_of
-from stackdsl.checking.worker import Task, TaskResult, TaskStatus, interrupts_held_back
+from stackdsl.supervising.executors import asked_of
+from stackdsl.supervising.worker import Task, TaskResult, TaskStatus, interrupts_held_back
 from stackdsl.sweeping.pieces import FAILED, Judged, Kind, OtherProgram, joined, judged_as, judged_piece
 from stackdsl.sweeping.row_text import Counts, head_of, number_of, tail_of
 from stackdsl.sweeping.sweep_plan import Entry, Plan

@@ -5,7 +5,7 @@ from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from stackdsl.checking.executors import SupervisedExecutor
+from stackdsl.supervising.executors import SupervisedExecutor
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,11 +9,11 @@ from urllib.parse import quote
 from stackdsl.checking.check import Terms
 from stackdsl.checking.gathering import Case
 from stackdsl.checking.one_case import played_or_blocked
-from stackdsl.checking.processes import run_supervised
-from stackdsl.checking.worker import Task, TaskResult
 from stackdsl.disk import make_asked, write_asked
 from stackdsl.outcome import Report
 from stackdsl.project_file import home_of
+from stackdsl.supervising.processes import run_supervised
+from stackdsl.supervising.worker import Task, TaskResult
 from stackdsl.systems.known_systems import unplayable
 from stackdsl.viewing.check_report.index_page import index_page
 from stackdsl.viewing.check_report.shown_case import PlayedCase, ShownCase, file_name, show_case

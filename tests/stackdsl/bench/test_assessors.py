@@ -26,9 +26,9 @@ from stackdsl.bench.scoring import scores_of
 from stackdsl.bench.table import bench_text
 from stackdsl.bench.timing import Played
 from stackdsl.checking.gathering import Case
-from stackdsl.checking.processes import OnWait, PoolResult
-from stackdsl.checking.worker import Start, Task, TaskResult, TaskStatus
 from stackdsl.commands.main import app
+from stackdsl.supervising.processes import OnWait, PoolResult
+from stackdsl.supervising.worker import Start, Task, TaskResult, TaskStatus
 from stackdsl.systems.known_systems import KNOWN
 from stackdsl.timeline import Timeline
 from tests.scenes import compiled, scene, timeline_of

@@ -6,10 +6,10 @@ import pytest
 
 from stability.watching.extension import Update
 from stackdsl.bench.timing import ENOUGH, MOST_RUNS, enough, usual_updates
-from stackdsl.checking.processes import run_supervised
-from stackdsl.checking.worker import Start, Task
 from stackdsl.playing.runner import play
 from stackdsl.playing.update_clock import UpdateClock
+from stackdsl.supervising.processes import run_supervised
+from stackdsl.supervising.worker import Start, Task
 from stackdsl.systems.systems import SYSTEMS
 from stackdsl.trace import Cost, Updates
 from tests.scenes import timeline_of

@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from stackdsl.checking.processes import EnoughSeenError, OnDone, OnWait, PoolResult
-from stackdsl.checking.worker import Task, TaskResult, TaskStatus
+from stackdsl.supervising.processes import EnoughSeenError, OnDone, OnWait, PoolResult
+from stackdsl.supervising.worker import Task, TaskResult, TaskStatus
 
 
 def run_here(tasks: Sequence[Task], _workers: int, on_done: OnDone, _on_wait: OnWait) -> PoolResult:

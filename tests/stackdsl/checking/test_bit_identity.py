@@ -16,9 +16,9 @@ from stackdsl.checking import check as checking
 from stackdsl.checking.check import Terms, check
 from stackdsl.checking.gathering import Case, Gathered, gather
 from stackdsl.checking.one_case import play_case
-from stackdsl.checking.processes import OnDone, OnWait, PoolResult, run_supervised
-from stackdsl.checking.worker import Start, Task
 from stackdsl.snapshots.file_names import golden_name
+from stackdsl.supervising.processes import OnDone, OnWait, PoolResult, run_supervised
+from stackdsl.supervising.worker import Start, Task
 from stackdsl.trace import Event, EventKind, Trace
 from tests.paths import ROOT
 from tests.stackdsl.checking.bits import Bits, bits_of, compiled_under, differences, played, with_golden

@@ -9,11 +9,11 @@ from stackdsl.checking.chunks import Chunk, judged_chunk
 from stackdsl.checking.ensembles import CHUNK, Drawing, Run, draw, drawn_alone
 from stackdsl.checking.gathering import Case
 from stackdsl.checking.memory import Memory
-from stackdsl.checking.processes import run_supervised
 from stackdsl.checking.sampled_results import judged_samples
-from stackdsl.checking.worker import TaskStatus
 from stackdsl.ensemble import Ensemble
 from stackdsl.sampling.draws import Draws
+from stackdsl.supervising.processes import run_supervised
+from stackdsl.supervising.worker import TaskStatus
 from tests.scenes import compiled
 from tests.stackdsl.checking.in_process import run_here
 

@@ -19,7 +19,7 @@ from tests.paths import ROOT
 BAD = """
 import os, resource, signal, time
 from pathlib import Path
-from stackdsl.checking import processes, worker
+from stackdsl.supervising import processes, worker
 resource.setrlimit(resource.RLIMIT_DATA, (2 << 30, resource.getrlimit(resource.RLIMIT_DATA)[1]))
 from stackdsl.checking import one_case
 from stackdsl.commands.main import main
@@ -137,7 +137,7 @@ def test_a_worker_may_take_most_of_the_memory_and_not_all() -> None:
         [
             sys.executable,
             "-c",
-            "import os, resource\nfrom stackdsl.checking.memory_limit import limit_memory\nlimit_memory()\n"
+            "import os, resource\nfrom stackdsl.supervising.memory_limit import limit_memory\nlimit_memory()\n"
             "memory = os.sysconf('SC_PAGE_SIZE') * os.sysconf('SC_PHYS_PAGES')\n"
             "print(resource.getrlimit(resource.RLIMIT_DATA)[0] / memory)",
         ],

@@ -6,11 +6,11 @@ import pytest
 
 from stackdsl.checking.gathering import gather
 from stackdsl.checking.results import REMEDIES, Goldens, checked, judged
-from stackdsl.checking.worker import TaskResult, TaskStatus
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.outcome import RunStatus
 from stackdsl.playing.runner import play
 from stackdsl.report.run_text import run_text
+from stackdsl.supervising.worker import TaskResult, TaskStatus
 from stackdsl.systems.systems import SYSTEMS
 from tests.scenes import compiled
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from stackdsl.checking import executors
-from stackdsl.checking.worker import Task, TaskResult, TaskStatus, crash
+from stackdsl.supervising import executors
+from stackdsl.supervising.worker import Task, TaskResult, TaskStatus, crash
 
 
 @pytest.fixture

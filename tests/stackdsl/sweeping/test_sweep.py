@@ -13,12 +13,12 @@ from typing import Any
 
 import pytest
 
-from stackdsl.checking.executors import SupervisedExecutor
 from stackdsl.judging.shares import interval
 from stackdsl.sampling.design import design_of
 from stackdsl.sampling.draws import Draws
 from stackdsl.sampling.fates import asked_anew
 from stackdsl.sampling.setting_down import Hands
+from stackdsl.supervising.executors import SupervisedExecutor
 from stackdsl.sweeping import pieces, sweep_run
 from stackdsl.sweeping.pieces import Judged, OtherProgram, judged_piece
 from stackdsl.sweeping.sweep_run import SweepError

@@ -12,9 +12,10 @@ from dataclasses import dataclass, field
 from multiprocessing.connection import Connection, wait
 from time import monotonic
 
-from stackdsl.checking.worker import (
+from stackdsl.supervising.worker import (
     BEGUN,
     START_LIMIT,
+    GarbledError,
     Start,
     Task,
     TaskResult,
@@ -149,7 +150,7 @@ class Pool:
                 self.busy.append(worker)
             # If it is dead by now, its end of the pipe says so at the next look.
             with suppress(OSError):
-                worker.connection.send_bytes(order)
+                worker.order(order)
             return
         if worker is None:
             return
@@ -172,9 +173,13 @@ class Pool:
         # Asked before the pipe: a worker that was dead by then has nothing more to say than what the pipe holds.
         dead = worker.process.exitcode is not None
         try:
-            message = worker.connection.recv_bytes() if worker.connection.poll() else None
+            message = worker.message()
         except (EOFError, OSError):
             message, dead = None, True
+        except GarbledError:
+            said = "something other than its worker wrote into the worker's pipe"
+            self._replace(worker, TaskResult(TaskStatus.CRASHED, message=said))
+            return
         if message is not None:
             self._hear(worker, message)
         elif dead:
@@ -211,5 +216,6 @@ def _received(message: bytes) -> TaskResult:
         result = pickle.loads(message)
     except Exception as error:  # what unpickling raises depends on what is unpickled
         return crash(error)
-    assert isinstance(result, TaskResult)
+    if not isinstance(result, TaskResult):
+        return crash(TypeError(f"a worker sent a {type(result).__name__} in place of a result"))
     return result

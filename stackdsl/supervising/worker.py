@@ -1,6 +1,9 @@
 """A process that carries out tasks for another one, which supervises it.
 
-Each has a pipe of its own and one task at a time, so that whatever brings it down is known by name.
+Each has a pipe of its own and one task at a time, so that whatever brings it down is known by name. A task may run code
+of others, such as an engine that is plugged in, which finds the descriptor of the pipe in its process. So a message is
+a frame: a token that is drawn for this task, the length of the message, the message, the token. The supervisor never
+waits for the rest of a frame, and what is no frame ends the worker, as a crash of its task.
 """
 
 import gc
@@ -13,15 +16,19 @@ import threading
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum, StrEnum
+from functools import partial
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from time import monotonic
 
-from stackdsl.checking.memory_limit import limit_memory
 from stackdsl.exits import INTERRUPTS
+from stackdsl.supervising.memory_limit import limit_memory
 
+TOKEN = 16  # [bytes]
+LENGTH = 8  # [bytes] of the length of a message, big-endian
+LONGEST_MESSAGE = 2_000  # [characters] of the error of a task, and ten times as many of its traceback
 BEGUN = b"begun"  # a worker's word that it has all it needs and calls the function now
 _STARTING = threading.Lock()
 START_LIMIT = 120.0  # [s] for a worker to start and import what a task needs, before the task's own limit counts
@@ -63,6 +70,10 @@ class TaskResult:
     details: str = ""  # the traceback, where there is one
 
 
+class GarbledError(Exception):
+    """Bytes in the pipe of a worker that are no message of it."""
+
+
 @dataclass
 class Worker:
     process: BaseProcess
@@ -70,6 +81,8 @@ class Worker:
     index: int = -1  # of the task in hand
     limit: float = START_LIMIT  # [s]
     deadline: float = 0.0  # by the monotonic clock [s]
+    token: bytes = b""  # of the task in hand
+    received: bytearray = field(default_factory=bytearray)  # of a message that has not arrived whole
 
     @classmethod
     def started(cls, start: Start, imported: Sequence[str]) -> "Worker":
@@ -89,8 +102,45 @@ class Worker:
         """Give it so much time [s] from now."""
         self.limit, self.deadline = limit, monotonic() + limit
 
+    def order(self, order: bytes) -> None:
+        """Send it a task. Raises OSError if it is gone."""
+        self.token = os.urandom(TOKEN)
+        self.received.clear()
+        self.connection.send_bytes(self.token + order)
+
+    def message(self) -> bytes | None:
+        """The next message that has arrived whole; None if there is none. Waits for nothing.
+
+        Raises EOFError or OSError if nothing more can come, GarbledError for what is no message.
+        """
+        found = self._taken()
+        while found is None and self.connection.poll():
+            if not (arrived := os.read(self.connection.fileno(), 1 << 20)):
+                raise EOFError
+            self.received += arrived
+            found = self._taken()
+        return found
+
+    def _taken(self) -> bytes | None:
+        head = TOKEN + LENGTH
+        if self.received[:TOKEN] != self.token[: len(self.received)]:
+            raise GarbledError
+        if len(self.received) < head:
+            return None
+        end = head + int.from_bytes(self.received[TOKEN:head])
+        if len(self.received) < end + TOKEN:
+            return None
+        if self.received[end : end + TOKEN] != self.token:
+            raise GarbledError
+        found = bytes(self.received[head:end])
+        del self.received[: end + TOKEN]
+        return found
+
     def kill(self) -> None:
-        """End it, whatever it does; all that was wanted of it has been received."""
+        """End it, whatever it does, and what its tasks have started; all that was wanted of it has been received."""
+        assert self.process.pid
+        with suppress(ProcessLookupError, PermissionError):  # it may be gone, or may not lead its group yet
+            os.killpg(self.process.pid, signal.SIGKILL)
         self.process.kill()
         self.process.join()
         self.connection.close()
@@ -166,7 +216,19 @@ def interrupts_held_back(start: Start = Start.COPY) -> Iterator[None]:
 
 def crash(error: BaseException) -> TaskResult:
     message = traceback.format_exception_only(error)[-1].strip()
-    return TaskResult(TaskStatus.CRASHED, message=message, details="".join(traceback.format_exception(error)))
+    details = "".join(traceback.format_exception(error))
+    return TaskResult(
+        TaskStatus.CRASHED,
+        message=_shortened(message, LONGEST_MESSAGE),
+        details=_shortened(details, 10 * LONGEST_MESSAGE),
+    )
+
+
+def _shortened(text: str, most: int) -> str:
+    """A text without its middle, if it is longer than so many characters: of a traceback, both ends say something."""
+    if len(text) <= most:
+        return text
+    return f"{text[: most // 2]} ... ({len(text)} characters) ... {text[-most // 2 :]}"
 
 
 def cause_of_death(process: BaseProcess) -> str:
@@ -181,6 +243,8 @@ def cause_of_death(process: BaseProcess) -> str:
 
 def _serve(connection: Connection) -> None:
     """What a worker does: one order after the other, until nobody is left to give any."""
+    os.setpgid(0, 0)  # what a task starts is of this group, and ends with it
+    process = os.getpid()
     # The parent decides what Ctrl-C means; held back so far, it would stay so in whatever a task starts.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGHUP, signal.SIG_IGN)  # likewise
@@ -193,7 +257,18 @@ def _serve(connection: Connection) -> None:
     with suppress(EOFError, OSError):
         while True:
             order = connection.recv_bytes()
-            connection.send_bytes(_carry_out(order, lambda: connection.send_bytes(BEGUN)))
+            tell = partial(_tell, connection, process, order[:TOKEN])
+            tell(_carry_out(order[TOKEN:], partial(tell, BEGUN)))
+
+
+def _tell(connection: Connection, process: int, token: bytes, message: bytes) -> None:
+    """Send a message, unless this is a copy of the worker that its task has made: then there is nothing more to do."""
+    if os.getpid() != process:
+        os._exit(0)
+    for part in (token + len(message).to_bytes(LENGTH), message, token):
+        left = memoryview(part)
+        while left:
+            left = left[os.write(connection.fileno(), left) :]
 
 
 def _end_with_parent() -> None:
@@ -202,7 +277,7 @@ def _end_with_parent() -> None:
     assert parent is not None
     parent.join()
     # What a worker that has cut its own connections comes to as well, whoever notices first.
-    os.kill(os.getpid(), signal.SIGKILL)
+    os.killpg(0, signal.SIGKILL)
 
 
 def _keep_off_stdout() -> None:

@@ -2,7 +2,9 @@
 
 import multiprocessing
 import os
+import pickle
 import signal
+import stat
 import subprocess
 import sys
 import threading
@@ -14,10 +16,10 @@ from pathlib import Path
 
 import pytest
 
-from stackdsl.checking import processes, worker
-from stackdsl.checking.processes import PoolResult, run_supervised
-from stackdsl.checking.worker import Task, TaskResult, TaskStatus
 from stackdsl.exits import INTERRUPTS
+from stackdsl.supervising import processes, worker
+from stackdsl.supervising.processes import PoolResult, run_supervised
+from stackdsl.supervising.worker import Task, TaskResult, TaskStatus
 from tests.command_line import AMPLE
 from tests.paths import ROOT
 
@@ -108,6 +110,48 @@ def interrupt_the_parent(parent: int, note: Path) -> None:
     note.write_text(str(os.getpid()), encoding="utf-8")
     os.kill(parent, signal.SIGINT)
     hang()
+
+
+def pipes() -> list[int]:
+    """The descriptors of this process on which one can send: of a worker, that to its supervisor is among them."""
+    return [number for number in range(3, 256) if is_socket(number)]
+
+
+def is_socket(number: int) -> bool:
+    with suppress(OSError):
+        return stat.S_ISSOCK(os.fstat(number).st_mode)
+    return False
+
+
+def write_into_all_pipes(what: bytes) -> int:
+    for number in pipes():
+        os.write(number, what)
+    return 1
+
+
+def promise_more_and_hang() -> None:
+    write_into_all_pipes(b"\x7f\xff\xff\xff")
+    hang()
+
+
+def fork_and_return(note: Path) -> bool:
+    """Both the worker and the copy of it come back from this call."""
+    if is_worker := bool(os.fork()):
+        os.wait()
+    else:
+        note.write_text("the copy was here", encoding="utf-8")
+    return is_worker
+
+
+def fork_a_child_that_stays(note: Path) -> None:
+    if child := os.fork():
+        note.write_text(str(child), encoding="utf-8")
+        return
+    hang()
+
+
+def raise_a_long_text() -> None:
+    raise ValueError("no such brick, " * 4_000_000)
 
 
 def note_and_hang(note: Path) -> None:
@@ -204,6 +248,47 @@ def test_a_worker_that_cuts_its_connection_is_ended_at_once() -> None:
     cut, done = run(call(cut_all_pipes_and_hang), call(square, 2))
     assert (cut.status, cut.message) == (TaskStatus.CRASHED, "the worker was killed by SIGKILL")
     assert done.value == 4
+
+
+GARBAGE = [b"x", b"begun", b"\x00\x00\x00\x05begun", bytes(3_000_000), pickle.dumps("a result")]
+
+
+@pytest.mark.parametrize("what", GARBAGE, ids=lambda what: repr(what[:12]))
+def test_what_a_task_writes_into_the_pipe_is_a_crash_of_it_and_of_no_other(what: bytes) -> None:
+    results = run(call(write_into_all_pipes, what), call(square, 4), workers=1)
+    assert [result.status for result in results] == [TaskStatus.CRASHED, TaskStatus.DONE]
+    assert results[0].message == "something other than its worker wrote into the worker's pipe"
+    assert results[1].value == 16
+
+
+def test_a_message_that_promises_more_than_comes_keeps_nobody_waiting() -> None:
+    results = run(call(promise_more_and_hang), call(square, 4), workers=1)
+    assert [result.status for result in results] == [TaskStatus.CRASHED, TaskStatus.DONE]
+
+
+def test_of_a_task_that_forks_only_the_worker_tells_the_result(tmp_path: Path) -> None:
+    results = run(call(fork_and_return, tmp_path / "note"), *(call(square, n) for n in range(3)), workers=1)
+    assert [result.value for result in results] == [True, 0, 1, 4]
+    assert (tmp_path / "note").exists()
+
+
+def test_what_a_task_has_started_ends_with_its_worker(tmp_path: Path) -> None:
+    run(call(fork_a_child_that_stays, tmp_path / "note"), workers=1)
+    child = int((tmp_path / "note").read_text(encoding="utf-8"))
+    deadline = time.monotonic() + AMPLE
+    while not is_gone(child) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert is_gone(child)
+
+
+def test_of_a_text_of_fifty_megabytes_both_ends_are_told() -> None:
+    (result,) = run(call(raise_a_long_text), workers=1)
+    assert result.status is TaskStatus.CRASHED
+    assert result.message.startswith("ValueError: no such brick")
+    assert "characters) ..." in result.message
+    assert len(result.message) < 3_000
+    assert "raise_a_long_text" in result.details
+    assert len(result.details) < 30_000
 
 
 def test_large_results_arrive_whole() -> None:
@@ -333,17 +418,18 @@ def test_a_listener_that_fails_ends_the_call_and_all_workers() -> None:
 def is_gone(process: int) -> bool:
     try:
         os.kill(process, 0)
-    except ProcessLookupError:
+        status = Path(f"/proc/{process}/stat").read_text(encoding="utf-8") if sys.platform == "linux" else ""
+    except (ProcessLookupError, FileNotFoundError):
         return True
-    return False
+    return status.rpartition(")")[2].startswith(" Z")  # dead, and nobody has asked how it ended
 
 
 # Whether a worker is a copy shows in what it has imported; asked of a process without the threads of a test runner.
 COPIED = """
 import sys, threading
 from types import ModuleType
-from stackdsl.checking.processes import run_supervised
-from stackdsl.checking.worker import Task
+from stackdsl.supervising.processes import run_supervised
+from stackdsl.supervising.worker import Task
 
 if __name__ == "__main__":
     sys.modules["only here"] = ModuleType("only here")

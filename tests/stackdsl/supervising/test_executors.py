@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from stackdsl.checking.executors import SupervisedExecutor, TaskFailedError, asked_of, run_on
-from stackdsl.checking.processes import EnoughSeenError, run_supervised
-from stackdsl.checking.worker import Task, TaskResult, TaskStatus
+from stackdsl.supervising.executors import SupervisedExecutor, TaskFailedError, asked_of, run_on
+from stackdsl.supervising.processes import EnoughSeenError, run_supervised
+from stackdsl.supervising.worker import Task, TaskResult, TaskStatus
 from tests.command_line import AMPLE
 
 pytestmark = pytest.mark.usefixtures("interruptible")

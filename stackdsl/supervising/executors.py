@@ -16,8 +16,8 @@ from multiprocessing import Pipe
 from queue import Empty, SimpleQueue
 from typing import Any, ParamSpec, TypeVar
 
-from stackdsl.checking.processes import LONGEST_WAIT, EnoughSeenError, OnDone, OnWait, Pool, PoolResult
-from stackdsl.checking.worker import Start, Task, TaskResult, TaskStatus, crash
+from stackdsl.supervising.processes import LONGEST_WAIT, EnoughSeenError, OnDone, OnWait, Pool, PoolResult
+from stackdsl.supervising.worker import Start, Task, TaskResult, TaskStatus, crash
 
 TIME_LIMIT = 600.0  # [s] of wall time a call that says nothing of it
 
