@@ -18,10 +18,11 @@ from stackdsl.exits import ExitCode
 from stackdsl.importing.expansion import file_beside
 from stackdsl.importing.kept_surfaces import left_open
 from stackdsl.importing.load import ImportedLoad, Surfaces, UnreadableLoadError
-from stackdsl.importing.load_formats import MAX_IMPORTED, read_load
+from stackdsl.importing.load_formats import MAX_IMPORTED
 from stackdsl.importing.moved_text import moved_lines
 from stackdsl.importing.scenario_text import scenario_text, slug
 from stackdsl.importing.settling import Settled, cannot_settle, settled
+from stackdsl.importing.supervised_reading import load_supervised
 from stackdsl.importing.written_load import digits
 from stackdsl.language.imports import FORMATS, Import, Units
 from stackdsl.language.mistakes import MistakeError
@@ -79,7 +80,9 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
         raise click.UsageError(f"cannot read {file}: {error.strerror}") from error
     shown = visible(file.as_posix())
     try:
-        read = read_load(data, shown, asked, lambda named: read_file(Path(file_beside(named, str(file))), MAX_IMPORTED))
+        read = load_supervised(
+            data, shown, asked, lambda named: read_file(Path(file_beside(named, str(file))), MAX_IMPORTED)
+        )
         found = _settled(_with_rule(read, Rule(rule) if rule else None), asked)
     except UnreadableLoadError as error:
         for mistake in error.diagnostics:

@@ -9,8 +9,9 @@ from pydantic import ValidationError
 from stackdsl.diagnostics import Diagnostic, Span, reading_order
 from stackdsl.importing.kept_surfaces import disagreement
 from stackdsl.importing.load import UnreadableLoadError
-from stackdsl.importing.load_formats import MAX_IMPORTED, read_load
+from stackdsl.importing.load_formats import MAX_IMPORTED
 from stackdsl.importing.settling import Settled, cannot_settle, settled
+from stackdsl.importing.supervised_reading import load_supervised
 from stackdsl.importing.written_load import written_box
 from stackdsl.language.author_types import MAX_BRICKS
 from stackdsl.language.imports import Import
@@ -110,9 +111,15 @@ def _taken(source: Source, path: Path, step: dict[str, Plain], library: Library)
     asked = _asked(source, here, step[IMPORT])
     span = source.span_of((*here, "file"))
     file = _file(asked.file, span)
+
+    def beside(named: str) -> bytes:
+        return library.bytes_of(file_beside(named, file), MAX_IMPORTED)
+
     try:
         data = library.bytes_of(file, MAX_IMPORTED)
-        load = read_load(data, file, asked, lambda named: library.bytes_of(file_beside(named, file), MAX_IMPORTED))
+        load = load_supervised(
+            data, file, asked, lambda named: library.bytes_of(file_beside(named, file), MAX_IMPORTED)
+        )
     except UnreadableLoadError as error:
         where = f"imported from {source.key_span_of(here)}"
         told = [replace(each, span=replace(each.span, where=where)) for each in error.diagnostics]

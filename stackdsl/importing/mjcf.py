@@ -9,13 +9,14 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from fractions import Fraction
+from math import isfinite
 from typing import TYPE_CHECKING, Final
 
 from stability.friction_law import Rule
 from stackdsl.importing.load import ImportedLoad, LoadReading, Surfaces, UnreadableLoadError
 from stackdsl.importing.meshes import brick_name
 from stackdsl.importing.placed_shapes import ROUNDED, Body, brick_of
-from stackdsl.importing.xml_text import Element, taken, written, xml_text
+from stackdsl.importing.xml_text import Element, refuse_odd_numbers, taken, written, xml_text
 from stackdsl.language.imports import Import
 
 if TYPE_CHECKING:
@@ -48,6 +49,8 @@ def read_mjcf(reading: LoadReading, _: Import) -> ImportedLoad:
     kept = taken(reading, whole, lambda parent, child: child.tag in _TAKEN.get(parent.tag, ()), _HARMLESS)
     kept = _without_ignored(reading, kept)
     _leave_what_matters(reading, whole, kept)
+    refuse_odd_numbers(reading, kept)
+    _refuse_made_meshes(reading, kept)
     rough = _says_friction(reading, kept)
     files = _files(reading, kept)
     reading.end()
@@ -67,6 +70,14 @@ def _leave_what_matters(reading: LoadReading, whole: Element, kept: Element) -> 
     for option in whole.all("option"):
         if "gravity" in option.attributes:
             reading.leave("gravity", option.span, known=False)
+
+
+def _refuse_made_meshes(reading: LoadReading, scene: Element) -> None:
+    """Tell meshes that MuJoCo makes by itself, of whatever size a few digits say, up to all the memory there is."""
+    for mesh in scene.all("mesh"):
+        for key in sorted({"builtin", "plugin"}.intersection(mesh.attributes)):
+            message = f"the mesh is made by MuJoCo, as `{key}` says, and such meshes are not taken"
+            reading.wrong(mesh.span, message, "write its corners as `vertex`, or save it as a file")
 
 
 def _says_friction(reading: LoadReading, scene: Element) -> bool:
@@ -138,6 +149,10 @@ def _bodies(reading: LoadReading, scene: Element, bodies: "list[CompiledBody]", 
             _not_taken(reading, element, f"'{name}' {held}, and bricks are free")
         elif len(body.geoms) != 1:
             _not_taken(reading, element, f"'{name}' is of {len(body.geoms)} shapes, and a brick is of one")
+        elif not isfinite(body.mass + body.geoms[0].friction):
+            reading.wrong(
+                element.span, f"'{name}' comes to a mass or a friction that is not finite", "mend its numbers"
+            )
         else:
             yield _body(element, name, body, rough)
 
@@ -154,7 +169,7 @@ def _admitted_grounds(reading: LoadReading, scene: Element, world: "CompiledBody
     elements = [child for child in within.children if child.tag == "geom"] if within is not None else []
     for element, geom in zip(elements, world.geoms, strict=True):
         off = max(abs(geom.turn[0]), abs(geom.turn[1]), abs(geom.place[2]))
-        if geom.kind != "plane" or off > ROUNDED:
+        if geom.kind != "plane" or not off <= ROUNDED or not isfinite(geom.friction):
             message = "a shape of the world itself never moves, and there is ground at z = 0 only"
             _not_taken(reading, element, message)
         else:

@@ -9,7 +9,7 @@ from contextlib import redirect_stderr
 from dataclasses import replace
 from fractions import Fraction
 from io import StringIO
-from math import inf, isfinite
+from math import inf
 from typing import TYPE_CHECKING, Any, Final
 
 from stability.model import Quaternion, Vec3
@@ -17,7 +17,7 @@ from stackdsl.importing.load import ImportedLoad, LoadReading, Surfaces, Unreada
 from stackdsl.importing.meshes import brick_name
 from stackdsl.importing.numbers import number_of
 from stackdsl.importing.placed_shapes import Body, brick_of
-from stackdsl.importing.xml_text import Element, taken, written, xml_text
+from stackdsl.importing.xml_text import Element, refuse_odd_numbers, taken, written, xml_text
 from stackdsl.language.imports import Import
 from stackdsl.language.mistakes import MistakeError
 from stackdsl.language.obj_text import obj_mesh
@@ -55,6 +55,7 @@ def read_urdf(reading: LoadReading, _: Import) -> ImportedLoad:
 
     kept = taken(reading, whole, is_taken, _HARMLESS)
     kept = _without_ignored(reading, kept)
+    refuse_odd_numbers(reading, kept)
     reading.end()
     robot = _parsed(reading, kept)
     made = [brick_of(reading, body) for body in _Links(reading, kept, robot).bodies()]
@@ -151,9 +152,6 @@ class _Links:
             return None
         if link.inertial is None or not link.inertial.mass:
             self._tell(element, f"'{link.name}' has no mass", "write its `inertial`, with a `mass`")
-            return None
-        if not isfinite(link.inertial.mass):
-            self._tell(element, f"'{link.name}' has a mass of {link.inertial.mass} kg", "write a number")
             return None
         (collision,) = link.collisions
         kind = type(collision.geometry).__name__.lower()

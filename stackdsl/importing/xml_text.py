@@ -5,14 +5,17 @@ What of it is taken goes on to the format's own parser line by line as it was, s
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from math import isfinite
 from typing import Final
 from xml.parsers import expat
 from xml.sax.saxutils import quoteattr
 
 from stackdsl.diagnostics import Span
 from stackdsl.importing.load import LoadReading, UnreadableLoadError
+from stackdsl.language.mistakes import shown
 
 DEEPEST: Final = 200  # elements within elements
+WORDS: Final = frozenset({"name", "class", "childclass", "mesh", "file", "filename", "link", "type", "content_type"})
 
 
 @dataclass(slots=True)
@@ -83,6 +86,25 @@ def taken(
         else:
             reading.leave(child.tag, child.span, known=child.tag in harmless)
     return Element(element.tag, element.attributes, element.span, element.line, children)
+
+
+def refuse_odd_numbers(reading: LoadReading, element: Element) -> None:
+    """Tell every number that is not finite, or is one to Python only, as `1_0` is, or digits that are not ASCII."""
+    for key, value in element.attributes.items():
+        odd = next(filter(_is_odd, value.split()), None) if key not in WORDS else None
+        if odd is not None:
+            message = f"`{key}` of <{element.tag}> has {shown(odd)}, which is no finite number"
+            reading.wrong(element.span, message, "write it with the digits 0 to 9, such as 0.25 or 1e-3")
+    for child in element.children:
+        refuse_odd_numbers(reading, child)
+
+
+def _is_odd(word: str) -> bool:
+    try:
+        number = float(word)
+    except ValueError:
+        return False
+    return not isfinite(number) or not word.isascii() or "_" in word
 
 
 def written(element: Element, of: Callable[[Element], Mapping[str, str]] = lambda e: e.attributes) -> str:

@@ -173,11 +173,11 @@ def test_a_link_that_is_no_brick_is_named_and_may_be_passed_over(added: str) -> 
         ('size="0.4 0.3 0.2"', 'size="0.4 0.3"', "urdf_parser_py says:"),
         ('<mass value="24"/>', "", "urdf_parser_py says:"),
         ('<mass value="24"/>', '<mass value="0"/>', "'base' has no mass"),
-        ('<mass value="24"/>', '<mass value="nan"/>', "'base' has a mass of nan kg"),
-        ('xyz="0 0 0.1"', 'xyz="0 0 nan"', "'base' is more than 10 km away"),
+        ('<mass value="24"/>', '<mass value="nan"/>', "`value` of <mass> has 'nan', which is no finite number"),
+        ('xyz="0 0 0.1"', 'xyz="0 0 nan"', "`xyz` of <origin> has 'nan', which is no finite"),
         ('xyz="0.05 0 0"', 'xyz="1e308 0 0"', "'carton' is more than 10 km away, or has its mass"),
-        ('rpy="0 0 3.141592653589793"', 'rpy="0 0 inf"', "'carton' is turned by what is no angle"),
-        ('scale="0.001 0.001 0.001"', 'scale="0.001 0.001 nan"', "the mesh 'block.obj' is scaled by"),
+        ('rpy="0 0 3.141592653589793"', 'rpy="0 0 inf"', "`rpy` of <origin> has 'inf', which is no finite"),
+        ('scale="0.001 0.001 0.001"', 'scale="0.001 0.001 nan"', "`scale` of <mesh> has 'nan', which is no"),
         ('scale="0.001 0.001 0.001"', 'scale="0.001 0.001 1e308"', "'wedge' is more than 10 km away"),
         ('filename="block.obj"', 'filename="nowhere.obj"', "cannot read 'nowhere.obj'"),
         ('filename="block.obj"', 'filename="package://x/block.stl"', "the mesh 'package://x/block.stl' is no OBJ file"),
@@ -346,7 +346,29 @@ def test_a_rule_that_is_asked_for_is_written(stackdsl: Stackdsl, tmp_path: Path)
     assert "friction: 0.3" not in passed_over
 
 
-@pytest.mark.parametrize("value", ["rough", "", "nan"])
+@pytest.mark.parametrize("value", ["rough", ""])
 def test_a_friction_of_a_link_that_is_no_number_is_told_in_its_line(value: str) -> None:
     (found,) = mistakes(ROUGH_LINK.replace('value="0.3"', f'value="{value}"'))
     assert found.message == "a friction that is no number"
+
+
+ODD = {"nan": "which is no finite number", "inf": "which is no finite number", "٠.١": "finite", "1_0": "finite"}
+
+
+@pytest.mark.parametrize("number", ODD)
+def test_a_number_that_is_one_to_python_only_is_refused_before_its_parser_reads_it(number: str) -> None:
+    for text, old in ((URDF, 'mass value="'), (MJCF, 'size="')):
+        place = text.index(old) + len(old)
+        odd = text[:place] + number + text[text.index('"', place) :]
+        with pytest.raises(UnreadableLoadError) as caught:
+            read_plainly(odd)
+        assert f"'{number}'" in caught.value.diagnostics[0].message
+
+
+@pytest.mark.parametrize("made", ['builtin="sphere" params="12"', 'builtin="supersphere" params="99999 9 1 1"'])
+def test_a_mesh_that_mujoco_would_make_by_itself_is_refused(made: str) -> None:
+    text = put(MJCF, "  </asset>", f'<mesh name="made" {made}/>') if "</asset>" in MJCF else ""
+    text = text or put(MJCF, "  <worldbody>", f'<asset><mesh name="made" {made}/></asset>')
+    with pytest.raises(UnreadableLoadError) as caught:
+        read_plainly(text)
+    assert "is made by MuJoCo" in caught.value.diagnostics[0].message
