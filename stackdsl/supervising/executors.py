@@ -204,6 +204,8 @@ def _ended(future: "Future[TaskResult]") -> TaskResult:
 
 
 _OWN = threading.local()  # the process that a thread of some executor has here
+if hasattr(os, "register_at_fork"):  # not on Windows
+    os.register_at_fork(after_in_child=_OWN.__dict__.clear)  # a copy of this process would share it, and both hang
 
 
 def supervised(task: Task) -> TaskResult:

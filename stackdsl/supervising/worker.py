@@ -31,6 +31,7 @@ LENGTH = 8  # [bytes] of the length of a message, big-endian
 LONGEST_MESSAGE = 2_000  # [characters] of the error of a task, and ten times as many of its traceback
 BEGUN = b"begun"  # a worker's word that it has all it needs and calls the function now
 _STARTING = threading.Lock()
+_OURS: set[Connection] = set()  # the ends of pipes to workers that this process has open
 START_LIMIT = 120.0  # [s] for a worker to start and import what a task needs, before the task's own limit counts
 
 
@@ -91,6 +92,7 @@ class Worker:
         Interrupts are to be held back meanwhile.
         """
         ours, theirs = multiprocessing.Pipe()
+        _OURS.add(ours)
         process = _process(start, imported, theirs)
         with _may_have_children():
             process.start()
@@ -143,6 +145,7 @@ class Worker:
             os.killpg(self.process.pid, signal.SIGKILL)
         self.process.kill()
         self.process.join()
+        _OURS.discard(self.connection)
         self.connection.close()
 
 
@@ -215,13 +218,9 @@ def interrupts_held_back(start: Start = Start.COPY) -> Iterator[None]:
 
 
 def crash(error: BaseException) -> TaskResult:
-    message = traceback.format_exception_only(error)[-1].strip()
-    details = "".join(traceback.format_exception(error))
-    return TaskResult(
-        TaskStatus.CRASHED,
-        message=_shortened(message, LONGEST_MESSAGE),
-        details=_shortened(details, 10 * LONGEST_MESSAGE),
-    )
+    message = _shortened(traceback.format_exception_only(error)[-1].strip(), LONGEST_MESSAGE)
+    details = _shortened("".join(traceback.format_exception(error)), 10 * LONGEST_MESSAGE)
+    return TaskResult(TaskStatus.CRASHED, message=message, details=details)
 
 
 def _shortened(text: str, most: int) -> str:
@@ -243,6 +242,8 @@ def cause_of_death(process: BaseProcess) -> str:
 
 def _serve(connection: Connection) -> None:
     """What a worker does: one order after the other, until nobody is left to give any."""
+    while _OURS:  # which a copy has as well: a task could wait for itself there, or give orders to others
+        _OURS.pop().close()
     os.setpgid(0, 0)  # what a task starts is of this group, and ends with it
     process = os.getpid()
     # The parent decides what Ctrl-C means; held back so far, it would stay so in whatever a task starts.

@@ -5,11 +5,12 @@ import os
 import signal
 from collections.abc import Iterator
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
-from stackdsl.supervising.executors import SupervisedExecutor, TaskFailedError, asked_of, run_on
+from stackdsl.supervising.executors import SupervisedExecutor, TaskFailedError, asked_of, run_on, supervised
 from stackdsl.supervising.processes import EnoughSeenError, run_supervised
 from stackdsl.supervising.worker import Task, TaskResult, TaskStatus
 from tests.command_line import AMPLE
@@ -136,3 +137,18 @@ def test_a_process_that_is_a_daemon_as_workers_of_dask_are_may_have_supervised_o
     finally:
         own.daemon = False
     assert result.value == 4
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="a system without fork")
+def test_a_copy_of_a_process_has_a_supervised_process_of_its_own() -> None:
+    """That of its parent answers whoever reads first, and another one would wait for ever."""
+    assert supervised(Task(square, (2,), AMPLE)).value == 4
+    hears, tells = multiprocessing.Pipe(duplex=False)
+    if not (child := os.fork()):
+        with suppress(BaseException):
+            tells.send(supervised(Task(square, (3,), AMPLE)).value)
+        os._exit(0)
+    assert hears.poll(AMPLE)
+    assert hears.recv() == 9
+    os.waitpid(child, 0)
+    assert supervised(Task(square, (4,), AMPLE)).value == 16

@@ -404,6 +404,7 @@ def test_no_worker_survives_the_call() -> None:
 
 def test_a_listener_that_fails_ends_the_call_and_all_workers() -> None:
     heard: list[object] = []
+    before = multiprocessing.active_children()  # such as the process that this one keeps to read files in
 
     def fail(index: int, result: TaskResult) -> None:
         heard.append(result.value)
@@ -412,7 +413,7 @@ def test_a_listener_that_fails_ends_the_call_and_all_workers() -> None:
     with pytest.raises(LookupError, match="nobody listens"):
         run_supervised([call(process_id), call(hang)], 2, fail)
     assert isinstance(heard[0], int)
-    assert multiprocessing.active_children() == []
+    assert not set(multiprocessing.active_children()) - set(before)
 
 
 def is_gone(process: int) -> bool:
