@@ -401,6 +401,7 @@ def arch(
     voussoirs: int | None = None,
     depth: str | None = None,
     abutment: str | None = None,
+    height: str | None = None,
     when: int | str | None = None,
     after: str | None = None,
     name: str | None = None,
@@ -420,7 +421,8 @@ def arch(
     thickness: of the ring of stones, along the joints
     voussoirs: how many stones
     depth: from front to back; default: the width of the brick
-    abutment: how wide each abutment is behind the arch; for one that is flatter than a semicircle
+    abutment: how wide each abutment is behind the arch; a semicircle stands on the ground without any
+    height: of the springings above the ground, where there are abutments; default: the thickness
     when: when the step begins; default: after the previous step
     after: the event that the step begins after
     name: goes before the names of the bricks of this step
@@ -440,6 +442,7 @@ def arch(
         "voussoirs": voussoirs,
         "depth": depth,
         "abutment": abutment,
+        "height": height,
     }
     return written(
         {

@@ -1,11 +1,12 @@
 r"""The arch: stones with radial joints, between two springings.
 
-____
-/   |    \         its inner side, the intrados, is an arc of a circle through both springings and the crown;
-/  \  |  /   \       joints lead to the middle of that circle, and each stone ends in straight lines between them
-|__   ___    __|
-|   | /   \  |   |     a semicircle stands on its two lowest joints, which are level; a flatter arch needs an
-|___|       |____|     abutment at each end, which takes the thrust by its weight and by friction on the ground
+      ______
+     /  |   \        Its inner side, the intrados, is an arc of a circle through both springings and the crown. Joints
+    /\ _|__ /\       lead to the middle of that circle, and each stone ends in straight lines between them.
+ ___\/      \/___    A flatter arch springs from the inclined face of an abutment at each end, which takes the thrust by
+|   |        |   |   its weight and by friction on the ground. Its stones are clear of the ground: an edge that stood on
+|___|        |___|   that as well would be held from two sides. A semicircle, whose lowest joints are level, stands on
+                     the ground, or on abutments as on piers.
 """
 
 from itertools import pairwise
@@ -34,7 +35,10 @@ class ArchParams(LayoutParams):
     voussoirs: Annotated[int, Field(strict=True, ge=2, le=MAX_STONES)] = Field(description="how many stones")
     depth: PositiveLength | None = Field(None, description="from front to back; default: the width of the brick")
     abutment: PositiveLength | None = Field(
-        None, description="how wide each abutment is behind the arch; for one that is flatter than a semicircle"
+        None, description="how wide each abutment is behind the arch; a semicircle stands on the ground without any"
+    )
+    height: PositiveLength | None = Field(
+        None, description="of the springings above the ground, where there are abutments; default: the thickness"
     )
 
     count = "voussoirs"
@@ -49,21 +53,23 @@ def arch(params: ArchParams, size: Vec3) -> Specs:
     """Stones with radial joints, all set down at one moment, as no part of an arch stands by itself."""
     half, depth = 0.5 * params.span, params.depth or size[1]
     rise = half if params.rise is None else params.rise
-    _admit_rise(params, rise)
-    radius = (half * half + rise * rise) / (2.0 * rise)
-    middle = 0.0 if _is_semicircle(rise, half) else rise - radius  # the height of the middle of the circle
+    semicircle = abs(rise - half) <= SEMICIRCLE * half
+    _admit(params, rise, semicircle)
+    height = 0.0 if params.abutment is None else params.height or params.thickness
+    radius = half if semicircle else (half * half + rise * rise) / (2.0 * rise)
+    middle = 0.0 if semicircle else rise - radius  # of the circle, above the springings
     lowest = atan2(-middle, half)  # of the joints, seen from there
     joints = []
     for number in range(params.voussoirs + 1):
         angle = pi - lowest - (pi - 2.0 * lowest) * number / params.voussoirs
         inner, outer = radius, radius + params.thickness
-        joints.append(tuple((r * cos(angle), middle + r * sin(angle)) for r in (inner, outer)))
-    if middle == 0.0:  # of a semicircle, both ends lie on the ground, whatever rounding says
-        joints[0], joints[-1] = (tuple((x, 0.0) for x, _ in joint) for joint in (joints[0], joints[-1]))
+        joints.append(tuple((r * cos(angle), height + middle + r * sin(angle)) for r in (inner, outer)))
+    if semicircle:  # its lowest joints are level, whatever rounding says
+        joints[0], joints[-1] = (tuple((x, height) for x, _ in joint) for joint in (joints[0], joints[-1]))
     stones: list[Outline] = [(a[0], a[1], b[1], b[0]) for a, b in pairwise(joints)]
     ends: list[Outline] = []
-    if middle < 0.0:
-        ends = [_abutment(joints[0], -_wide(params)), _abutment(joints[-1], _wide(params))]
+    if params.abutment is not None:
+        ends = [_abutment(joints[0], -params.abutment), _abutment(joints[-1], params.abutment)]
     specs = [BrickSpec(1, (0.0, 0.0, 0.0), outline=end, depth=depth) for end in ends]
     level = len(specs[:1]) + 1
     specs += [
@@ -73,28 +79,21 @@ def arch(params: ArchParams, size: Vec3) -> Specs:
     return tuple(specs)
 
 
-def _is_semicircle(rise: float, half: float) -> bool:
-    return abs(rise - half) <= SEMICIRCLE * half
-
-
-def _admit_rise(params: ArchParams, rise: float) -> None:
+def _admit(params: ArchParams, rise: float, semicircle: bool) -> None:
     half = 0.5 * params.span
-    if rise > half * (1.0 + SEMICIRCLE):
+    if rise > half and not semicircle:
         message = f"the arch rises by {mm(rise)}, and half its span is {mm(half)}"
         raise MistakeError("SD104", message, "let it rise by half its span at most")
-    if _is_semicircle(rise, half) and params.abutment is not None:
-        raise MistakeError("SD104", "a semicircle stands on the ground by itself", "leave `abutment` out")
-    if not _is_semicircle(rise, half) and params.abutment is None:
+    if params.abutment is None and not semicircle:
         raise MistakeError(
             "SD102", "an arch that is flatter than a semicircle has no ends to stand on", "add `abutment`"
         )
-
-
-def _wide(params: ArchParams) -> float:
-    return params.abutment or 0.0
+    if params.abutment is None and params.height is not None:
+        raise MistakeError("SD102", "nothing carries the springings above the ground", "add `abutment`")
 
 
 def _abutment(joint: tuple[tuple[float, float], ...], wide: float) -> Outline:
     """A stone from the joint outwards, on the ground; `wide` to the right, or less than nothing to the left [m]."""
-    (inner, _), (outer, high) = joint
-    return ((inner, 0.0), (outer, high), (outer + wide, high), (outer + wide, 0.0))
+    (inner, springing), (outer, high) = joint
+    face = ((inner, springing), (outer, high)) if high > springing else ((inner, springing),)
+    return ((inner, 0.0), *face, (outer + wide, high), (outer + wide, 0.0))

@@ -9,8 +9,9 @@ from itertools import pairwise
 from math import cos, pi, sin
 
 import numpy as np
-from scipy.optimize import brentq, linprog
+from scipy.optimize import brentq, linprog, minimize_scalar
 
+MUCH = 1.0  # room that is enough: where a straight line fits into an arch, any force may press along it
 Point = tuple[float, float]
 MILANKOVITCH = (
     0.10748  # the least thickness of a semicircular arch of many stones, in its mean radii (Milankovitch 1907)
@@ -71,7 +72,7 @@ def room(joints: Sequence[tuple[Point, Point]], friction: float | None = None) -
         [0.0, 0.0, 0.0, -1.0],
         A_ub=rows,
         b_ub=limits,
-        bounds=[(0.0, None), (None, None), (None, None), (None, None)],
+        bounds=[(0.0, None), (None, None), (None, None), (None, MUCH)],
         method="highs",
     )
     return -1.0 if found.x is None else float(found.x[3])
@@ -89,3 +90,24 @@ def least_thickness(span: float, rise: float, stones: int, friction: float | Non
     return float(
         brentq(lambda t: room(joints_of(span, rise, t, stones), friction), 1e-4 * span, 0.3 * span, xtol=1e-10 * span)
     )
+
+
+def milankovitch(half_angle: float) -> float:
+    """The least thickness of an arch of very many stones between springings so far from the crown [rad], in mean radii.
+
+    Closed: it has hinges at the crown and the springings on the outer side, and between them on the inner one, where
+    the thrust that they need is greatest (Milankovitch 1907; Cocchetti, Colasante and Rizzi 2011).
+    """
+
+    def lacking(thickness: float) -> float:
+        inner, outer, centres = 1.0 - 0.5 * thickness, 1.0 + 0.5 * thickness, 1.0 + thickness**2 / 12.0
+
+        def thrust(hinge: float, radius: float) -> float:
+            """The level force at the crown that holds the part up to a hinge, in weights of a radian."""
+            moment = radius * hinge * sin(hinge) - centres * (1.0 - cos(hinge))
+            return moment / (outer - radius * cos(hinge))
+
+        haunch = minimize_scalar(lambda hinge: -thrust(hinge, inner), bounds=(1e-3, half_angle), method="bounded")
+        return -float(haunch.fun) - thrust(half_angle, outer)
+
+    return float(brentq(lacking, 1e-6, 0.3, xtol=1e-12))
