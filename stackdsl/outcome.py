@@ -132,6 +132,7 @@ class VariantResult:
     numerical: str = ""  # why the collapse is the solver's and none of physics; empty where nothing says so
     wrong_edges: WrongEdges | None = None  # None where no contact was seen to have a wrong normal
     wrong_friction: WrongFriction | None = None  # the worst that an engine has had
+    touching_within: float = 0.0  # [m] the verdict of statics counts on gaps up to this as contact; 0 if on none
     energy_gained: float = 0.0  # share of energy that the engine added by itself, where that is a fault
     collapse: Collapse | None = None
     ensemble: Ensemble | None = None  # what became of many samples; None of one run

@@ -7,12 +7,15 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from itertools import groupby
+from math import inf
 from typing import Literal, TypeAlias
 
 from stability.friction_law import GivenFriction, law_of
 from stability.mechanics.ground_motion import GroundMotion
 from stability.mechanics.hand_course import HandCourse
 from stability.model import AT_REST, BodyId, Brick, Plane, Pose, Vec3
+from stability.statics.assembly import Assembly
+from stability.statics.facts import Tolerances
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,6 +25,16 @@ class World:
     gravity: float  # [m/s2], along -z
     friction: GivenFriction  # of brick on brick: one number, unless some rub otherwise
     planes: tuple[Plane, ...]  # the ground first
+    touching: float = inf  # [m] statics count no wider gap as contact, as `Tolerances.within`
+
+    def assembly(self) -> Assembly:
+        """What statics judges, with no bricks as yet."""
+        return Assembly(self.planes, self.friction, self.gravity, self.tolerances, overlap=inf)
+
+    @property
+    def tolerances(self) -> Tolerances:
+        """How exact statics is."""
+        return Tolerances(within=self.touching)
 
     @property
     def roughest(self) -> float:

@@ -18,6 +18,11 @@ def mm(length: float, digits: int = 4) -> str:
     return f"{MILLIMETRES * length:.{digits}g} mm"
 
 
+def touching_text(within: float) -> str:
+    """Which gaps a verdict counts on [m]: `, as touching within 0.05 mm`; empty where it counts on none."""
+    return f", as touching within {mm(within)}" if within > 0.0 else ""
+
+
 def how_many(count: int, noun: str) -> str:
     """1 brick, 2 bricks."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"

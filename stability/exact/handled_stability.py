@@ -68,7 +68,7 @@ class HandledStability(ProvenStability):
         tables = [placed for placed in self._in_hands.values() if placed is not None]
         planes = self.planes if self.planes is not None else fixed_bodies(self.engine, self.friction)[0]
         standing = tuple(self.assembly.bricks.values())
-        self.assembly = Assembly(planes, self.friction, self.assembly.gravity, tables=tables, overlap=inf)
+        self.assembly = Assembly(planes, self.friction, self.assembly.gravity, self.tolerances, tables, overlap=inf)
         judgement = release_until_stable(self.assembly, self.assembly.add_all([*standing, *coming]))
         self._when_changed = judgement.first
         names = [placed.brick.id for placed in coming]

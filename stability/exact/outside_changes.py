@@ -35,7 +35,9 @@ def changed(assembly: Assembly, lost: Collection[BodyId], disturbed: Mapping[Bod
             verdict = assembly.move(brick, state.pose)
     if (tuple(site.planes), tuple(site.tables)) != (assembly.planes, assembly.tables):
         standing = tuple(assembly.bricks.values())
-        assembly = Assembly(site.planes, assembly.friction, assembly.gravity, tables=site.tables, overlap=inf)
+        assembly = Assembly(
+            site.planes, assembly.friction, assembly.gravity, assembly.tolerances, site.tables, overlap=inf
+        )
         verdict = assembly.add_all(standing)
     return Changed(assembly, verdict, pushed)
 

@@ -24,7 +24,7 @@ from stability.friction_law import GivenFriction
 from stability.geometry.vectors import norm, scale
 from stability.model import BodyId, BodyState, Plane, Pose, Vec3
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Placed, Stability, Stage, Verdict
+from stability.statics.facts import Placed, Stability, Stage, Tolerances, Verdict
 from stability.watching.extension import Update
 from stability.watching.gravity import gravity_of
 from stability.watching.held_bodies import HeldBodies
@@ -50,6 +50,7 @@ class ProvenStability:
     joiner: Joining | None = None
     # What lets frozen bricks press on woken ones; None if the engine cannot, and all that they carry is woken too.
     presser: Pressing | None = None
+    tolerances: Tolerances = Tolerances()  # noqa: RUF009 -- frozen
     assembly: Assembly = field(init=False)
     _awake: AwakeBricks = field(init=False)
     _when_changed: Verdict | None = field(default=None, init=False)  # as bricks were last set down or taken out
@@ -71,7 +72,7 @@ class ProvenStability:
         self._observers = Observers(
             (*guarded, limits_of, self._rigid_groups, self._dead_loads, self._disturbances, self._awake)
         )
-        self.assembly = Assembly(self.planes or (), self.friction, gravity, overlap=inf)
+        self.assembly = Assembly(self.planes or (), self.friction, gravity, self.tolerances, overlap=inf)
 
     def awake(self) -> list[BodyId]:
         """The bricks that the engine moves, by name."""

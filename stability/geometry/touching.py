@@ -35,6 +35,7 @@ def reach_between(thickness: float, other: float = inf, share: float = TOUCHING)
 def gap_bridged(reach: float, upward: float, within: float = inf) -> float:
     """The widest gap [m] that counts as contact, from the reach [m] and the z of the (unit) normal across the gap.
 
-    Where the reach is to bridge gaps only `within` less [m], that takes its place; at 0 only what is no gap counts.
+    If `within` [m] is less than the reach, it takes the place of the reach; at 0 only what is no gap counts.
     """
-    return max(NO_GAP * reach, min(reach, within) * min(1.0, max(BESIDE, upward, -upward)))
+    share = min(1.0, max(BESIDE, upward, -upward))
+    return min(reach * share, within * share + NO_GAP * reach)

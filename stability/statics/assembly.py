@@ -9,20 +9,24 @@ No engine takes part. Bricks come, go and move one by one or together, and only 
 """
 
 from collections.abc import Callable, Collection, Iterable, Sequence
-from dataclasses import dataclass, replace
-from math import inf
+from dataclasses import dataclass, field, replace
+from math import ceil, floor, inf, log10
 from time import perf_counter
 from types import MappingProxyType
 
 from stability.friction_law import GivenFriction
 from stability.garbage import rarely_collected
+from stability.geometry.touching import BESIDE
 from stability.model import EARTH, GROUND, BodyId, Brick, Plane, Pose
 from stability.statics.admission import admit_brick, admit_names, admit_overlap, admit_site, listed
 from stability.statics.assembly_answers import AssemblyAnswers
-from stability.statics.facts import Placed, Stability, Tolerances, Verdict, by_place
+from stability.statics.facts import Contact, Placed, Stability, Tolerances, Verdict, by_place
 from stability.statics.intrusion import OVERLAP, refuse_overlaps
 from stability.statics.prover import Prover, ProverState
 from stability.statics.structure import Structure
+
+DIGITS = 3  # of the least width of gaps that a verdict counts on, rounded up
+NOISE = 1e-9  # share of a width that is rounding: it does not make 1 mm 1.01 mm
 
 LEVEL_GROUND = Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), friction=0.5)
 
@@ -34,6 +38,60 @@ class AssemblyState:
     of: "Assembly"
     known: ProverState
     verdict: Verdict
+
+
+@dataclass(slots=True)
+class CountedGaps:
+    """How wide gaps must count as contact for bricks to be STABLE. It is answered when first asked, then remembered.
+
+    Bricks that are measured, or cut of wood, have gaps of some hundredths of a millimetre, and settle: so gaps count as
+    contact. A verdict that would be another without them says that it counts on them.
+    """
+
+    bricks: Sequence[Placed]
+    contacts: Sequence[Contact]  # those across gaps
+    planes: tuple[Plane, ...]
+    friction: GivenFriction
+    gravity: float  # [m/s2]
+    tolerances: Tolerances
+    tables: tuple[Placed, ...]
+    _answer: float | None = field(default=None, init=False)
+
+    def within(self) -> float:
+        """The least `Tolerances.within` [m] with which the bricks are proven stable, rounded up to three digits."""
+        if self._answer is None:
+            self._answer = self._searched()
+            self.bricks, self.contacts = (), ()
+        return self._answer
+
+    def _searched(self) -> float:
+        if self._is_stable(0.0):
+            return 0.0
+        widths = sorted({_rounded_up(width) for contact in self.contacts for width in _widths(contact)})
+        below, enough = -1, len(widths)
+        while enough - below > 1:
+            middle = (below + enough) // 2
+            if self._is_stable(widths[middle]):
+                enough = middle
+            else:
+                below = middle
+        return widths[min(enough, len(widths) - 1)]
+
+    def _is_stable(self, within: float) -> bool:
+        tolerances = replace(self.tolerances, within=min(within, self.tolerances.within))
+        assembly = Assembly(self.planes, self.friction, self.gravity, tolerances, self.tables, overlap=inf)
+        return assembly.add_all(self.bricks, names_smallest=False).stability is Stability.STABLE
+
+
+def _widths(contact: Contact) -> Iterable[float]:
+    """By point, the least `Tolerances.within` [m] with which its gap counts; see `gap_bridged`."""
+    share = min(1.0, max(BESIDE, *(abs(normal[2]) for normal in contact.normals_W)))
+    return (gap / share for gap in contact.gaps if gap > 0.0)
+
+
+def _rounded_up(width: float) -> float:
+    unit = 10.0 ** (floor(log10(width)) - DIGITS + 1)
+    return float(f"{ceil(width / unit * (1.0 - NOISE)) * unit:.{DIGITS}g}")
 
 
 class Assembly(AssemblyAnswers):
@@ -159,7 +217,17 @@ class Assembly(AssemblyAnswers):
         found = None if self._prover.all_proven() else self._prover.prove(names_smallest)
         if found is None:
             stage = self._prover.dearest(changed)
-            self._verdict = Verdict(Stability.STABLE, stage, seconds=perf_counter() - started)
+            seconds = perf_counter() - started
+            self._verdict = Verdict(Stability.STABLE, stage, seconds=seconds, gaps=self._gap_question())
         else:
             self._verdict = replace(found, seconds=perf_counter() - started)
         return self._verdict
+
+    def _gap_question(self) -> tuple[CountedGaps, ...]:
+        """Whether the proof of all there is counts on gaps as contact; none where there are no gaps."""
+        structure = self._structure
+        across = tuple(structure.across_gaps.values())
+        if not across:
+            return ()
+        bricks, site = tuple(structure.bricks.values()), (self.planes, self.friction, self.gravity)
+        return (CountedGaps(bricks, across, *site, structure.tolerances, self.tables),)

@@ -9,7 +9,7 @@ from stability.graph import reached
 from stability.model import BodyId, Plane
 from stability.statics.brick_graph import brick_graph, rests_on
 from stability.statics.certificate import Tally, tallied, total_forces
-from stability.statics.facts import Contact, Forces, Placed, Problem, Stage, Verdict
+from stability.statics.facts import Contact, Forces, Placed, Problem, Stage, Tolerances, Verdict
 from stability.statics.prover import Prover
 from stability.statics.rounding import rounded
 from stability.statics.structure import Structure
@@ -42,6 +42,11 @@ class AssemblyAnswers:
     def gravity(self) -> float:
         """Acceleration of free fall [m/s2]."""
         return self._structure.gravity
+
+    @property
+    def tolerances(self) -> Tolerances:
+        """How exact it is."""
+        return self._structure.tolerances
 
     def _reject_unknown(self, names: Sequence[BodyId]) -> None:
         for name in names:

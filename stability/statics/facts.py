@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from math import inf
-from typing import TypeAlias
+from typing import Protocol, TypeAlias
 
 from stability.geometry.touching import TOUCHING
 from stability.model import BodyId, Brick, Pose, Vec3
@@ -99,6 +99,13 @@ class Stage(StrEnum):
     CONES = "friction cones"  # the exact problem, a conic program
 
 
+class GapQuestion(Protocol):
+    """How wide gaps must count as contact for something to be proven stable."""
+
+    def within(self) -> float:
+        """So wide [m]; 0 where it is stable with none."""
+
+
 @dataclass(frozen=True, slots=True)
 class Verdict:
     """What was found of an assembly, by which stage, and with which proof."""
@@ -109,6 +116,13 @@ class Verdict:
     moving: tuple[BodyId, ...] = ()  # UNSTABLE: a smallest set of bricks that moves; UNDECIDED: those in doubt
     motion: Motion | None = None  # the proof of UNSTABLE
     seconds: float = field(default=0.0, compare=False)  # what the answer cost [s of wall time]
+    # STABLE: asked where bricks touch across gaps. An answer costs as much as some verdicts, so it comes on demand.
+    gaps: tuple[GapQuestion, ...] = field(default=(), compare=False, repr=False)
+
+    @property
+    def touching_within(self) -> float:
+        """STABLE counts on gaps up to this width as contact [m], as `Tolerances.within` says; 0 if it needs none."""
+        return max((question.within() for question in self.gaps), default=0.0)
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,6 +29,7 @@ class StructureState:
     weights: Mapping[BodyId, VerticalLoad]
     turn: Mapping[BodyId, int]
     solids: Mapping[BodyId, Solid]
+    across_gaps: Mapping[tuple[BodyId, BodyId], Contact]
 
 
 @dataclass
@@ -49,6 +50,7 @@ class Structure:
     carried: dict[BodyId, list[BodyId]] = field(default_factory=dict)  # bricks that a brick can press straight up
     cores: dict[BodyId, LoadCore] = field(default_factory=dict)
     weights: dict[BodyId, VerticalLoad] = field(default_factory=dict)  # the weight of each brick
+    across_gaps: dict[tuple[BodyId, BodyId], Contact] = field(default_factory=dict)  # by lower and upper body
     _turn: dict[BodyId, int] = field(default_factory=dict)  # in which order their cores were found
     _law: Friction = field(init=False)
     _solids: dict[BodyId, Solid] = field(default_factory=dict)
@@ -126,6 +128,8 @@ class Structure:
 
     def _join(self, contact: Contact) -> None:
         lower, upper = contact.lower, contact.upper
+        if contact.gaps:
+            self.across_gaps[lower, upper] = contact
         for body, other in ((lower, upper), (upper, lower)):
             if body in self.bricks:
                 self.touching[body] = {**self.touching[body], other: contact}
@@ -138,6 +142,7 @@ class Structure:
         """Let these touch no more, as something fills their gaps."""
         for contact in contacts:
             lower, upper = contact.lower, contact.upper
+            self.across_gaps.pop((lower, upper), None)
             for body, other in ((lower, upper), (upper, lower)):
                 if body in self.bricks:
                     self.touching[body] = {each: c for each, c in self.touching[body].items() if each != other}
@@ -175,7 +180,10 @@ class Structure:
 
     def take(self, brick: BodyId) -> None:
         """Take a brick away. The cores of what it carried still count on it: find them anew."""
-        beside = [other for other in self.touching.pop(brick) if other in self.bricks]
+        touched = self.touching.pop(brick)
+        for contact in touched.values():
+            self.across_gaps.pop((contact.lower, contact.upper), None)
+        beside = [other for other in touched if other in self.bricks]
         for other in beside:
             self.touching[other] = {body: c for body, c in self.touching[other].items() if body != brick}
             self.supports[other] = [c for c in self.supports[other] if c.lower != brick]
@@ -202,6 +210,7 @@ class Structure:
             dict(self.weights),
             dict(self._turn),
             dict(self._solids),
+            dict(self.across_gaps),
         )
 
     def restore(self, state: StructureState) -> None:
@@ -215,7 +224,7 @@ class Structure:
         self.bricks.update(state.bricks)
         self.touching, self.supports, self.carried = dict(state.touching), dict(state.supports), dict(state.carried)
         self.cores, self.weights, self._turn = dict(state.cores), dict(state.weights), dict(state.turn)
-        self._solids = dict(before)
+        self._solids, self.across_gaps = dict(before), dict(state.across_gaps)
         self._turns = count(max(self._turn.values(), default=-1) + 1)
 
     def by_turn(self, bricks: Iterable[BodyId]) -> list[BodyId]:

@@ -310,7 +310,7 @@ def verdict(
 ) -> Written:
     """What statics says of the structure after its last change.
 
-    what: `stable` or `guaranteed` or `possible` or `unstable` or `undecided`
+    what: `stable` or `stable, counting on no gap` or `guaranteed` or `possible` or `unstable` or `undecided`
     system: the system, or systems, that this is expected of; default: all
     source: of what is known from outside: where from
     because: why it is so

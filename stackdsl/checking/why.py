@@ -25,7 +25,7 @@ from stackdsl.timeline import (
     time_of_arrival,
 )
 from stackdsl.trace import Event, EventKind, Trace
-from stackdsl.wording import mm, moving_text, names_text, shaking_text
+from stackdsl.wording import mm, moving_text, names_text, shaking_text, touching_text
 
 NOTICED = 1e-6  # [m] what shifted by less has not moved, as far as people are concerned
 EARLY = 0.05  # [s] how much before its aim what is thrown or dropped may meet the structure
@@ -92,7 +92,8 @@ def _cause(trace: Trace, verdict: Verdict | None, woken: Event | None) -> str:
         if trace.statics is None:
             return ""
         stands = trace.statics.stability is Stability.STABLE
-        return "statics prove that it stands" if stands else trace.statics.reason
+        told = f"statics prove that it stands{touching_text(trace.statics.touching_within)}"
+        return told if stands else trace.statics.reason
     if trace.numerical:
         return f"none of physics: {trace.numerical}"
     if verdict is not None:

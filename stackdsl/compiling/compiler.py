@@ -6,9 +6,11 @@ The scene is laid out in its own frame, level ground at z = 0; a tilt then turns
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import chain
+from math import inf
 from typing import Final, TypeAlias
 
-from stability.model import BodyId, Brick, Quaternion
+from stability.friction_law import GivenFriction
+from stability.model import BodyId, Brick, Plane, Quaternion
 from stackdsl.compiling.asked import asked_of
 from stackdsl.compiling.built import Built, built_of, missiles_of
 from stackdsl.compiling.built_bricks import BuiltBrick, built_bricks
@@ -116,6 +118,11 @@ def _too_many(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
         yield Diagnostic("SD206", source.key_span_of(("impacts",)), message, hint)
 
 
+def _world(scenario: Scenario, friction: GivenFriction, planes: tuple[Plane, ...]) -> World:
+    touching = scenario.world.touching
+    return World(scenario.world.gravity, friction, planes, inf if touching is None else touching)
+
+
 def _timeline(built: Built, impacts: Iterable[tuple[Moment, Action]], scenario: Scenario) -> Timeline:
     tilt, asked = tilt_of(scenario), asked_of(scenario)
     planes = tuple(turned_plane(plane, tilt) for plane in built.planes)
@@ -126,7 +133,7 @@ def _timeline(built: Built, impacts: Iterable[tuple[Moment, Action]], scenario: 
     alone = placed.keys() - {one.brick.name for one in in_hands}
     placements = [(brick.placed, placed[brick.name]) for brick in built.in_order if brick.name in alone]
     return Timeline(
-        World(scenario.world.gravity, friction_of(built, scenario), planes),
+        _world(scenario, friction_of(built, scenario), planes),
         tuple(
             action
             for _, action in sorted(

@@ -14,7 +14,7 @@ from typing import Final
 from stability.geometry.vectors import add_scaled, cross, unit
 from stability.model import BodyId, Pose, Vec3
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Contact, Placed, Problem, Stability, Tolerances, Wrench
+from stability.statics.facts import Contact, Placed, Problem, Stability, Wrench
 from stability.statics.margins.acceleration import acceleration
 from stability.statics.margins.friction import least_friction
 from stability.statics.margins.sensitivity import Limit, acceleration_limits, friction_limits, slopes
@@ -211,7 +211,9 @@ class _Moved:
     """An assembly with one brick elsewhere: only what that touches is found anew, and nothing is proven."""
 
     def __init__(self, assembly: Assembly) -> None:
-        self._structure = Structure(assembly.planes, assembly.tables, assembly.friction, assembly.gravity, Tolerances())
+        self._structure = Structure(
+            assembly.planes, assembly.tables, assembly.friction, assembly.gravity, assembly.tolerances
+        )
         for placed in assembly.bricks.values():
             self._structure.put(placed)
 

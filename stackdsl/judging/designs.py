@@ -1,7 +1,6 @@
 """Timeline -> what is built in the end, as one design that statics can be asked about."""
 
 from dataclasses import dataclass
-from math import inf
 
 from stability.model import BodyId
 from stability.statics.assembly import Assembly
@@ -35,7 +34,7 @@ def design_of(timeline: Timeline) -> Design:
     final = timeline.as_set_down()
     gone = {name for action in final.actions if isinstance(action, Removal) for name in action.bricks}
     staying = [placement for placement in final.placements if placement.brick.id not in gone]
-    assembly = Assembly(timeline.world.planes, timeline.world.friction, timeline.world.gravity, overlap=inf)
+    assembly = timeline.world.assembly()
     resting = [Placed(each.brick, each.pose) for each in staying if each.at_rest]
     if resting:
         assembly.add_all(resting)
@@ -57,4 +56,5 @@ def piling_of(timeline: Timeline) -> Piling:
             there.update(placed.brick.id for placed in stage)
     stages += [[]] if len(stages) in pulled else []
     world = timeline.world
-    return Piling(world.planes, world.friction, world.gravity, stages, {turn: n for turn, n in pulled.items() if n})
+    gone = {turn: names for turn, names in pulled.items() if names}
+    return Piling(world.planes, world.friction, world.gravity, stages, gone, world.tolerances)

@@ -2,7 +2,6 @@
 
 from collections.abc import Collection
 from dataclasses import replace
-from math import inf
 
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Problem, Stability
@@ -21,7 +20,7 @@ def margins_of(trace: Trace, wanted: Collection[str]) -> Margins:
     standing = [Placed(t.brick, t.final) for t in trace.tracks.values() if t.frozen]
     if trace.world is None or not standing:
         return Margins()
-    assembly = Assembly(trace.world.planes, trace.world.friction, trace.world.gravity, overlap=inf)
+    assembly = trace.world.assembly()
     assembly.add_all(standing)
     return margins_of_assembly(assembly, wanted)
 

@@ -5,7 +5,6 @@ What falls, and where something dropped comes to lie, only an engine can tell. F
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from math import inf
 
 from stability.model import BodyId
 from stability.statics.assembly import Assembly
@@ -40,7 +39,7 @@ def proofs_of(timeline: Timeline, names_smallest: bool = True) -> Proofs:
 
     With `names_smallest` as few bricks are named as are found to fall, which of a heap takes seconds.
     """
-    assembly = Assembly(timeline.world.planes, timeline.world.friction, timeline.world.gravity, overlap=inf)
+    assembly = timeline.world.assembly()
     judged: list[Judged] = []
     done = 0
     for moment in timeline.as_set_down().moments():

@@ -136,6 +136,28 @@ Confidence = Annotated[float, quantity(replace(SHARE, least=0.5, most=0.999999))
 ShareTolerance = Annotated[Tolerance, _tolerance(SHARE, "0.25 ± 0.02")]
 
 
+# --- which gaps count as contact --------------------------------------------------------------------------------------
+
+_TOUCHING_ADVICE = "write `exactly`, or the widest gap that counts, such as `within 0.1 mm`"
+
+
+def read_touching(written: object) -> float:
+    """How wide gaps count as contact in statics [m]: `exactly`, none at all, or `within 0.1 mm`."""
+    if not isinstance(written, str):
+        raise MistakeError("SD103", f"{shown(written)} does not say which gaps count as contact", _TOUCHING_ADVICE)
+    if written.strip() == "exactly":
+        return 0.0
+    found = re.fullmatch(r"\s*within\s+(\S.*?)\s*", written)
+    if found is None:
+        raise MistakeError("SD104", f"{shown(written)} does not say which gaps count as contact", _TOUCHING_ADVICE)
+    return parse_quantity(found[1], replace(EXTENT, positive=True))
+
+
+_TOUCHING_PATTERN = rf"exactly|within\s+{quantity_pattern(EXTENT)}"
+Touching = Annotated[
+    float, Reads(read_touching, text_schema(_TOUCHING_PATTERN, "which gaps count as contact", "within 0.1 mm"))
+]
+
 # --- counts -----------------------------------------------------------------------------------------------------------
 
 MAX_LEVELS: Final = 10_000  # beyond, a typo: the tallest plank towers have a few hundred levels

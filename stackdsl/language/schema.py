@@ -65,6 +65,9 @@ class World(AuthorModel):
     tilt: Tilt = default("0 deg", "how far the whole scene is tilted")
     shake: Shake | None = Field(None, description="how the ground moves to and fro")
     friction: Frictions = Field(default_factory=Frictions, description="where some bodies rub otherwise than most")
+    touching: t.Touching | None = Field(
+        None, description="which gaps statics count as contact; default: up to 2 % of the smallest side"
+    )
 
 
 # --- when: the steps of building --------------------------------------------------------------------------------------

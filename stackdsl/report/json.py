@@ -73,6 +73,7 @@ def _result(report: Report, result: VariantResult) -> dict[str, object]:
         "numerical": result.numerical or None,
         "wrong_edges": _wrong_edges(result.wrong_edges) if result.wrong_edges else None,
         "wrong_friction": _wrong_friction(result.wrong_friction) if result.wrong_friction else None,
+        "touching_within_m": _number(result.touching_within) or None,
         "energy_gained": _number(result.energy_gained) or None,
         "collapse": _collapse(result.collapse) if result.collapse else None,
         "samples": _samples(result.ensemble) if result.ensemble else None,

@@ -16,6 +16,7 @@ from stackdsl.proof_margins import Margins
 from stackdsl.report.remedy_text import remedy_lines
 from stackdsl.report.side_text import side_text
 from stackdsl.timeline import Timeline
+from stackdsl.wording import mm, touching_text
 
 MOST_FOR_PROGRAMS = 60  # bricks; beyond, margins and remedies take many seconds and come only when asked for
 MICROSECONDS = 1e6
@@ -64,7 +65,10 @@ def proven_lines(proofs: Proofs, timeline: Timeline, count: int, extent: Extent,
     else:
         seconds = sum(judged.verdict.seconds for judged in proofs.judged)
         cost = f", in {1000.0 * seconds:.3g} ms" if extent.times else ""
-        yield f"  statics: every placement proven to stand{cost}"
+        within = verdict.touching_within
+        yield f"  statics: every placement proven to stand{touching_text(within)}{cost}"
+        if within > 0.0:
+            yield f"    this counts on gaps of up to {mm(within)} as contact; with `touching: exactly` it is not proven"
         yield from _margins(proofs, extent)
 
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from itertools import product
 
 from stability.friction_law import Friction, law_of
-from stability.statics.facts import Placed, Tolerances
+from stability.statics.facts import Placed
 from stability.statics.structure import Structure
 from stackdsl.timeline import Timeline
 
@@ -26,7 +26,7 @@ def rubbing_lines(timeline: Timeline) -> Iterator[str]:
 def _touching(timeline: Timeline, law: Friction) -> set[frozenset[str]]:
     """Which bodies and kinds touch each other at any time while nothing moves."""
     world = timeline.world
-    structure = Structure(world.planes, (), 0.0, world.gravity, Tolerances())
+    structure = Structure(world.planes, (), 0.0, world.gravity, world.tolerances)
     for placement in timeline.placements:
         structure.put(Placed(placement.brick, placement.pose))
     return {

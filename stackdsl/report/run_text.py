@@ -12,7 +12,7 @@ from stackdsl.report.modified_text import modified_text
 from stackdsl.report.outcome_text import outcome_text
 from stackdsl.report.why_text import why_lines
 from stackdsl.trace import BrickState, Collapse, Trace
-from stackdsl.wording import broke_text, level_text, names_text
+from stackdsl.wording import broke_text, level_text, names_text, touching_text
 
 
 def run_text(trace: Trace, result: VariantResult, all_names: bool = False) -> str:
@@ -34,6 +34,8 @@ def _lines(trace: Trace, result: VariantResult, all_names: bool) -> Iterator[str
         yield f"still moving at the end: {', '.join(moving) if all_names else names_text(moving)}"
     if result.early_end is not None:
         yield ending_text(result.early_end)
+    if result.touching_within:
+        yield f"statics: stable{touching_text(result.touching_within)}"
     if trace.energy_gained:
         yield energy_text(trace.energy_gained)
     if trace.wrong_edges is not None:

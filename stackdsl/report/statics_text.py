@@ -8,6 +8,7 @@ from stackdsl.checking.gathering import Case
 from stackdsl.judging.proofs import proofs_of
 from stackdsl.report.blocks import Block, blocks_text, line, table
 from stackdsl.timeline import Placement
+from stackdsl.wording import touching_text
 
 ANSWERS = {Stability.STABLE: "stands", Stability.UNSTABLE: "falls"}  # of the others nothing is known
 OPEN = "not proven"
@@ -24,6 +25,12 @@ class Said:
     answer: str  # `stands`, `falls` or `not proven`
     reason: str  # why not, where something falls or is in doubt
     time: float | None  # of the first placement that does not stand [s]
+    within: float = 0.0  # [m] what stands counts on gaps up to this as contact; 0 if on none
+
+    @property
+    def name(self) -> str:
+        """The scenario, and the variant where it has more than one."""
+        return f"{self.scenario}[{self.variant}]" if self.variant else self.scenario
 
 
 def said_of(case: Case) -> Said:
@@ -41,7 +48,16 @@ def said_of(case: Case) -> Said:
     first = {fallen[0].bricks[0]} if fallen else frozenset[str]()
     times = [act.time for act in timeline.actions if isinstance(act, Placement) and act.brick.id in first]
     variant = ",".join(f"{name}={text}" for name, text in case.parameters)
-    return Said(case.scenario_name, variant, bricks, proven, answer, reason, times[0] if times else None)
+    return Said(
+        case.scenario_name,
+        variant,
+        bricks,
+        proven,
+        answer,
+        reason,
+        times[0] if times else None,
+        verdict.touching_within,
+    )
 
 
 def statics_text(said: Sequence[Said], width: int, colour: bool) -> str:
@@ -59,13 +75,11 @@ def statics_text(said: Sequence[Said], width: int, colour: bool) -> str:
         }
         for each in said
     ]
-    reasons = [
-        line(f"  {each.scenario}{f'[{each.variant}]' if each.variant else ''}: {each.answer}: {each.reason}")
-        for each in said
-        if each.reason
-    ]
+    reasons = [line(f"  {each.name}: {each.answer}: {each.reason}") for each in said if each.reason]
+    across = [line(f"  {each.name}: stands{touching_text(each.within)}") for each in said if each.within > 0.0]
     blocks: list[Block] = [[table(rows, ("scenario", "variant", "statics"))]]
     blocks += [[line("Not proven to stand", "bold"), *reasons]] if reasons else []
+    blocks += [[line("Stable only if gaps count as contact", "bold"), *across]] if across else []
     counts = {answer: sum(each.answer == answer for each in said) for answer in (*ANSWERS.values(), OPEN)}
     sums = ", ".join(f"{count} {answer}" for answer, count in counts.items() if count)
     total = f"{len(said)} variant{'s' * (len(said) != 1)}: {sums}; nothing was played"

@@ -16,7 +16,7 @@ from stackdsl.report.friction_text import wrong_frictions
 from stackdsl.report.modified_text import modified_text
 from stackdsl.report.outcome_text import outcome_text, significant
 from stackdsl.report.why_text import why_lines
-from stackdsl.wording import how_many, names_text
+from stackdsl.wording import how_many, names_text, touching_text
 
 NOTHING = "-"
 USUAL_ENGINE = "pybullet"  # not worth a column
@@ -90,6 +90,7 @@ def _notes(report: Report, verbosity: int) -> Iterator[Block]:
     yield titled("Modified scenes", list(_modified(report)))
     yield titled("Ended early", [f"{name}: {ending_text(end)}" for name, end in early if name in shown])
     yield titled("Numerical collapses", [f"{r.name}: {r.numerical}" for r in report.results if r.numerical])
+    yield titled("Stable only if gaps count as contact", [gaps_text(r) for r in noted if r.touching_within])
     yield titled("Energy from nowhere", [f"{result.name}: {energy_text(result.energy_gained)}" for result in gained])
     yield titled("Wrong edge normals", list(wrong_edges(noted)))
     yield titled("Frictions that an engine could not have", list(wrong_frictions(noted)))
@@ -100,6 +101,11 @@ def _notes(report: Report, verbosity: int) -> Iterator[Block]:
     )
     yield titled("Golden files made with other versions", list(_stamps(report)))
     yield titled("Golden files with names of earlier versions", list(_old_names(report)))
+
+
+def gaps_text(result: VariantResult) -> str:
+    """Which gaps the verdict of statics counts on."""
+    return f"{result.name}: stable{touching_text(result.touching_within)}"
 
 
 def _old_names(report: Report) -> Iterator[str]:

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf
 
-from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability
 from stability.statics.margins.acceleration import acceleration
 from stability.statics.margins.bearings import along_bearing
@@ -47,7 +46,7 @@ def capacities_of(design: Design, draws: Draws, bearing: float | None) -> tuple[
 
 
 def _margin(design: Design, placed: Sequence[Placed], bearing: float | None) -> tuple[float, float]:
-    assembly = Assembly(design.planes_W, design.friction, design.gravity, overlap=inf)
+    assembly = design.assembly()
     if assembly.add_all(placed, names_smallest=False).stability is not Stability.STABLE:
         return UNKNOWN
     problem = assembly.problem()

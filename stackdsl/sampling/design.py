@@ -3,18 +3,20 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import acos, hypot
+from math import acos, hypot, inf
 
 from stability.friction_law import GivenFriction
 from stability.geometry.rotations import about, inverse, multiply, rotate
-from stability.geometry.touching import reach_between
+from stability.geometry.touching import gap_bridged, reach_between
 from stability.model import GROUND, IDENTITY, BodyId, Plane, Pose, Quaternion
 from stability.shapes.box import Box
 from stability.shapes.in_pose import corners_W
+from stability.statics.assembly import Assembly
 from stability.statics.contacts.solids import BoxSolid
 from stability.statics.contacts.touch import solid
 from stability.statics.facts import Contact, Placed, Tolerances
 from stability.statics.load_core import carries_upright
+from stability.statics.samples.flat_bricks import Array, Mask
 from stability.statics.structure import Structure
 from stackdsl.timeline import Jitter, Placement, Timeline
 
@@ -76,6 +78,16 @@ class Design:
     tilt: Quaternion  # from the frame of the scene to W
     friction: GivenFriction
     gravity: float
+    tolerances: Tolerances
+
+    def is_bridged(self, gap: Array, reach: float) -> Mask:
+        """Whether what lies so far above something [m] touches it, with the reach of the two [m]."""
+        touches: Mask = gap <= gap_bridged(reach, 1.0, self.tolerances.within)
+        return touches
+
+    def assembly(self) -> Assembly:
+        """An empty site."""
+        return Assembly(self.planes_W, self.friction, self.gravity, self.tolerances, overlap=inf)
 
     @cached_property
     def parts(self) -> tuple[Part, ...]:
@@ -94,7 +106,7 @@ def design_of(timeline: Timeline) -> Design:
     tilt = _tilt(world.planes[0])
     back = inverse(tilt)
     planes = tuple(_turned(plane, back) for plane in world.planes)
-    structure = Structure(planes, (), world.friction, world.gravity, Tolerances())
+    structure = Structure(planes, (), world.friction, world.gravity, world.tolerances)
     moments, count = [], 0
     for moment in timeline.as_set_down().moments():
         assert isinstance(moment, tuple)  # only what is set down may be sampled
@@ -105,7 +117,7 @@ def design_of(timeline: Timeline) -> Design:
             count += len(unit.parts)
             units.append(unit)
         moments.append(Moment(tuple(units), level))
-    return Design(tuple(moments), planes, world.planes, tilt, world.friction, world.gravity)
+    return Design(tuple(moments), planes, world.planes, tilt, world.friction, world.gravity, world.tolerances)
 
 
 def _units(moment: Sequence[Placement]) -> list[list[Placement]]:

@@ -3,12 +3,10 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
-from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability
 from stability.statics.samples.falls import Site, falls_as_one
 from stability.statics.samples.passing import GROUND as ON_GROUND
@@ -68,7 +66,7 @@ def fates_of(design: Design, draws: Draws) -> Fates:
 
 def asked_anew(design: Design, placed: Sequence[Placed]) -> int:
     """The fate of one sample, by all of statics, from an empty site on."""
-    assembly = Assembly(design.planes_W, design.friction, design.gravity, overlap=inf)
+    assembly = design.assembly()
     for moment in design.moments:
         bricks = [placed[part.number] for unit in moment.units for part in unit.parts]
         verdict = assembly.add_all(bricks, names_smallest=False)

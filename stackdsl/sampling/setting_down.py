@@ -150,15 +150,15 @@ class Hands:
             least, most = self._spans[part.number][0], float(bottom.max())
             if other.flat is None or self._spans[other.number][1] < least - reach or other.low > most + reach:
                 continue
-            near = np.abs(other.high + self.lift[other.number] - bottom) <= reach
+            gap = bottom - other.high - self.lift[other.number]
+            near = (gap >= -reach) & self.design.is_bridged(gap, reach)
             over: Mask = near & (outlines_overlap(self._outline(part), self._outline(other)) > 0.0)
             if over.any():
                 yield other, over
 
     def on_ground(self, part: Part) -> Mask:
         """In which samples a brick lies on the ground."""
-        low: Mask = part.low + self.lift[part.number] <= reach_between(part.thickness)
-        return low
+        return self.design.is_bridged(part.low + self.lift[part.number], reach_between(part.thickness))
 
     # --- what is in the way -------------------------------------------------------------------------------------------
 

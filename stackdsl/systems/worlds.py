@@ -71,7 +71,15 @@ def extension_for(timeline: Timeline, system: System, world: World) -> Extension
 
             limits = RestLimits().scaled(lengths=1.0, times=scale_of(timeline).times(1.0))
             return ShakenStability(
-                world, scene.planes, scene.friction, scene.gravity, limits, guard=False, joiner=world, presser=world
+                world,
+                scene.planes,
+                scene.friction,
+                scene.gravity,
+                limits,
+                guard=False,
+                joiner=world,
+                presser=world,
+                tolerances=scene.tolerances,
             )
         case Method.PUBLISHED:
             from stability.published.handled_stack import HandledStack  # noqa: PLC0415 -- likewise

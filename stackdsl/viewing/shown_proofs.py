@@ -88,7 +88,7 @@ class _Structure:
         """`every`: whether all that is built on the way is to be shown."""
         self.timeline, self.every, self.names_smallest = timeline.as_set_down(), every, names_smallest
         self.shown: list[ShownProof] = []
-        self.assembly = Assembly(timeline.world.planes, timeline.world.friction, timeline.world.gravity, overlap=inf)
+        self.assembly = timeline.world.assembly()
         self.begin, self.until = 0.0, inf  # while it is as it is [s]
 
     def judge(self, last: float) -> ShownFall | None:
@@ -133,7 +133,7 @@ def _at_the_end(trace: Trace) -> ShownProof | None:
     standing = [Placed(track.brick, track.final) for track in trace.tracks.values() if track.frozen]
     if trace.world is None or not standing:
         return None
-    assembly = Assembly(trace.world.planes, trace.world.friction, trace.world.gravity, overlap=inf)
+    assembly = trace.world.assembly()
     if assembly.add_all(standing).stability is not Stability.STABLE:
         return None
     names = {placed.brick.id for placed in standing}

@@ -9,13 +9,16 @@ If forces N >= 0 along the normals alone balance the loads g, then a' g = - sum 
 a = 0: nothing moves, whatever the friction and whichever of the possible forces act. The same holds of a change of
 velocity by impulses. So such forces are a certificate, which `proof` checks by arithmetic as forces without friction.
 
+No force at a point where the bodies are apart is counted on either: there the laws of contact hold once the gap has
+closed, if at all.
+
 Where a contact has several normals at a point, edges or corners meet, and a body leaves it along one of them: there
 a_n >= 0 does not hold for all, and no force of such a contact is counted on.
 """
 
 from dataclasses import replace
 
-from stability.statics.facts import Contact, Forces, Problem, Tolerances
+from stability.statics.facts import ZERO, ConeForces, Contact, Forces, Problem, Tolerances
 from stability.statics.proof import check_forces
 from stability.statics.rounding import rounded
 from stability.statics.solvers.equilibrium import balance
@@ -33,11 +36,48 @@ def guarantee(
     tolerances = rounded(problem, tolerances)
     kept = [number for number, contact in enumerate(problem.contacts) if len(contact.normals_W) == 1]
     smooth = replace(problem, contacts=[_smooth(problem.contacts[number]) for number in kept])
+    touching = without_gaps(smooth)
     if known is not None and len(known.of_contacts) == len(problem.contacts):
-        same = Forces(tuple(known.of_contacts[number] for number in kept))
+        same = Forces(tuple(_without(known.of_contacts[number], problem.contacts[number]) for number in kept))
         if check_forces(smooth, same, tolerances).holds:
             return same
-    return balance(smooth, tolerances).forces
+    found = balance(touching, tolerances).forces
+    return found if found is None or touching is smooth else _at_all_points(found, touching, smooth)
+
+
+def without_gaps(problem: Problem) -> Problem:
+    """The problem without the points of contacts at which there is a gap; itself if there are none."""
+    if not any(contact.gaps for contact in problem.contacts):
+        return problem
+    return replace(problem, contacts=[touching for c in problem.contacts if (touching := _touching(c)).points_W])
+
+
+def _touching(contact: Contact) -> Contact:
+    if not contact.gaps:
+        return contact
+    points = tuple(point for point, gap in zip(contact.points_W, contact.gaps, strict=True) if gap == 0.0)
+    return replace(contact, points_W=points, gaps=())
+
+
+def _without(forces: ConeForces, contact: Contact) -> ConeForces:
+    """The forces of a contact, with none where there is a gap."""
+    if not contact.gaps:
+        return forces
+    return tuple(
+        of_point if gap == 0.0 else (ZERO,) * len(of_point) for of_point, gap in zip(forces, contact.gaps, strict=True)
+    )
+
+
+def _at_all_points(found: Forces, touching: Problem, smooth: Problem) -> Forces:
+    """Forces at the points that touch, with none at the others."""
+    of_pair = {(c.lower, c.upper): iter(forces) for c, forces in zip(touching.contacts, found.of_contacts, strict=True)}
+
+    def of(contact: Contact) -> ConeForces:
+        own = of_pair.get((contact.lower, contact.upper), iter(()))
+        gaps = contact.gaps or (0.0,) * len(contact.points_W)
+        return tuple(next(own) if gap == 0.0 else (ZERO,) for gap in gaps)
+
+    return Forces(tuple(map(of, smooth.contacts)))
 
 
 def _smooth(contact: Contact) -> Contact:

@@ -14,7 +14,7 @@ from stability.geometry.vectors import add, add_scaled, cross, unit
 from stability.model import GROUND, BodyId, Plane, Vec3
 from stability.shapes.apart import apart, apart_from_plane
 from stability.statics.assembly import Assembly
-from stability.statics.facts import UP, Placed, Stability, Verdict
+from stability.statics.facts import UP, Placed, Stability, Tolerances, Verdict
 
 EXACT = 1e-4  # of how near counts as touching: bodies that near lie on each other, but for rounding
 
@@ -30,6 +30,7 @@ class Piling:
     gravity: float
     stages: Sequence[Sequence[Placed]]
     pulled: Mapping[int, Sequence[BodyId]] = field(default_factory=dict)  # by the number of the stage that comes next
+    tolerances: Tolerances = Tolerances()  # noqa: RUF009 -- frozen
 
     @property
     def bricks(self) -> list[Placed]:
@@ -65,7 +66,7 @@ class Piling:
 
     def assembly(self) -> Assembly:
         """Nothing but what is fixed."""
-        return Assembly(self.planes, self.friction, self.gravity, overlap=inf)
+        return Assembly(self.planes, self.friction, self.gravity, self.tolerances, overlap=inf)
 
     def shifted(self, shifts: Mapping[BodyId, Shift]) -> "Piling":
         """The same with each brick moved by its own sum of shifts."""

@@ -11,7 +11,7 @@ from stability.model import BodyId
 from stability.name_order import in_order
 from stability.statics.facts import Forces, Problem, Tolerances
 from stability.statics.margins.groups import groups_apart
-from stability.statics.margins.guarantee import guarantee
+from stability.statics.margins.guarantee import guarantee, without_gaps
 from stability.statics.outcomes.branch import leave_nothing_out
 from stability.statics.outcomes.first_start import lets_go
 from stability.statics.outcomes.other_start import Start
@@ -48,10 +48,13 @@ class Outcome:
     start: Start | None = None  # how bricks could start to move instead
     lets_go: str = ""  # that in words
     undecided: tuple[BodyId, ...] = ()  # a group of which nothing more is known
+    across_gaps: bool = False  # rest is all that can happen only if gaps between bodies count as contact
 
     @property
     def reason(self) -> str:
         """Why, in words; empty where normal forces alone balance everything."""
+        if self.across_gaps:
+            return "it counts on gaps as contact"
         if self.lets_go:
             return f"it could let go: {self.lets_go}"
         if self.undecided:
@@ -70,6 +73,7 @@ def outcome(
     """What can happen to a problem that is proven to stand; `known` are forces that balance it.
 
     `most` bounds the work that is spent on each group that needs friction, in unknowns of its programs.
+    Rest is guaranteed only if it is so without the points of contacts at which there is a gap.
     Raises TypeError for what is no problem.
     """
     if not hasattr(problem, "loads"):
@@ -77,8 +81,18 @@ def outcome(
     normal = guarantee(problem, known, tolerances)
     if normal is not None:
         return Outcome(guaranteed=True, normal=normal)
+    touching = without_gaps(problem)
+    if touching is not problem and not _of_leaning(touching, tolerances, most).guaranteed:
+        return Outcome(guaranteed=False, across_gaps=True)
+    return _of_leaning(problem, tolerances, most)
+
+
+def _of_leaning(problem: Problem, tolerances: Tolerances, most: int) -> Outcome:
+    """What can happen to a problem whose groups need friction, or some of them."""
     leaning = [group for group in groups_apart(problem) if guarantee(group, None, tolerances) is None]
     found = [_of_group(group, tolerances, most) for group in leaning]
+    if not found:
+        return Outcome(guaranteed=True)
     worst = min(found, key=lambda each: (each.guaranteed, not each.lets_go))
     return replace(worst, braced=tuple(group for each in found for group in each.braced))
 

@@ -12,7 +12,7 @@ from typing import Protocol
 from stability.engines.settings import Package
 from stability.friction_law import law_of
 from stability.model import BodyId, Plane
-from stability.statics.facts import Contact, Placed, Tolerances
+from stability.statics.facts import Contact, Placed
 from stability.statics.structure import Structure
 from stackdsl.judging.proofs import DISPROVED, stands_until
 from stackdsl.observations import KINDS, Seen
@@ -85,7 +85,7 @@ def refusal(timeline: Timeline, assessor: Assessor) -> str:
 def contacts_in(timeline: Timeline) -> list[Contact]:
     """All contacts that there ever are while nothing moves."""
     world = timeline.world
-    structure = Structure(world.planes, (), world.friction, world.gravity, Tolerances())
+    structure = Structure(world.planes, (), world.friction, world.gravity, world.tolerances)
     for placement in timeline.placements:
         structure.put(Placed(placement.brick, placement.pose))
     return structure.contacts_of(list(structure.bricks))

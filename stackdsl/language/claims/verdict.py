@@ -3,7 +3,7 @@
 from collections.abc import Collection
 from dataclasses import dataclass
 from math import inf
-from typing import ClassVar, Final, Literal, Self
+from typing import ClassVar, Final, Literal, Self, TypeAlias
 
 from pydantic import GetCoreSchemaHandler
 from pydantic_core import CoreSchema, core_schema
@@ -11,8 +11,11 @@ from pydantic_core import CoreSchema, core_schema
 from stackdsl.language.claims.claim_kind import ClaimKind, Fate, claim
 from stackdsl.language.claims.finding import Finding
 from stackdsl.trace import Trace
+from stackdsl.wording import touching_text
 
 CERTAINTY: Final = ("guaranteed", "possible")  # of what is stable: the only thing that can happen, or one that can
+WITHOUT_GAPS: Final = "stable, counting on no gap"
+Word: TypeAlias = Literal["stable", "stable, counting on no gap", "guaranteed", "possible", "unstable", "undecided"]
 
 
 @claim("verdict", "what statics says of the structure after its last change")
@@ -20,7 +23,7 @@ CERTAINTY: Final = ("guaranteed", "possible")  # of what is stable: the only thi
 class Verdict(ClaimKind):
     """What statics says of the structure after its last change; written as one word."""
 
-    word: Literal["stable", "guaranteed", "possible", "unstable", "undecided"]
+    word: Word
 
     needs_statics: ClassVar[bool] = True
     needs_aftermath: ClassVar[bool] = False
@@ -28,7 +31,7 @@ class Verdict(ClaimKind):
 
     @classmethod
     def __get_pydantic_core_schema__(cls, _source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
-        word = handler.generate_schema(Literal["stable", "guaranteed", "possible", "unstable", "undecided"])
+        word = handler.generate_schema(Word)
         return core_schema.no_info_after_validator_function(cls, word)
 
     @property
@@ -44,7 +47,7 @@ class Verdict(ClaimKind):
 
     @property
     def _stability(self) -> str:
-        return "stable" if self.word in CERTAINTY else self.word
+        return "stable" if self.word in (*CERTAINTY, WITHOUT_GAPS) else self.word
 
     def is_decided(self, trace: Trace) -> bool:
         return not trace.gone  # it is asked anew when something is pulled out
@@ -54,8 +57,9 @@ class Verdict(ClaimKind):
         if trace.statics is None:
             return Finding("nothing was set down at rest", inf, "", passed=False)
         reason = f": {trace.statics.reason}" if trace.statics.reason else ""
-        said, sure = str(trace.statics.stability), trace.margins.guaranteed
+        said, sure, within = str(trace.statics.stability), trace.margins.guaranteed, trace.statics.touching_within
         if self.word in CERTAINTY and said == "stable":
             said = "stable, of which nothing stands at the end" if sure is None else CERTAINTY[0 if sure else 1]
             reason = f": {trace.margins.certainty}" if trace.margins.certainty else ""
-        return Finding(f"{said}{reason}", inf, "", passed=said == self.word)
+        passed = said == self.word or (self.word == WITHOUT_GAPS and said == "stable" and within == 0.0)
+        return Finding(f"{said}{touching_text(within)}{reason}", inf, "", passed=passed)

@@ -1,6 +1,6 @@
 """Claims held against traces written by hand."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import inf
 
 import pytest
@@ -259,6 +259,33 @@ def test_a_verdict_says_how_what_is_possible_could_let_go() -> None:
     found = outcome("verdict: possible", replace(STANDING, statics=Verdict(Stability.STABLE), margins=margins))
     assert found.passed
     assert found.measured == "possible: it could let go: plank slides on left, right"
+
+
+@dataclass(frozen=True)
+class AcrossGaps:
+    """The answer that what stands counts on gaps up to a width [m]."""
+
+    width: float
+
+    def within(self) -> float:
+        return self.width
+
+
+@pytest.mark.parametrize(
+    ("width", "claim", "passed"),
+    [
+        (0.0, "stable", True),
+        (5e-5, "stable", True),
+        (0.0, "stable, counting on no gap", True),
+        (5e-5, "stable, counting on no gap", False),
+    ],
+)
+def test_a_verdict_across_gaps_is_stable_and_says_how_wide_they_are(width: float, claim: str, passed: bool) -> None:
+    found = outcome(
+        f"verdict: {claim}", replace(STANDING, statics=Verdict(Stability.STABLE, gaps=(AcrossGaps(width),)))
+    )
+    assert found.passed is passed
+    assert found.measured == ("stable, as touching within 0.05 mm" if width else "stable")
 
 
 def test_what_falls_is_neither_guaranteed_nor_possible() -> None:

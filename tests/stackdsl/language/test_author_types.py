@@ -5,7 +5,8 @@ import re
 import pytest
 from pydantic import TypeAdapter, ValidationError
 
-from stackdsl.language.author_types import BrickName, LengthTolerance
+from stackdsl.language.author_types import BrickName, LengthTolerance, read_touching
+from stackdsl.language.mistakes import MistakeError
 
 
 @pytest.mark.parametrize("name", ["a", "L3.2", "key-stone_1", "Wall", "wall", "walls", "grounded"])
@@ -25,3 +26,18 @@ def test_editors_accept_tolerances(written: str) -> None:
     assert re.search(pattern, written)
     assert not re.search(pattern, "12 mm")
     assert not re.search(pattern, "5 ± 1")
+
+
+@pytest.mark.parametrize(
+    ("written", "width"), [("exactly", 0.0), ("within 0.1 mm", 1e-4), (" within  50 um ", 5e-5), ("within 1 m", 1.0)]
+)
+def test_which_gaps_count_as_contact_is_a_word_or_a_width(written: str, width: float) -> None:
+    assert read_touching(written) == pytest.approx(width)
+
+
+@pytest.mark.parametrize(
+    "written", ["within", "within 0.1", "within 0 mm", "within -1 mm", "0.1 mm", "Exactly", 0.1, None]
+)
+def test_what_says_not_which_gaps_count_is_a_mistake(written: object) -> None:
+    with pytest.raises(MistakeError):
+        read_touching(written)

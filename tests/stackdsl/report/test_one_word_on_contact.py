@@ -8,8 +8,12 @@ from stability.geometry.touching import reach_between
 from stability.model import Pose
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability
+from stackdsl.judging.designs import design_of
+from stackdsl.judging.proofs import proofs_of
+from stackdsl.playing.runner import play
 from stackdsl.report.explanation import explanation_text
 from stackdsl.report.proof_text import Extent
+from stackdsl.report.statics_text import said_of
 from stackdsl.systems.systems import SYSTEMS
 from stackdsl.systems.worlds import extension_for, opened_world
 from stackdsl.timeline import Placement
@@ -154,3 +158,20 @@ def test_an_overlap_that_the_compiler_forgives_is_a_contact_that_statics_prove(
     if cases:
         told = next(line for line in explanation_text(cases, Extent(margins=False)).splitlines() if " high " in line)
         assert "on low  load core" in told
+
+
+@pytest.mark.parametrize(
+    ("touching", "stands"),
+    [("exactly", False), ("within 0.09 mm", False), ("within 0.1 mm", True), ("within 1 m", True)],
+)
+def test_a_gap_counts_for_everybody_as_the_world_says(touching: str, stands: bool) -> None:
+    timeline = timeline_of(text_of(KAPLA, 0.1, 0), f"world: {{touching: {touching}}}")
+    stability = Stability.STABLE if stands else Stability.UNSTABLE
+    assert proofs_of(timeline).assembly.verdict().stability is stability
+    assert design_of(timeline).assembly.verdict().stability is stability
+    trace = play(timeline, SYSTEMS["exact"])
+    assert trace.statics is not None
+    assert trace.statics.stability is stability
+    assert trace.statics.touching_within == (pytest.approx(1e-4) if stands else 0.0)
+    (case,), _ = compiled(scene(text_of(KAPLA, 0.1, 0), f"world: {{touching: {touching}}}"))
+    assert (said_of(case).answer, said_of(case).within > 0.0) == (("stands", True) if stands else ("falls", False))

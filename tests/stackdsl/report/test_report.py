@@ -255,6 +255,12 @@ def test_a_friction_that_an_engine_could_not_have_is_told() -> None:
     ]
 
 
+def test_a_verdict_that_counts_on_gaps_says_so() -> None:
+    seen = report(replace(PASSED, touching_within=5e-5), PASSED)
+    assert report_text(seen).count("stable, as touching within 0.05 mm") == 1
+    assert [result["touching_within_m"] for result in json.loads(report_json(seen))["results"]] == [5e-5, None]
+
+
 def test_energy_that_an_engine_added_is_told_on_every_run() -> None:
     seen = report(replace(PASSED, energy_gained=0.046, outcomes=(), truths=()), PASSED)  # nothing is claimed of it
     told = "the engine added 4.6 % to the energy that there was; how bricks moved is not to be trusted"

@@ -85,6 +85,24 @@ def test_known_forces_that_lean_on_friction_are_no_certificate() -> None:
     assert found != pushed
 
 
+@pytest.mark.parametrize("gap", [0.0, 1e-4])
+def test_nothing_is_guaranteed_across_a_gap(gap: float) -> None:
+    made = assembly(cube("a", 0.0, 0.05), cube("b", 0.02, 0.15 + gap))
+    assert made.verdict().stability is Stability.STABLE
+    assert guaranteed(made) is (gap == 0.0)
+
+
+def test_a_certificate_leaves_out_a_gap_that_it_does_not_need() -> None:
+    low = Placed(Brick("low", Box((0.1, 0.1, 0.0999)), 1.0), Pose((0.0, 0.2, 0.04995)))
+    lid = Placed(Brick("lid", Box((0.1, 0.5, 0.1)), 5.0), Pose((0.0, 0.04, 0.15)))
+    made = assembly(cube("a", 0.0, 0.05), lid, low)
+    problem, forces = made.problem(), guarantee(made.problem(), made.forces())
+    assert forces is not None
+    for contact, of_points in zip(problem.contacts, forces.of_contacts, strict=True):
+        for gap, (force,) in zip(contact.gaps, of_points, strict=False):
+            assert gap == 0.0 or force == (0.0, 0.0, 0.0)
+
+
 @pytest.mark.parametrize("friction", [0.01, 0.5, 5.0])
 def test_a_guarantee_does_not_ask_how_much_friction_there_is(friction: float) -> None:
     assert guaranteed(assembly(cube("a", 0.0, 0.05), cube("b", 0.03, 0.15), friction=friction))
