@@ -19,8 +19,8 @@ def rarely_collected() -> Iterator[None]:
     if not 0 < before[0] < SELDOM:
         yield
         return
-    gc.set_threshold(SELDOM, *before[1:])
     try:
+        gc.set_threshold(SELDOM, *before[1:])
         yield
     finally:
         gc.set_threshold(*before)

@@ -46,8 +46,13 @@ class Neighbours(Generic[Key]):
 
     def remove(self, name: Key) -> None:
         """Forget a body."""
-        bounds = self._bounds.pop(name)
-        self._grid_of(bounds).remove(name, bounds)
+        self.discard(name, *self._bounds[name])
+
+    def discard(self, name: Key, low_W: Vec3, high_W: Vec3) -> None:
+        """Forget a body with these bounds, even if it was never taken in, or not altogether."""
+        bounds = (low_W, high_W)
+        self._grid_of(bounds).discard(name, bounds)
+        self._bounds.pop(name, None)
 
     def near(self, name: Key, reach: float) -> list[Key]:
         """The others whose upright boxes come as close as this to that of one of them [m], in order."""
@@ -89,13 +94,13 @@ class _Grid(Generic[Key]):
         for cell in self._covered(*bounds):
             self._cells.setdefault(cell, {})[name] = bounds
 
-    def remove(self, name: Key, bounds: Bounds) -> None:
-        del self._all[name]
+    def discard(self, name: Key, bounds: Bounds) -> None:
+        self._all.pop(name, None)
         for cell in self._covered(*bounds):
-            bodies = self._cells[cell]
-            del bodies[name]
+            bodies = self._cells.get(cell, {})
+            bodies.pop(name, None)
             if not bodies:
-                del self._cells[cell]
+                self._cells.pop(cell, None)
 
     def within(self, low: Vec3, high: Vec3) -> Iterator[Key]:
         """The bodies whose upright boxes overlap this one, in no order."""

@@ -6,22 +6,25 @@
     <Stability.STABLE: 'stable'>
 
 No engine takes part. Bricks come, go and move one by one or together, and only what that can affect is judged again.
+Each change takes effect at once or not at all: what an interrupt breaks off leaves nothing behind.
 """
 
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from math import ceil, floor, inf, log10
 from time import perf_counter
-from types import MappingProxyType
+from typing import Any
 
 from stability.friction_law import GivenFriction
 from stability.garbage import rarely_collected
 from stability.geometry.touching import BESIDE
 from stability.model import EARTH, GROUND, BodyId, Brick, Plane, Pose
 from stability.statics.admission import admit_brick, admit_names, admit_overlap, admit_site, listed
-from stability.statics.assembly_answers import AssemblyAnswers
+from stability.statics.assembly_answers import LAST, AssemblyAnswers
 from stability.statics.facts import Contact, Placed, Stability, Tolerances, Verdict, by_place
 from stability.statics.intrusion import OVERLAP, refuse_overlaps
+from stability.statics.journal import Kept
 from stability.statics.prover import Prover, ProverState
 from stability.statics.structure import Structure
 
@@ -117,19 +120,30 @@ class Assembly(AssemblyAnswers):
         admit_site(planes, tables, friction, gravity)
         admit_overlap(overlap)
         self._overlap = overlap
-        self._structure = Structure(planes, tables, friction, gravity, tolerances)
-        self._fixed = {plane.id for plane in self.planes} | {table.brick.id for table in self.tables}
-        self._prover = Prover(self._structure)
-        self._verdict = Verdict(Stability.STABLE)
-        self.bricks = MappingProxyType(self._structure.bricks)
+        self._fixed = {plane.id for plane in planes} | {table.brick.id for table in tables}
+        self._working = Prover(Structure(planes, tables, friction, gravity, tolerances))
+        self._said: Kept[str, Verdict] = Kept(self._working.structure.journal)  # the last verdict
+        self._said[LAST] = Verdict(Stability.STABLE)
+        self._working.structure.journal.keep()
 
     def copied(self) -> "Assembly":
-        """Another with the same bricks and proofs, which changes by itself."""
-        site = self.planes, self.friction, self.gravity, self._structure.tolerances, self.tables
-        other = Assembly(*site, overlap=self._overlap)
-        other._prover.restore(self._prover.state())
-        other._verdict = self._verdict
-        return other
+        """Another with the same bricks and proofs, which changes by itself; `copy` and `pickle` make such ones too."""
+        make, arguments = self.__reduce__()
+        return make(*arguments)
+
+    def __copy__(self) -> "Assembly":
+        """What it is made of is never changed in place, so that both may have it."""
+        return self.copied()
+
+    def __deepcopy__(self, memo: dict[int, object]) -> "Assembly":
+        """As `copy`."""
+        return self.copied()
+
+    def __reduce__(self) -> "tuple[Callable[..., Assembly], tuple[object, ...]]":
+        """The site, and all that is known."""
+        structure = self._structure
+        site = self.planes, self.friction, self.gravity, structure.tolerances, self.tables, self._overlap
+        return _made_again, (type(self), site, self._prover.state(), self._verdict)
 
     # --- changes ------------------------------------------------------------------------------------------------------
 
@@ -147,22 +161,27 @@ class Assembly(AssemblyAnswers):
 
     def would(self, brick: Brick, pose: Pose) -> Verdict:
         """What `add` would say, and nothing is changed."""
-        return self._tried(lambda: self.add(brick, pose))
+        return self._set_down((Placed(brick, pose),), names_smallest=True, keep=False)
 
     def would_all(self, bricks: Iterable[Placed], *, names_smallest: bool = True) -> Verdict:
         """What `add_all` would say, and nothing is changed."""
-        return self._tried(lambda: self.add_all(bricks, names_smallest=names_smallest))
+        return self._set_down(listed(bricks, "bricks, such as [Placed(brick, pose)]"), names_smallest, keep=False)
 
     def would_without(self, bricks: Collection[BodyId], *, names_smallest: bool = True) -> Verdict:
         """What `remove` would say, and nothing is changed."""
-        return self._tried(lambda: self.remove(bricks, names_smallest=names_smallest))
+        return self._removed(bricks, names_smallest, keep=False)
 
-    def _tried(self, change: Callable[[], Verdict]) -> Verdict:
-        before = self.state()
+    @contextmanager
+    def _changing(self) -> Iterator[Prover]:
+        """Write what takes effect where the journal is told to keep it, and nowhere else.
+
+        An interrupt that comes while this undoes what was broken off leaves the rest to whoever asks next.
+        """
+        working = self._prover
         try:
-            return change()
+            yield working
         finally:
-            self.restore(before)
+            working.structure.journal.undo()
 
     def state(self) -> AssemblyState:
         """All bricks in their places with their proofs, to be restored whenever that is wanted, as often as it is."""
@@ -174,60 +193,75 @@ class Assembly(AssemblyAnswers):
             raise TypeError(f"expected what `state()` gave, not {state!r}")
         if state.of is not self:
             raise ValueError("this is the state of another assembly; restore it there")
-        self._prover.restore(state.known)
-        self._verdict = state.verdict
+        with self._changing() as prover:
+            prover.restore(state.known)
+            self._said[LAST] = state.verdict
+            prover.structure.journal.keep()
 
     @rarely_collected()
-    def _set_down(self, bricks: Sequence[Placed], names_smallest: bool) -> Verdict:
+    def _set_down(self, bricks: Sequence[Placed], names_smallest: bool, keep: bool = True) -> Verdict:
         started = perf_counter()
         for placed in bricks:
             admit_brick(placed)
-        admit_names([placed.brick.id for placed in bricks], self._structure.bricks)
-        admit_names([placed.brick.id for placed in bricks], self._fixed)
-        if self._overlap < inf:
-            refuse_overlaps(self._structure, bricks, self._overlap)
-        coming = sorted(bricks, key=by_place) if len(bricks) > 1 else bricks
-        self._prover.put(coming)
-        return self._judged(started, [placed.brick.id for placed in coming], names_smallest)
+        with self._changing() as prover:
+            admit_names([placed.brick.id for placed in bricks], prover.structure.bricks)
+            admit_names([placed.brick.id for placed in bricks], self._fixed)
+            if self._overlap < inf:
+                refuse_overlaps(prover.structure, bricks, self._overlap)
+            coming = sorted(bricks, key=by_place) if len(bricks) > 1 else bricks
+            prover.put(coming)
+            return self._judged(prover, started, [placed.brick.id for placed in coming], names_smallest, keep)
 
-    @rarely_collected()
     def remove(self, bricks: Collection[BodyId], *, names_smallest: bool = True) -> Verdict:
         """Take bricks away. What they carried, or held by their weight, is judged again; see `add_all`."""
+        return self._removed(bricks, names_smallest)
+
+    @rarely_collected()
+    def _removed(self, bricks: Collection[BodyId], names_smallest: bool, keep: bool = True) -> Verdict:
         started = perf_counter()
         if isinstance(bricks, str):
             raise TypeError(f"give a collection of names, such as ['{bricks}']")
         names = sorted(set(listed(bricks, "names, such as ['a']")))
         self._reject_unknown(names)
-        return self._judged(started, self._prover.take(names), names_smallest)
+        with self._changing() as prover:
+            return self._judged(prover, started, prover.take(names), names_smallest, keep)
 
     def move(self, brick: BodyId, pose: Pose) -> Verdict:
         """Put a brick somewhere else, at rest. Raises LookupError for none that is there, and ValueError as `add`."""
         started = perf_counter()
         self._reject_unknown([brick])
-        placed = Placed(self._structure.bricks[brick].brick, pose)
-        admit_brick(placed)
-        if self._overlap < inf:
-            refuse_overlaps(self._structure, [placed], self._overlap, leaving=brick)
-        again = self._prover.take([brick])
-        self._prover.put([placed])
-        return self._judged(started, [*again, brick], names_smallest=True)
+        with self._changing() as prover:
+            placed = Placed(prover.structure.bricks[brick].brick, pose)
+            admit_brick(placed)
+            if self._overlap < inf:
+                refuse_overlaps(prover.structure, [placed], self._overlap, leaving=brick)
+            again = prover.take([brick])
+            prover.put([placed])
+            return self._judged(prover, started, [*again, brick], names_smallest=True)
 
-    def _judged(self, started: float, changed: Sequence[BodyId], names_smallest: bool) -> Verdict:
-        """Prove what is not proven yet, as far as it can be."""
-        found = None if self._prover.all_proven() else self._prover.prove(names_smallest)
+    def _judged(
+        self, prover: Prover, started: float, changed: Sequence[BodyId], names_smallest: bool, keep: bool = True
+    ) -> Verdict:
+        """Prove what is not proven yet, as far as it can be, and let it all take effect if that is wanted."""
+        found = None if prover.all_proven() else prover.prove(names_smallest)
         if found is None:
-            stage = self._prover.dearest(changed)
-            seconds = perf_counter() - started
-            self._verdict = Verdict(Stability.STABLE, stage, seconds=seconds, gaps=self._gap_question())
-        else:
-            self._verdict = replace(found, seconds=perf_counter() - started)
-        return self._verdict
+            found = Verdict(Stability.STABLE, prover.dearest(changed), gaps=self._gap_question(prover.structure))
+        said = self._said[LAST] = replace(found, seconds=perf_counter() - started)
+        if keep:
+            prover.structure.journal.keep()
+        return said
 
-    def _gap_question(self) -> tuple[CountedGaps, ...]:
+    def _gap_question(self, structure: Structure) -> tuple[CountedGaps, ...]:
         """Whether the proof of all there is counts on gaps as contact; none where there are no gaps."""
-        structure = self._structure
         across = tuple(structure.across_gaps.values())
         if not across:
             return ()
-        bricks, site = tuple(structure.bricks.values()), (self.planes, self.friction, self.gravity)
-        return (CountedGaps(bricks, across, *site, structure.tolerances, self.tables),)
+        bricks, site = tuple(structure.bricks.values()), (structure.planes, structure.friction, structure.gravity)
+        return (CountedGaps(bricks, across, *site, structure.tolerances, structure.tables),)
+
+
+def _made_again(kind: type[Assembly], site: tuple[Any, ...], known: ProverState, verdict: Verdict) -> Assembly:
+    *others, overlap = site
+    made = kind(*others, overlap=overlap)
+    made.restore(AssemblyState(made, known, verdict))
+    return made

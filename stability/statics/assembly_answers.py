@@ -1,6 +1,8 @@
 """What can be asked of bricks in their places, and of what is proven of them; nothing here changes anything."""
 
 from collections.abc import Collection, Mapping, Sequence, Set
+from types import MappingProxyType
+from typing import Final
 
 from stability.friction_law import GivenFriction
 from stability.geometry.plan import Point2
@@ -10,18 +12,39 @@ from stability.model import BodyId, Plane
 from stability.statics.brick_graph import brick_graph, rests_on
 from stability.statics.certificate import Tally, tallied, total_forces
 from stability.statics.facts import Contact, Forces, Placed, Problem, Stage, Tolerances, Verdict
+from stability.statics.journal import Kept
 from stability.statics.prover import Prover
 from stability.statics.rounding import rounded
 from stability.statics.structure import Structure
+
+LAST: Final = "last"
 
 
 class AssemblyAnswers:
     """Bricks, what they stand on, and the proof of each brick."""
 
-    _structure: Structure
-    _prover: Prover
-    _verdict: Verdict
-    bricks: Mapping[BodyId, Placed]  # in the order in which they came
+    _working: Prover
+    _said: Kept[str, Verdict]
+
+    @property
+    def _prover(self) -> Prover:
+        """All that is proven, by changes that took effect."""
+        self._working.structure.journal.undo()
+        return self._working
+
+    @property
+    def _structure(self) -> Structure:
+        return self._prover.structure
+
+    @property
+    def _verdict(self) -> Verdict:
+        self._working.structure.journal.undo()
+        return self._said[LAST]
+
+    @property
+    def bricks(self) -> Mapping[BodyId, Placed]:
+        """In the order in which they came."""
+        return MappingProxyType(self._structure.bricks)
 
     @property
     def planes(self) -> tuple[Plane, ...]:

@@ -5,12 +5,13 @@ group balance the weights of its bricks and nothing else. They end on fixed bodi
 cores of bricks outside the group, which carry them to the ground whatever else they carry.
 """
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from itertools import count
 
 from stability.model import BodyId
 from stability.statics.facts import ConeForces, Contact, Stage
+from stability.statics.journal import Journal, Kept
 from stability.statics.propagation import VerticalForce
 
 
@@ -43,15 +44,20 @@ class LedgerState:
 class Ledger:
     """The groups of an assembly. A brick whose weight lies in its own load core is a group of its own, a mere name."""
 
-    _by_core: set[BodyId] = field(default_factory=set)
-    _groups: dict[int, Group] = field(default_factory=dict)
-    _group_of: dict[BodyId, int] = field(default_factory=dict)
-    _touching: dict[BodyId, set[int]] = field(default_factory=dict)
+    journal: Journal = field(default_factory=Journal)
+    _by_core: Kept[BodyId, None] = field(init=False)
+    _groups: Kept[int, Group] = field(init=False)
+    _group_of: Kept[BodyId, int] = field(init=False)
+    _touching: Kept[BodyId, frozenset[int]] = field(init=False)
     _numbers: "count[int]" = field(default_factory=count)
+
+    def __post_init__(self) -> None:
+        """Nothing is entered yet."""
+        self._by_core, self._groups, self._group_of, self._touching = (Kept(self.journal) for _ in range(4))
 
     def prove_by_core(self, brick: BodyId) -> None:
         """Enter a brick whose weight lies in its load core."""
-        self._by_core.add(brick)
+        self._by_core[brick] = None
 
     def enter(self, group: Group) -> None:
         """Enter a group; whatever covered its members before is struck.
@@ -59,21 +65,21 @@ class Ledger:
         A group that only rests a load on one of them is left alone: that load is carried by cores, whatever else is.
         """
         for brick in group.members:
-            self._by_core.discard(brick)
+            self._by_core.pop(brick, None)
             if brick in self._group_of:
                 self._strike_group(self._group_of[brick])
         number = next(self._numbers)
         self._groups[number] = group
         self._group_of |= dict.fromkeys(group.members, number)
         for body in group.touches():
-            self._touching.setdefault(body, set()).add(number)
+            self._touching[body] = self._touching.get(body, frozenset()) | {number}
 
     def strike(self, bricks: Iterable[BodyId]) -> set[BodyId]:
         """Strike the groups of these bricks, and all whose forces act on one of them; returns who lost its proof."""
         lost: set[BodyId] = set()
         for brick in bricks:
             if brick in self._by_core:
-                self._by_core.remove(brick)
+                del self._by_core[brick]
                 lost.add(brick)
             for number in sorted(self._touching.get(brick, ())):
                 lost.update(self._strike_group(number))
@@ -82,8 +88,9 @@ class Ledger:
     def _strike_group(self, number: int) -> tuple[BodyId, ...]:
         group = self._groups.pop(number)
         for body in group.touches():
-            self._touching[body].discard(number)
-            if not self._touching[body]:
+            if left := self._touching[body] - {number}:
+                self._touching[body] = left
+            else:
                 del self._touching[body]
         for member in group.members:
             del self._group_of[member]
@@ -91,14 +98,15 @@ class Ledger:
 
     def state(self) -> LedgerState:
         """All entries, as they are now."""
-        touching = {body: frozenset(numbers) for body, numbers in self._touching.items()}
-        return LedgerState(frozenset(self._by_core), dict(self._groups), dict(self._group_of), touching)
+        return LedgerState(frozenset(self._by_core), dict(self._groups), dict(self._group_of), dict(self._touching))
 
     def restore(self, state: LedgerState) -> None:
         """Let all entries be as they were."""
-        self._by_core, self._groups, self._group_of = set(state.by_core), dict(state.groups), dict(state.group_of)
-        self._touching = {body: set(numbers) for body, numbers in state.touching.items()}
-        self._numbers = count(max(self._groups, default=-1) + 1)
+        self._by_core.replace(dict.fromkeys(state.by_core))
+        self._groups.replace(state.groups)
+        self._group_of.replace(state.group_of)
+        self._touching.replace(state.touching)
+        self._numbers = count(max([next(self._numbers), *(number + 1 for number in state.groups)]))
 
     def stage(self, brick: BodyId) -> Stage | None:
         """Which stage covers a brick; None if none does."""
@@ -119,6 +127,6 @@ class Ledger:
         """The groups of more than a load core, in order of entry."""
         return [self._groups[number] for number in sorted(self._groups)]
 
-    def by_core(self) -> set[BodyId]:
+    def by_core(self) -> Set[BodyId]:
         """The bricks whose weight lies in their own load core."""
-        return self._by_core
+        return self._by_core.keys()

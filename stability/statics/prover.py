@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from stability.model import BodyId
 from stability.statics.cascade import Partners, judge, prove_together
 from stability.statics.facts import Placed, Stability, Stage, Verdict
+from stability.statics.journal import Kept
 from stability.statics.ledger import Group, Ledger, LedgerState
 from stability.statics.structure import Structure, StructureState
 
@@ -33,9 +34,9 @@ class Prover:
     def __init__(self, structure: Structure) -> None:
         """Nothing stands yet."""
         self.structure = structure
-        self.ledger = Ledger()
-        self._unproven: set[BodyId] = set()
-        self._in_doubt: dict[BodyId, Verdict] = {}  # what was found of unproven bricks
+        self.ledger = Ledger(structure.journal)
+        self._unproven: Kept[BodyId, None] = Kept(structure.journal)
+        self._in_doubt: Kept[BodyId, Verdict] = Kept(structure.journal)  # what was found of unproven bricks
         self._partners = Partners(structure, self.ledger.with_partners)
 
     def put(self, bricks: Sequence[Placed]) -> None:
@@ -62,7 +63,7 @@ class Prover:
         for name in bricks:
             structure.take(name)
         again = structure.upwards(affected.difference(bricks))
-        self._unproven.difference_update(bricks)
+        self._prove_no_more(bricks)
         for name in again:
             del structure.cores[name]
         for name in again:
@@ -79,7 +80,8 @@ class Prover:
         """Know again what was known, of bricks that are where they were."""
         self.structure.restore(state.structure)
         self.ledger.restore(state.ledger)
-        self._unproven, self._in_doubt = set(state.unproven), dict(state.in_doubt)
+        self._unproven.replace(dict.fromkeys(state.unproven))
+        self._in_doubt.replace(state.in_doubt)
 
     def all_proven(self) -> bool:
         """Whether every brick has a proof."""
@@ -110,9 +112,9 @@ class Prover:
         """Ask whether the weight of a brick lies in its load core."""
         if self.structure.cores[name].carries(self.structure.weights[name].at):
             self.ledger.prove_by_core(name)
-            self._unproven.discard(name)
+            self._unproven.pop(name, None)
         else:
-            self._unproven.add(name)
+            self._unproven[name] = None
 
     def _asked(self, name: BodyId, names_smallest: bool) -> Verdict | None:
         """The verdict of the cascade on a brick that it cannot prove; it is remembered until something near changes."""
@@ -121,7 +123,7 @@ class Prover:
             self._enter(answer.group)
             return None
         if answer.verdict is not None:
-            self._in_doubt |= dict.fromkeys(self._unproven.intersection({*answer.verdict.moving, name}), answer.verdict)
+            self._in_doubt |= dict.fromkeys(self._unproven.keys() & {*answer.verdict.moving, name}, answer.verdict)
         return answer.verdict
 
     def _asked_together(self, name: BodyId) -> bool:
@@ -130,14 +132,18 @@ class Prover:
             return True
         if len(self._partners.of({name} | self.structure.below([name]))) < LARGE:
             return True
-        group = prove_together(self.structure, self._unproven & self.structure.component(name), self._partners)
+        group = prove_together(self.structure, self._unproven.keys() & self.structure.component(name), self._partners)
         if group is not None:
             self._enter(group)
         return group is not None
 
     def _enter(self, group: Group) -> None:
         self.ledger.enter(group)
-        self._unproven.difference_update(group.members)
+        self._prove_no_more(group.members)
+
+    def _prove_no_more(self, bricks: Iterable[BodyId]) -> None:
+        for name in bricks:
+            self._unproven.pop(name, None)
 
     def _doubt_anew(self, names: Iterable[BodyId]) -> None:
         """Forget what was found of all bricks that are connected with these."""

@@ -6,13 +6,13 @@ from itertools import count
 from math import inf
 
 from stability.friction_law import Friction, GivenFriction, law_of
-from stability.geometry.neighbours import Neighbours
 from stability.geometry.touching import reach_between
 from stability.graph import reached
 from stability.model import BodyId, Plane, Vec3
 from stability.statics.contacts.filled_gaps import ROOM, is_filled
 from stability.statics.contacts.touch import Solid, contact_between, contact_with_plane, solid
 from stability.statics.facts import Contact, Placed, Problem, Tolerances, Wrench
+from stability.statics.journal import Journal, Kept, KeptNeighbours
 from stability.statics.load_core import LoadCore, carries_upright, core_of
 from stability.statics.propagation import VerticalLoad
 
@@ -44,23 +44,29 @@ class Structure:
     friction: GivenFriction  # one Coulomb coefficient of brick on brick, or who rubs how on whom
     gravity: float  # [m/s2]
     tolerances: Tolerances
-    bricks: dict[BodyId, Placed] = field(default_factory=dict)
-    touching: dict[BodyId, dict[BodyId, Contact]] = field(default_factory=dict)  # by brick, then by other body
-    supports: dict[BodyId, list[Contact]] = field(default_factory=dict)  # contacts that can press a brick straight up
-    carried: dict[BodyId, list[BodyId]] = field(default_factory=dict)  # bricks that a brick can press straight up
-    cores: dict[BodyId, LoadCore] = field(default_factory=dict)
-    weights: dict[BodyId, VerticalLoad] = field(default_factory=dict)  # the weight of each brick
-    across_gaps: dict[tuple[BodyId, BodyId], Contact] = field(default_factory=dict)  # by lower and upper body
-    _turn: dict[BodyId, int] = field(default_factory=dict)  # in which order their cores were found
+    journal: Journal = field(default_factory=Journal)  # how to undo a change that is broken off
+    bricks: Kept[BodyId, Placed] = field(init=False)
+    touching: Kept[BodyId, dict[BodyId, Contact]] = field(init=False)  # by brick, then by other body
+    supports: Kept[BodyId, list[Contact]] = field(init=False)  # contacts that can press a brick straight up
+    carried: Kept[BodyId, list[BodyId]] = field(init=False)  # bricks that a brick can press straight up
+    cores: Kept[BodyId, LoadCore] = field(init=False)
+    weights: Kept[BodyId, VerticalLoad] = field(init=False)  # the weight of each brick
+    across_gaps: Kept[tuple[BodyId, BodyId], Contact] = field(init=False)  # by lower and upper body
+    _turn: Kept[BodyId, int] = field(init=False)  # in which order their cores were found
     _law: Friction = field(init=False)
-    _solids: dict[BodyId, Solid] = field(default_factory=dict)
+    _solids: Kept[BodyId, Solid] = field(init=False)
     _thinnest: float = inf  # of all bodies that ever were there [m]
     _thickest: float = 0.0
-    _neighbours: Neighbours[BodyId] = field(default_factory=Neighbours)
+    _neighbours: KeptNeighbours = field(init=False)
     _turns: Iterator[int] = field(default_factory=count)
 
     def __post_init__(self) -> None:
         """Boxes that never move are neighbours like bricks."""
+        self.bricks = Kept(self.journal, ordered=True)
+        self.touching, self.supports, self.carried = Kept(self.journal), Kept(self.journal), Kept(self.journal)
+        self.cores, self.weights, self._turn = Kept(self.journal), Kept(self.journal), Kept(self.journal)
+        self.across_gaps, self._solids = Kept(self.journal), Kept(self.journal)
+        self._neighbours = KeptNeighbours(journal=self.journal)
         self._law = law_of(self.friction)
         for placed in self.tables:
             self._show(solid(placed))
@@ -215,17 +221,21 @@ class Structure:
 
     def restore(self, state: StructureState) -> None:
         """Let everything be as it was."""
-        now, before = self._solids, state.solids
+        now, before = dict(self._solids), state.solids
         for name in [name for name, own in now.items() if before.get(name) is not own]:
             self._neighbours.remove(name)
-        for name in [name for name, own in before.items() if now.get(name) is not own]:
-            self._neighbours.add(name, before[name].low_W, before[name].high_W)
-        self.bricks.clear()  # which others hold as well
-        self.bricks.update(state.bricks)
-        self.touching, self.supports, self.carried = dict(state.touching), dict(state.supports), dict(state.carried)
-        self.cores, self.weights, self._turn = dict(state.cores), dict(state.weights), dict(state.turn)
-        self._solids, self.across_gaps = dict(before), dict(state.across_gaps)
-        self._turns = count(max(self._turn.values(), default=-1) + 1)
+        for own in [own for name, own in before.items() if now.get(name) is not own]:
+            self._show(own)
+        self._solids.replace(before)
+        self.bricks.replace(state.bricks)
+        self.touching.replace(state.touching)
+        self.supports.replace(state.supports)
+        self.carried.replace(state.carried)
+        self.cores.replace(state.cores)
+        self.weights.replace(state.weights)
+        self.across_gaps.replace(state.across_gaps)
+        self._turn.replace(state.turn)
+        self._turns = count(max([next(self._turns), *(turn + 1 for turn in state.turn.values())]))
 
     def by_turn(self, bricks: Iterable[BodyId]) -> list[BodyId]:
         """Bricks in the order in which their cores were found: each after those that its core counts on."""

@@ -1,0 +1,131 @@
+"""Changes that take effect at once or not at all, wherever an interrupt comes.
+
+Before anything is written, the journal notes how to undo it. A change ends with one assignment, that of an empty
+journal; whoever finds one that is not empty undoes what a change that was broken off has left. Each note may be obeyed
+twice: an interrupt may break off the undoing as well, which then begins anew.
+"""
+
+from collections.abc import Callable, Mapping, MutableMapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, TypeVar
+
+from stability.geometry.neighbours import Neighbours
+from stability.model import BodyId, Vec3
+
+K = TypeVar("K")
+V = TypeVar("V")
+
+
+class _Notes:
+    def __init__(self) -> None:
+        self.undo: list[tuple[Callable[..., object], tuple[Any, ...]]] = []
+        self.ordered: set[int] = set()  # by id, the dicts whose order is noted already
+
+
+class Journal:
+    """How to undo what has been written since the last change that took effect."""
+
+    def __init__(self) -> None:
+        """Nothing has been written."""
+        self._notes = _Notes()
+
+    def note(self, undo: Callable[..., object], *arguments: object) -> None:
+        """Note what undoes what is written next, however little of that will be; it must bear to be repeated."""
+        self._notes.undo.append((undo, arguments))
+
+    def note_order(self, held: dict[K, V]) -> None:
+        """Note in which order a dict holds what it holds, before anything is taken out of it."""
+        if id(held) not in self._notes.ordered:
+            self.note(_reorder, held, tuple(held), [])
+            self._notes.ordered.add(id(held))
+
+    def keep(self) -> None:
+        """Let all that was written take effect."""
+        self._notes = _Notes()
+
+    def undo(self) -> None:
+        """Let all be as it was when `keep` was called last."""
+        if not self._notes.undo:
+            return
+        for undo, arguments in reversed(self._notes.undo):
+            undo(*arguments)
+        self._notes = _Notes()
+
+
+class Kept(dict[K, V]):
+    """A dict that notes in a journal what it held before. Values must not be changed in place."""
+
+    __slots__ = ("_journal", "_ordered")
+
+    def __init__(self, journal: Journal, *, ordered: bool = False) -> None:
+        """Empty; with `ordered`, what is taken out and put back by the journal has its place among the others again."""
+        self._journal = journal
+        self._ordered = ordered
+
+    def __setitem__(self, key: K, value: V) -> None:
+        """As of any dict."""
+        if key in self:
+            self._journal.note(dict.__setitem__, self, key, self[key])
+        else:
+            self._journal.note(dict.pop, self, key, None)
+        dict.__setitem__(self, key, value)
+
+    def __delitem__(self, key: K) -> None:
+        """As of any dict."""
+        if self._ordered:
+            self._journal.note_order(self)
+        self._journal.note(dict.__setitem__, self, key, self[key])
+        dict.__delitem__(self, key)
+
+    def replace(self, items: Mapping[K, V]) -> None:
+        """Hold these items and no others, in this order."""
+        self._journal.note(_refill, self, dict(self))
+        _refill(self, items)
+
+    def __ior__(self, items: Mapping[K, V]) -> "Kept[K, V]":  # type: ignore[override,misc]
+        """As of any dict."""
+        self.update(items)
+        return self
+
+    def pop(self, key: K, *default: V | None) -> V:  # type: ignore[override]
+        """As of any dict."""
+        if key not in self and default:
+            return default[0]  # type: ignore[return-value]
+        found = self[key]
+        del self[key]
+        return found
+
+    # All other ways to write lead through those above.
+    popitem = MutableMapping.popitem
+    clear = MutableMapping.clear
+    update = MutableMapping.update
+    setdefault = MutableMapping.setdefault
+
+
+def _refill(held: dict[K, V], items: Mapping[K, V]) -> None:
+    dict.clear(held)
+    dict.update(held, items)
+
+
+def _reorder(held: dict[K, V], order: Sequence[K], found: list[Mapping[K, V]]) -> None:
+    """Give a dict its order again; `found` has what is in it from the first time on, however that is broken off."""
+    if not found:
+        found.append({key: held[key] for key in order})
+    _refill(held, found[0])
+
+
+@dataclass(slots=True)
+class KeptNeighbours(Neighbours[BodyId]):
+    """Bodies by where they are, as a journal notes them."""
+
+    journal: Journal = field(default_factory=Journal)
+
+    def add(self, name: BodyId, low_W: Vec3, high_W: Vec3) -> None:
+        """As of all neighbours."""
+        self.journal.note(self.discard, name, low_W, high_W)
+        Neighbours.add(self, name, low_W, high_W)
+
+    def remove(self, name: BodyId) -> None:
+        """As of all neighbours."""
+        self.journal.note(Neighbours.add, self, name, *self._bounds[name])
+        Neighbours.remove(self, name)
