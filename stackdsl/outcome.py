@@ -12,7 +12,7 @@ from stackdsl.ensemble import Ensemble
 from stackdsl.exits import ExitCode
 from stackdsl.measure import Measure
 from stackdsl.observations import Change
-from stackdsl.trace import NUMERICAL_COLLAPSE, Collapse, Cost, EarlyEnd, WrongEdges
+from stackdsl.trace import NUMERICAL_COLLAPSE, UNRELIABLE, Collapse, Cost, EarlyEnd, WrongEdges
 
 REFERENCE_SYSTEM = "tuned"  # what speed-ups are told against: PyBullet with the settings that stack best
 
@@ -128,7 +128,7 @@ class VariantResult:
     system: str
     file: str
     status: RunStatus
-    verdict: str = ""  # `stands`, `collapses`, `numerical-collapse`; empty if it did not run
+    verdict: str = ""  # `stands`, `collapses`, `numerical-collapse`, `unreliable`; empty if it did not run
     numerical: str = ""  # why the collapse is the solver's and none of physics; empty where nothing says so
     wrong_edges: WrongEdges | None = None  # None where no contact was seen to have a wrong normal
     wrong_friction: WrongFriction | None = None  # the worst that an engine has had
@@ -225,7 +225,7 @@ class VariantResult:
         if self.xfail is not None and not self.golden_failed:
             return "xpassed" if self.passed else "xfailed"
         if not self.passed and self.xfail is None:
-            return NUMERICAL_COLLAPSE if self.numerical else "failed"
+            return NUMERICAL_COLLAPSE if self.numerical else UNRELIABLE if self.verdict == UNRELIABLE else "failed"
         told = self.golden is not None and (self.golden_failed or self.golden.status is GoldenStatus.OTHER_ENGINE)
         return f"golden {self.golden.status.value}" if self.golden is not None and told else "passed"
 

@@ -137,6 +137,7 @@ class Energy:
     start: float  # just after it, with what it brought in [J]
     risen: float  # how much more the bricks that moved since ever had of it [J]
     of_what_moved: float  # that these had just after it, heights as distances from the ground, and got from outside [J]
+    gained_before: float = 0.0  # the largest gain between any two earlier actions, as a share like `gain`
 
     @property
     def gain(self) -> float:
@@ -214,6 +215,7 @@ class EarlyEnd:
 
 
 NUMERICAL_COLLAPSE = "numerical-collapse"  # in place of a verdict: it fell, and nothing but the solver made it
+UNRELIABLE = "unreliable"  # in place of a verdict: the engine had added energy before anything fell
 
 
 class Verdict(StrEnum):
@@ -252,12 +254,22 @@ class Trace:
     early_end: EarlyEnd | None = None  # None where it went on for as long as it was to
     disproof: StaticsVerdict | None = None  # that what fell had to, on a system that proves nothing
     numerical: str = ""  # why the collapse is the solver's and none of physics; empty where nothing says so
+    # The run so far when the engine was first seen to have added a notable share of energy; None where it never was.
+    before_fault: "Trace | None" = None
 
     @property
     def energy_gained(self) -> float:
         """The share of energy that an engine has added by itself; 0 where that is no more than a watch may miss."""
-        gain = self.energy.gain if self.energy is not None else 0.0
+        gain = max(self.energy.gain, self.energy.gained_before) if self.energy is not None else 0.0
         return gain if gain > NOTABLE_GAIN else 0.0
+
+    @property
+    def unreliable(self) -> bool:
+        """Whether the engine had added a notable share of energy before anything fell, so that the verdict is its own.
+
+        A collapse before that is not in doubt; what comes of it is.
+        """
+        return self.before_fault is not None and self.before_fault.collapse is None
 
     @property
     def undone(self) -> tuple[Action, ...]:
@@ -286,8 +298,8 @@ class Trace:
 
     @property
     def reported_verdict(self) -> str:
-        """The verdict as people are told it: a collapse that is none of physics is called one."""
-        return NUMERICAL_COLLAPSE if self.numerical else self.verdict.value
+        """The verdict as people are told it: a collapse that is none of physics is called one, and a doubtful one so."""
+        return NUMERICAL_COLLAPSE if self.numerical else UNRELIABLE if self.unreliable else self.verdict.value
 
     @property
     def drift(self) -> float:

@@ -40,6 +40,14 @@ def rounded_up(number: float) -> str:
     return f"{ceil(number / unit) * unit:g}"
 
 
+def energy_fault(gained: float) -> str:
+    """What to say of energy that an engine added by itself, as a share of what there was, and what to do about it."""
+    return (
+        f"the engine added {100.0 * gained:.3g} % to the energy that there was, so how bricks moved is not to be "
+        "trusted; play it on another system, such as `mujoco`, or expect only what is proven, such as `verdict: stable`"
+    )
+
+
 def shaking_text(motion: GroundMotion) -> str:
     """How the ground shakes: `by up to 4.9 m/s2 for 2 s`."""
     most = max(map(abs, motion.extremes(motion.begins)))

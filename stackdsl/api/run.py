@@ -57,7 +57,7 @@ class Run:
 
     @property
     def verdict(self) -> str:
-        """Such as `stands`, `collapses` or `numerical-collapse`."""
+        """Such as `stands`, `collapses`, `numerical-collapse` or `unreliable`."""
         return self.trace.reported_verdict
 
     @cached_property

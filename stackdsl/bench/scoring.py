@@ -13,7 +13,7 @@ from stackdsl.bench.entrants import REFERENCES
 from stackdsl.bench.run_record import Record, step_text
 from stackdsl.language.claims.claim_kind import CLAIMS
 from stackdsl.observations import KINDS, Change, Seen, changes, turned_back
-from stackdsl.trace import NUMERICAL_COLLAPSE, Verdict
+from stackdsl.trace import NUMERICAL_COLLAPSE, UNRELIABLE, Verdict
 
 # What is compared with a converged reference. The rest is creep, or chaos, as is the height of what a fall leaves.
 COMPARED_FALLEN = ("collapse time", "reach", "bearing")
@@ -79,6 +79,8 @@ def reference_of(records: Sequence[Record], answer: Answer | None) -> Reference 
 
 def _agreed(finest: Sequence[Record]) -> Mapping[str, Seen] | None:
     match finest:
+        case [Record(observations={"verdict": verdict}), *_] if verdict == UNRELIABLE:
+            return None
         case [Record(observations=dict() as fine), Record(observations=dict() as coarser)]:
             moved = {change.name for change in changes(coarser, fine) if change.moved or _still_converges(change)}
             return None if "verdict" in moved else {kind: seen for kind, seen in fine.items() if kind not in moved}
@@ -100,7 +102,8 @@ def _score(record: Record, fellows: Sequence[Record], answer: Answer | None, ref
     if known is None:
         return score
     fell = record.seen("collapse level")
-    wrong = known.stands is (fell is not None) or bool(record.numerical)  # right for no reason is not right
+    unfounded = bool(record.numerical) or verdict == UNRELIABLE  # right for no reason is not right
+    wrong = known.stands is (fell is not None) or unfounded
     score = replace(
         score,
         known=known.source,

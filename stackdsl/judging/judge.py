@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from stackdsl.ensemble import Ensemble
 from stackdsl.judging.still_moving import may_still_change, still_moving
+from stackdsl.judging.unreliable import hangs_on_fault, unreliable
 from stackdsl.language.claims.claim import Claim
 from stackdsl.language.claims.claim_kind import ClaimKind
 from stackdsl.language.claims.finding import Finding
@@ -97,6 +98,8 @@ def _found(stated: ClaimKind, trace: Trace) -> Finding:
     if trace.numerical and stated.of_collapses:
         return _numerical(trace)
     found = stated.judge(trace)
+    if hangs_on_fault(stated, trace):
+        return unreliable(found, trace)
     return still_moving(found, trace) if may_still_change(stated, trace) else found
 
 

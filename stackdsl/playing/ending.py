@@ -60,12 +60,16 @@ class Ending:
 
     def ask(self, so_far: Trace, planned: float, to_come: Sequence[Moment]) -> None:
         """End now if all is known; `to_come` is what is still to be done, `planned` when it ends without that [s]."""
-        now = self._asked = so_far.cost.simulated_time
+        early = self.if_it_ended(so_far, planned, to_come)
+        self._asked = early.time
+        if early.planned > early.time and self.is_known(replace(so_far, early_end=early)):
+            self.early = early
+
+    def if_it_ended(self, so_far: Trace, planned: float, to_come: Sequence[Moment]) -> EarlyEnd:
+        """What an end now would leave out."""
         if to_come:
             planned = max(planned, max(map(last_arrival, to_come)) + self.timeline.hold)
-        early = EarlyEnd(now, planned, tuple(_actions(to_come)))
-        if planned > now and self.is_known(replace(so_far, early_end=early)):
-            self.early = early
+        return EarlyEnd(so_far.cost.simulated_time, planned, tuple(_actions(to_come)))
 
 
 def _actions(moments: Iterable[Moment]) -> Iterable[Action]:

@@ -10,7 +10,7 @@ from stability.geometry.vectors import dot, subtract
 from stability.mechanics.inertia import inertia_times
 from stability.model import BodyId, BodyState, Brick, Plane
 from stackdsl.playing.ground_work import GroundWork
-from stackdsl.trace import Energy
+from stackdsl.trace import NOTABLE_GAIN, Energy
 
 ROSE = 1e-3  # share of the smallest side, 8 micrometres for a plank: what creeps stays within it
 
@@ -52,6 +52,7 @@ class EnergyMeter:
     _at_start: dict[BodyId, _Seen] = field(default_factory=dict)  # of what was seen since
     _moved: dict[BodyId, None] = field(default_factory=dict)  # since
     _risen: float = 0.0  # how much more these had at most [J]
+    _gained_before: float = 0.0  # the largest gain until then, as a share
 
     def see(self, time: float, bricks: Mapping[BodyId, Brick], states: Mapping[BodyId, BodyState]) -> None:
         """Take in the bricks that may have moved, of all by name."""
@@ -72,8 +73,13 @@ class EnergyMeter:
             self.now -= self._of.pop(name).energy
             self.outside.forget(name)
 
-    def start(self) -> None:
-        """Something was done, and all was seen since: what comes now comes by itself."""
+    def start(self, by_hand: bool = False) -> None:
+        """Something was done, and all was seen since: what comes now comes by itself.
+
+        What came `by_hand` until now is no gain.
+        """
+        if not by_hand and (until_now := self.energy()) is not None:
+            self._gained_before = max(self._gained_before, until_now.gain)
         self._start, self._at_start, self._moved, self._risen = self.now, {}, {}, 0.0
         self.outside.start()
 
@@ -84,9 +90,16 @@ class EnergyMeter:
         more = sum(self._of[name].energy - self._at_start[name].energy - given.get(name, 0.0) for name in self._moved)
         self._risen = max(self._risen, more)
 
+    @property
+    def notably_gained(self) -> bool:
+        """Whether so much was gained since the last action that it is a fault; what came before it was told then."""
+        energy = self.energy()
+        return energy is not None and energy.gain > NOTABLE_GAIN
+
     def energy(self) -> Energy | None:
         """What it was after the last action, and has been at most since; None if nothing was ever done."""
         if self._start is None:
             return None
         had = sum((self._at_start[name].by_distance for name in self._moved), 0.0)
-        return Energy(self._start, self._risen, had + sum(self.outside.passed.get(name, 0.0) for name in self._moved))
+        had += sum(self.outside.passed.get(name, 0.0) for name in self._moved)
+        return Energy(self._start, self._risen, had, self._gained_before)

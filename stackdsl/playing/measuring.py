@@ -111,19 +111,16 @@ class Measures:
         self.watch.freeze(frozen)
         self.motion.stopped(frozen)
 
-    def look(
-        self,
-        time: float,
-        states: Mapping[BodyId, BodyState],
-        everything: Mapping[BodyId, BodyState],
-        in_hands: bool = False,
-    ) -> None:
-        """Take in what moves of one part, and all that does; `in_hands` if hands may be at work on it."""
-        self.watch.see(time, states)
+    def weigh(self, time: float, states: Mapping[BodyId, BodyState], in_hands: bool) -> None:
+        """Take in the energy of what moves of one part; `in_hands` if hands may be at work on it."""
         self.saw(time, states)
         self.energy.look(self.motion.see(time, states))
         if in_hands:
-            self.energy.start()  # what hands do is told from what an engine adds only once they have let go
+            self.energy.start(by_hand=True)  # it is told from what an engine adds only once they have let go
+
+    def look(self, time: float, states: Mapping[BodyId, BodyState], everything: Mapping[BodyId, BodyState]) -> None:
+        """Take in where that is which moves of one part, and all that does."""
+        self.watch.see(time, states)
         if self.sway is not None:
             self.sway.see(time, states)
         if self.overlap is not None:

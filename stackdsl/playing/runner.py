@@ -75,6 +75,7 @@ class _Run:
     one_by_one: int = 0
     shift_before: float = 0.0  # largest of any brick when something was last done before a collapse [m]
     passed: int = 0  # moments
+    before_fault: Trace | None = None  # the run so far when the engine had first added a notable share of energy
 
     def __post_init__(self) -> None:
         self.moments = tuple(self.timeline.moments())
@@ -149,9 +150,13 @@ class _Run:
     def _all_is_known(self) -> bool:
         """Whether nothing that may still happen changes what is asked."""
         if self.ending.may_be_early(self.parts.now, self.collapse):
-            to_come = (self._takes_place(moment) for moment in self.moments[self.passed :])
-            self.ending.ask(self._so_far(), self._end(), [moment for moment in to_come if moment is not None])
+            self.ending.ask(self._so_far(), self._end(), self._to_come())
         return self.ending.early is not None
+
+    def _to_come(self) -> Sequence[Moment]:
+        """What is still to be done."""
+        to_come = (self._takes_place(moment) for moment in self.moments[self.passed :])
+        return [moment for moment in to_come if moment is not None]
 
     def _place(self, group: Sequence[Placement], pieces: Pieces) -> None:
         of = {placement.brick.id: part for part, piece in pieces if isinstance(piece, tuple) for placement in piece}
@@ -240,7 +245,9 @@ class _Run:
         states = part.world.states(list(dict.fromkeys([*moving, *part.hands.in_hand])))
         part.seen, part.one_by_one = states, len(moving) - part.answers.riding()
         self.one_by_one = max(self.one_by_one, sum(each.one_by_one for each in self.parts))
-        self.measures.look(now, states, self.parts.seen(part), in_hands=part.hands.busy)
+        self.measures.weigh(now, states, in_hands=part.hands.busy)
+        self._notice_fault()
+        self.measures.look(now, states, self.parts.seen(part))
         part.edges.look(now, states)
         part.look(states)
         self.parts.look(part, states)
@@ -250,6 +257,12 @@ class _Run:
         if self.collapse is None and (first := self.watch.first_to_leave()) is not None:
             self._collapsed(now, first)
         return self.collapse is not None
+
+    def _notice_fault(self) -> None:
+        """Keep the run as it was before this look, if the engine is seen to have added energy by it."""
+        if self.before_fault is None and self.measures.energy.notably_gained:
+            so_far = self._so_far()
+            self.before_fault = replace(so_far, early_end=self.ending.if_it_ended(so_far, self._end(), self._to_come()))
 
     def _collapsed(self, now: float, first: BodyId) -> None:
         youngest, gave_way = self.watch.youngest(), self.parts.of(first).answers.gave_way
@@ -297,4 +310,5 @@ class _Run:
             landing=self.measures.landing([n for n, track in tracks.items() if track.state is BrickState.FALLEN]),
             moving=self.measures.motion.moving(now),
             early_end=self.ending.early,
+            before_fault=self.before_fault,
         )

@@ -6,7 +6,7 @@ from io import StringIO
 from typing import TYPE_CHECKING, TypeAlias
 from unicodedata import combining, east_asian_width
 
-from stackdsl.trace import NUMERICAL_COLLAPSE
+from stackdsl.trace import NUMERICAL_COLLAPSE, UNRELIABLE
 
 if TYPE_CHECKING:
     from rich.table import Table as RichTable
@@ -19,7 +19,7 @@ STYLES = (
     dict.fromkeys(("stands", "same", "agrees"), "green")
     | dict.fromkeys(("written", "differs", "not run", "skipped", "of another engine"), "yellow")
     | dict.fromkeys(
-        ("missing", "different", "unreadable", "blocked", "crashed", "timed out", NUMERICAL_COLLAPSE), "red"
+        ("missing", "different", "unreadable", "blocked", "crashed", "timed out", NUMERICAL_COLLAPSE, UNRELIABLE), "red"
     )
 )
 

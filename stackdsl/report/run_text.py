@@ -6,13 +6,12 @@ from stability.name_order import in_order
 from stackdsl.outcome import VariantResult
 from stackdsl.report.edge_text import wrong_edges_text
 from stackdsl.report.ending_text import ending_text
-from stackdsl.report.energy_text import energy_text
 from stackdsl.report.friction_text import wrong_friction_text
 from stackdsl.report.modified_text import modified_text
 from stackdsl.report.outcome_text import outcome_text
 from stackdsl.report.why_text import why_lines
-from stackdsl.trace import BrickState, Collapse, Trace
-from stackdsl.wording import broke_text, level_text, names_text, touching_text
+from stackdsl.trace import UNRELIABLE, BrickState, Collapse, Trace
+from stackdsl.wording import broke_text, energy_fault, level_text, names_text, touching_text
 
 
 def run_text(trace: Trace, result: VariantResult, all_names: bool = False) -> str:
@@ -23,7 +22,8 @@ def run_text(trace: Trace, result: VariantResult, all_names: bool = False) -> st
 def _lines(trace: Trace, result: VariantResult, all_names: bool) -> Iterator[str]:
     fell = "" if trace.collapse is None else _collapse(trace.collapse)
     cost = f"{trace.cost.simulated_time:g} s played in {trace.cost.wall_time:.3f} s, {trace.cost.steps} steps"
-    yield f"{fell or trace.verdict}; {cost}" + (f"; a numerical collapse: {trace.numerical}" * bool(trace.numerical))
+    came = fell or trace.verdict
+    yield f"{UNRELIABLE + ': ' if trace.unreliable else ''}{came}; {cost}" + (f"; a numerical collapse: {trace.numerical}" * bool(trace.numerical))
     if result.modified:
         yield modified_text(result.modified)
     fallen = [name for name, track in trace.tracks.items() if track.state is BrickState.FALLEN]
@@ -37,7 +37,7 @@ def _lines(trace: Trace, result: VariantResult, all_names: bool) -> Iterator[str
     if result.touching_within:
         yield f"statics: stable{touching_text(result.touching_within)}"
     if trace.energy_gained:
-        yield energy_text(trace.energy_gained)
+        yield energy_fault(trace.energy_gained)
     if trace.wrong_edges is not None:
         yield wrong_edges_text(trace.wrong_edges, trace.collapse)
     if trace.wrong_friction is not None:

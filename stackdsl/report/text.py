@@ -10,13 +10,12 @@ from stackdsl.report.change_text import change_text
 from stackdsl.report.diagnostic_text import GUTTER, diagnostic_text
 from stackdsl.report.edge_text import wrong_edges
 from stackdsl.report.ending_text import ending_text
-from stackdsl.report.energy_text import energy_text
 from stackdsl.report.ensemble_text import samples_told
 from stackdsl.report.friction_text import wrong_frictions
 from stackdsl.report.modified_text import modified_text
 from stackdsl.report.outcome_text import outcome_text, significant
 from stackdsl.report.why_text import why_lines
-from stackdsl.wording import how_many, names_text, touching_text
+from stackdsl.wording import energy_fault, how_many, names_text, touching_text
 
 NOTHING = "-"
 USUAL_ENGINE = "pybullet"  # not worth a column
@@ -91,7 +90,7 @@ def _notes(report: Report, verbosity: int) -> Iterator[Block]:
     yield titled("Ended early", [f"{name}: {ending_text(end)}" for name, end in early if name in shown])
     yield titled("Numerical collapses", [f"{r.name}: {r.numerical}" for r in report.results if r.numerical])
     yield titled("Stable only if gaps count as contact", [gaps_text(r) for r in noted if r.touching_within])
-    yield titled("Energy from nowhere", [f"{result.name}: {energy_text(result.energy_gained)}" for result in gained])
+    yield titled("Energy from nowhere", [f"{result.name}: {energy_fault(result.energy_gained)}" for result in gained])
     yield titled("Wrong edge normals", list(wrong_edges(noted)))
     yield titled("Frictions that an engine could not have", list(wrong_frictions(noted)))
     yield titled("Other than known from outside", list(_missed(report, lambda result: result.truths)))

@@ -12,9 +12,10 @@ from stackdsl.recording.recording import Recording
 from stackdsl.systems.known_systems import system_named
 from stackdsl.systems.modification import as_played
 from stackdsl.timeline import Timeline
-from stackdsl.trace import Trace
+from stackdsl.trace import UNRELIABLE, Trace
 from stackdsl.viewing.shown_proofs import ShownProofs, shown_proofs
 from stackdsl.viewing.weakest import Weakest, weakest_of
+from stackdsl.wording import energy_fault
 
 
 @dataclass(frozen=True)
@@ -62,4 +63,6 @@ def view_of(
 
 def _told(trace: Trace) -> str:
     told, collapse = trace.reported_verdict, trace.collapse
+    if told == UNRELIABLE:
+        told = f"{UNRELIABLE}, {energy_fault(trace.energy_gained)}: {trace.verdict}"
     return told if collapse is None else f"{told} at level {collapse.level} after {collapse.time:.3f} s"

@@ -46,6 +46,7 @@ class ClaimKind(ABC):
     told_margins: ClassVar[tuple[str, ...]] = ()  # of the proof, that it tells of few bricks without depending on them
     needed_measures: ClassVar[tuple[str, ...]] = ()  # what takes time to measure, such as `sway`
     of_collapses: ClassVar[bool] = False  # void where the only collapse is the solver's
+    of_the_engine: ClassVar[bool] = False  # measures how well an engine plays, so that its faults do not void it
     of_what_is_gone: ClassVar[bool] = False  # may speak of bricks that are pulled out
     scored_apart: ClassVar[bool] = False  # a bench counts it as a verdict or as creep, and as no error beside these
     of_creep: ClassVar[bool] = False  # scored apart as creep, unless something is hit: then it is a length as others

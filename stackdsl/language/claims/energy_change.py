@@ -1,6 +1,7 @@
 """Kinetic and potential energy of all bricks together, from the last action on."""
 
 from math import inf
+from typing import ClassVar
 
 from pydantic import Field
 
@@ -18,6 +19,8 @@ class EnergyChange(AuthorModel, ClaimKind):
     gain: t.ShareTolerance = Field(
         description="how much that of bricks that move rises, as a share of it, heights as distances from the ground"
     )
+
+    of_the_engine: ClassVar[bool] = True
 
     @property
     def of_the_watch(self) -> bool:

@@ -49,6 +49,7 @@ TUNED = replace(
     cost=Cost(wall_time=3.0, simulated_time=5.0, steps=1, judgements=0),
 )
 FAILED = replace(PASSED, outcomes=(HELD, MISSED))
+UNRELIABLE = replace(FAILED, verdict="unreliable", energy_gained=0.046)
 CRASHED = replace(
     PASSED, status=RunStatus.CRASHED, verdict="", collapse=None, cost=None, outcomes=(), golden=None,
     message="the worker was killed by SIGSEGV",

@@ -19,8 +19,12 @@ from stackdsl.outcome import (
     VariantResult,
     exit_code,
 )
+from stackdsl.report.csv import report_csv
 from stackdsl.report.edge_text import wrong_edges_text
+from stackdsl.report.github import report_github
 from stackdsl.report.json import report_json
+from stackdsl.report.junit import report_junit
+from stackdsl.report.markdown import report_markdown
 from stackdsl.report.outcome_text import outcome_text
 from stackdsl.report.text import report_text
 from stackdsl.trace import Collapse, Cost, WrongEdges
@@ -37,6 +41,7 @@ from tests.stackdsl.report.reports import (
     NOT_RUN,
     PASSED,
     TUNED,
+    UNRELIABLE,
     report,
     with_golden,
 )
@@ -48,6 +53,7 @@ EXIT_CODES = {
     "no golden asked for": (report(replace(PASSED, golden=None)), 0),
     "an answer from outside is missed": (report(replace(PASSED, truths=(MISSED,))), 0),
     "an expectation failed": (report(PASSED, FAILED), 1),
+    "a run is unreliable": (report(PASSED, UNRELIABLE), 1),
     "a scenario is invalid": (report(PASSED, diagnostics=(MISTAKE,)), 2),
     "golden missing": (report(with_golden(GoldenStatus.MISSING)), 3),
     "golden different": (report(with_golden(GoldenStatus.DIFFERENT)), 3),
@@ -263,9 +269,18 @@ def test_a_verdict_that_counts_on_gaps_says_so() -> None:
 
 def test_energy_that_an_engine_added_is_told_on_every_run() -> None:
     seen = report(replace(PASSED, energy_gained=0.046, outcomes=(), truths=()), PASSED)  # nothing is claimed of it
-    told = "the engine added 4.6 % to the energy that there was; how bricks moved is not to be trusted"
+    told = "the engine added 4.6 % to the energy that there was, so how bricks moved is not to be trusted"
     assert report_text(seen).count(told) == 1
     assert [result["energy_gained"] for result in json.loads(report_json(seen))["results"]] == [0.046, None]
+
+
+def test_an_unreliable_run_is_counted_apart_and_told_in_every_format() -> None:
+    seen = report(UNRELIABLE, PASSED)
+    assert report_text(seen).splitlines()[-1].startswith("1 scenario, 2 variants: 1 passed, 1 unreliable in ")
+    result = json.loads(report_json(seen))["results"][0]
+    assert (result["verdict"], result["conclusion"]) == ("unreliable", "unreliable")
+    for text in (report_text(seen), report_junit(seen), report_markdown(seen), report_github(seen), report_csv(seen)):
+        assert "unreliable" in text
 
 
 def test_a_scene_that_was_played_with_other_constants_is_told_with_them() -> None:
@@ -338,7 +353,10 @@ def test_a_margin_of_nothing_has_no_sign() -> None:
 @pytest.mark.parametrize("seed", ["0", "1"])
 def test_another_process_renders_the_same_bytes(seed: str) -> None:
     program = """
+from stackdsl.report.github import report_github
 from stackdsl.report.json import report_json
+from stackdsl.report.junit import report_junit
+from stackdsl.report.markdown import report_markdown
 from stackdsl.report.text import report_text
 from tests.stackdsl.report.reports import FULL
 print(report_text(FULL), report_json(FULL))
