@@ -1,6 +1,6 @@
 """What happened when a timeline was played: plain data that the judge, the snapshot and the report read."""
 
-from collections.abc import Mapping, Set
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from enum import StrEnum
 from math import atan2, hypot, inf
@@ -92,6 +92,7 @@ class BrickTrack:
     left_at: float | None = None  # when it was seen to have left its place [s]
     sunk: float | None = None  # the same below `rest`, from the first hit on [m]: only this, or a tilt, collapses then
     frozen: bool = False  # whether it is held fixed at the end, with whatever proof
+    gives_way: str = ""  # why it is proven not to stand where it is, though it has not left its place yet
 
 
 @dataclass(frozen=True, slots=True)
@@ -298,8 +299,13 @@ class Trace:
 
     @property
     def reported_verdict(self) -> str:
-        """The verdict as people are told it: a collapse that is none of physics is called one, and a doubtful one so."""
+        """The verdict as people are told it: one that is none of physics, or in doubt, is called so."""
         return NUMERICAL_COLLAPSE if self.numerical else UNRELIABLE if self.unreliable else self.verdict.value
+
+    @property
+    def unsettled(self) -> Sequence[BrickTrack]:
+        """What has neither come to rest nor left its place: dropped, or proven to fall, in order of placement."""
+        return [track for track in self.tracks.values() if track.state is BrickState.UNSETTLED]
 
     @property
     def drift(self) -> float:

@@ -176,6 +176,22 @@ class ProvenStability:
         """What was proven of the structure when bricks were last set down or taken out."""
         return self._when_changed
 
+    def giving_way(self) -> Mapping[BodyId, str]:
+        """Why awake bricks cannot stand: as bricks were last set down or taken out, or where they are now."""
+        verdict, found = self._when_changed, {}
+        if verdict is not None and verdict.motion is not None:
+            found |= dict.fromkeys(verdict.motion.velocity, verdict.reason)
+        before = self.assembly.state()
+        try:
+            there = dict(solids(self.engine, self.engine.states(self._awake.in_order(self._awake.names))))
+            verdict = self.assembly.add_all(there.values(), names_smallest=False)
+            while verdict.stability is Stability.UNSTABLE:
+                found |= dict.fromkeys(verdict.moving, verdict.reason)
+                verdict = self.assembly.remove(verdict.moving, names_smallest=False)
+        finally:
+            self.assembly.restore(before)
+        return {name: reason for name, reason in found.items() if name in self._awake.names}
+
     # --- what is put to the proof -------------------------------------------------------------------------------------
 
     def _notice_new(self) -> None:

@@ -100,6 +100,10 @@ class StackStability:
         """None: the method tests bricks one by one, and proves nothing of the whole."""
         return None
 
+    def giving_way(self) -> Mapping[BodyId, str]:
+        """None, as it proves nothing."""
+        return {}
+
     def least_margin(self) -> float | None:
         """The smallest tipping margin in the stack [m]; None if nothing rests. A leaning brick has no such margin."""
         resting = ((name, brick) for name, brick in self.stack.items() if name not in self.leaning)

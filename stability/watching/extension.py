@@ -74,6 +74,9 @@ class Extension(Protocol):
     def verdict(self) -> Verdict | None:
         """What was proven of the structure when bricks were last set down or taken out; None where nothing proves."""
 
+    def giving_way(self) -> Mapping[BodyId, str]:
+        """Why awake bricks are proven not to stand, though nothing may have been seen of that yet."""
+
 
 @runtime_checkable
 class JudgesLandings(Protocol):

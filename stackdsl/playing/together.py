@@ -30,6 +30,9 @@ class Tells(Protocol):
     def verdict(self) -> Verdict | None:
         """What was proven when bricks were last set down or taken out; None where nothing proves."""
 
+    def giving_way(self) -> Mapping[BodyId, str]:
+        """Why bricks that an engine moves are proven not to stand."""
+
 
 @dataclass(frozen=True)
 class Together:
@@ -67,6 +70,10 @@ class Together:
             return None
         worst = min((verdict.stability for verdict in verdicts), key=WORST_FIRST.index)
         return _as_one([verdict for verdict in verdicts if verdict.stability is worst])
+
+    def giving_way(self) -> Mapping[BodyId, str]:
+        """Why bricks that an engine moves are proven not to stand."""
+        return {name: reason for each in self.extensions for name, reason in each.giving_way().items()}
 
 
 def _as_one(verdicts: Sequence[Verdict]) -> Verdict:

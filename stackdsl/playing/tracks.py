@@ -1,6 +1,6 @@
 """What became of every brick of a timeline, whether it was placed or not."""
 
-from collections.abc import Set
+from collections.abc import Mapping
 from dataclasses import replace
 
 from stability.model import BodyId
@@ -17,7 +17,6 @@ def tracks_of(
 
     `unproven`: what is not frozen was not played, as only a proof was asked for, and there was none that it stands.
     """
-    giving_way = _giving_way(extension) if extension is not None and not collapsed else set()
     found = {}
     for placement in timeline.placements:
         name = placement.brick.id
@@ -28,16 +27,19 @@ def tracks_of(
         track = watch.bricks[name].track(frozen)
         if unproven and not frozen:
             track = replace(track, state=BrickState.UNWATCHED)
-        elif track.state is BrickState.STANDING and name in giving_way:
-            track = replace(track, state=BrickState.UNSETTLED)
         found[name] = track
-    return found
+    if extension is None or collapsed or all(track.state is not BrickState.STANDING for track in found.values()):
+        return found
+    return found | _unsettled(found, extension.giving_way())
 
 
-def _giving_way(extension: Tells) -> Set[BodyId]:
-    """What is proven to fall where nothing was seen to: in weak gravity the run may end before."""
-    verdict = extension.verdict()
-    return set() if verdict is None or verdict.motion is None else verdict.motion.velocity.keys() & extension.awake()
+def _unsettled(tracks: Mapping[BodyId, BrickTrack], giving_way: Mapping[BodyId, str]) -> dict[BodyId, BrickTrack]:
+    """What is proven to fall where nothing was seen to: some falls take longer than a run."""
+    return {
+        name: replace(tracks[name], state=BrickState.UNSETTLED, gives_way=reason)
+        for name, reason in giving_way.items()
+        if tracks[name].state is BrickState.STANDING
+    }
 
 
 def _unplaced(placement: Placement) -> BrickTrack:

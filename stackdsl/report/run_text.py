@@ -22,8 +22,8 @@ def run_text(trace: Trace, result: VariantResult, all_names: bool = False) -> st
 def _lines(trace: Trace, result: VariantResult, all_names: bool) -> Iterator[str]:
     fell = "" if trace.collapse is None else _collapse(trace.collapse)
     cost = f"{trace.cost.simulated_time:g} s played in {trace.cost.wall_time:.3f} s, {trace.cost.steps} steps"
-    came = fell or trace.verdict
-    yield f"{UNRELIABLE + ': ' if trace.unreliable else ''}{came}; {cost}" + (f"; a numerical collapse: {trace.numerical}" * bool(trace.numerical))
+    came = f"{UNRELIABLE}: " * trace.unreliable + (fell or trace.verdict)
+    yield f"{came}; {cost}" + (f"; a numerical collapse: {trace.numerical}" * bool(trace.numerical))
     if result.modified:
         yield modified_text(result.modified)
     fallen = [name for name, track in trace.tracks.items() if track.state is BrickState.FALLEN]

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
-from math import acos, asin, cos, degrees, hypot, sin, sqrt
+from math import acos, asin, atan, cos, degrees, hypot, sin, sqrt
 
 import pytest
 
@@ -287,6 +287,32 @@ def test_what_is_proven_to_fall_does_not_stand_because_the_run_ended_before_it_w
     assert trace.verdict is Verdict.UNSETTLED
     assert not outcome.passed
     assert "has not come to rest" in outcome.measured
+
+
+STEEP, GENTLE = degrees(atan(0.5)) + 0.002, degrees(atan(0.5)) - 0.002  # beside the slope that friction 0.5 holds [deg]
+
+
+@pytest.mark.parametrize(
+    ("slope", "dropped", "then"), [(STEEP, False, True), (STEEP, True, False), (GENTLE, True, True)]
+)
+def test_a_plank_that_slides_slower_than_the_watch_shows_does_not_stand(
+    slope: float, dropped: bool, then: bool
+) -> None:
+    #   g (sin a - mu cos a) = 0.4 mm/s2 at 0.002 deg too steep: less than a millimetre in the two seconds of the watch.
+    drop = "at: [0 mm, 0 mm, 3.91 mm], drop: true" if dropped else "at: [0 mm, 0 mm, 3.9 mm]"
+    build = f"- bricks: [{{name: a, {drop}}}]\n  every: 0.3 s\n"
+    build += "- bricks: [{name: rough, at: [0 mm, 100 mm, 3.9 mm]}]" if then else ""
+    rubs = "friction: {between: [{pair: [rough, ground], friction: 0.9}]}" if then else ""
+    cases, mistakes = compiled(scene(build, f"world: {{tilt: {slope} deg, {rubs}}}\nexpect: [{{stands: all}}]"))
+    assert mistakes == []
+    trace = play(cases[0].timeline, SYSTEMS["exact"])
+    (outcome,) = judge(trace, cases[0].scenario, cases[0].variant, cases[0].source, "exact")
+    assert trace.collapse is None
+    assert trace.moving == ()
+    assert outcome.passed == (slope == GENTLE)
+    assert trace.verdict is (Verdict.STANDS if slope == GENTLE else Verdict.UNSETTLED)
+    assert ("not settled at the end of the watch: a: a slides on ground" in outcome.measured) == (slope == STEEP)
+    assert ("watch longer, such as `watch: 4 s`" in outcome.measured) == (slope == STEEP)
 
 
 def test_where_levels_restart_the_step_that_falls_is_named() -> None:
