@@ -178,7 +178,8 @@ class ProvenStability:
 
     def giving_way(self) -> Mapping[BodyId, str]:
         """Why awake bricks cannot stand: as bricks were last set down or taken out, or where they are now."""
-        verdict, found = self._when_changed, {}
+        verdict = self._when_changed
+        found: dict[BodyId, str] = {}
         if verdict is not None and verdict.motion is not None:
             found |= dict.fromkeys(verdict.motion.velocity, verdict.reason)
         before = self.assembly.state()
