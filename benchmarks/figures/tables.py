@@ -114,6 +114,26 @@ TABLES: Mapping[str, Table] = {
             Column("it stands from friction", "{card_house_friction:.3f}"),
         ),
     ),
+    "readings-piers": Table(
+        "readings-counted",
+        "piers",
+        (
+            Column("on three to five piers", "{row}"),
+            Column("stacks", "{stacks:,}"),
+            Column("stand by statics", "{stand}"),
+            Column("of these called unstable", "{stand_and_denied}"),
+            Column("fall and are called stable", "{fall_and_held}"),
+        ),
+    ),
+    "readings-hits": Table(
+        "readings-counted",
+        "hits",
+        (
+            Column("planks woken, levels left whole", "{row}"),
+            *(Column(f"level 3, {speed} m/s", f"{{level_3_{speed}}}") for speed in (1, 2, 4, 8)),
+            *(Column(f"top, {speed} m/s", f"{{top_{speed}}}") for speed in (1, 2, 4)),
+        ),
+    ),
     "scale-paper": Table(
         "scale",
         "paper",

@@ -1,7 +1,8 @@
-"""Which hits does the published method see? Those of bricks that never were part of the stack, each once.
+"""Which hits does the published method see? Those of bricks that are no second impact objects, each once.
 
 Source: the stack-stability thesis, section 3.6.1: "only the direct impacts will be accounted for, and no force from
-second impact objects". What has been part of the stack and falls on what still stands is such a second object.
+second impact objects". Unless it is read otherwise (`SecondObjects`), what has been part of the stack and falls on what
+still stands is such a second object.
 
 A hit must be seen before it happens: when an engine reports the contact, its solver has taken the speed away.
 """
@@ -11,6 +12,7 @@ from dataclasses import dataclass, field
 
 from stability.engines.protocol import Engine
 from stability.model import BodyId, Vec3
+from stability.published.readings import SecondObjects
 from stability.watching.approach import Approaches, Attention
 from stability.watching.life_cycle import BrickObserver
 from stability.watching.rest import RestLimits
@@ -31,8 +33,9 @@ class DirectHits(BrickObserver):
 
     engine: Engine
     rest: RestLimits
+    second: SecondObjects = SecondObjects.EVER_STACKED
     _approaches: Approaches = field(init=False)
-    _stacked: set[BodyId] = field(default_factory=set, init=False)  # all that are, or once were, part of the stack
+    _stacked: set[BodyId] = field(default_factory=set, init=False)  # second objects: are, or once were, in the stack
     _reported: set[tuple[BodyId, BodyId]] = field(
         default_factory=set, init=False
     )  # who was about to hit whom, last time
@@ -41,8 +44,9 @@ class DirectHits(BrickObserver):
         self._approaches = Approaches(self.engine, lambda _: Attention(self.rest.dwell, self.rest.speed))
 
     def frozen(self, bricks: Collection[BodyId]) -> None:
-        """What has become part of the stack is a second object from now on, also when it falls off."""
-        self._stacked.update(bricks)
+        """What has become part of the stack may be a second object from now on, also when it falls off."""
+        if self.second is SecondObjects.EVER_STACKED:
+            self._stacked.update(bricks)
         self._approaches.frozen(bricks)
 
     def gone(self, bricks: Collection[BodyId]) -> None:

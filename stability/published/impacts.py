@@ -20,7 +20,7 @@ from stability.geometry.vectors import dot
 from stability.graph import from_the_top, with_all_above
 from stability.model import BodyId, Vec3
 from stability.published.leaning import LeaningBrick, height
-from stability.published.readings import AS_READ, Readings
+from stability.published.readings import AS_READ, ActsAt, Readings
 from stability.published.support import Load, StackedBrick, shares
 
 MILLI = 1e-3
@@ -79,13 +79,19 @@ def height_above(
     loads: Mapping[BodyId, Load],
     readings: Readings = AS_READ,
 ) -> float:
-    """The height of com above of one brick [m]: Eq. 1 upright, with the shares that the plan gives."""
+    """The height of com above of one brick [m]: Eq. 1 and 10 upright, with the shares that the plan gives.
+
+    What goes to one of several supports acts as high as com above of the brick that hands it on.
+    """
     rests_on = {name: other.rests_on for name, other in stack.items()}
     above = with_all_above(rests_on, [brick])
     moments = {name: stack[name].mass * stack[name].com_W[2] for name in above}  # [kg m]
     for name in from_the_top({name: rests_on[name] for name in above}):
         upright = moments[name] / loads[name].mass
-        for share in shares(loads[name], stack[name].areas, readings):
+        given = shares(loads[name], stack[name].areas, readings)
+        at_contact = len(given) > 1 and readings.height_acts_at is ActsAt.CONTACT
+        contacts = {area.on: height(area.points_W) for area in stack[name].areas} if at_contact else {}
+        for share in given:
             if share.on in moments:
-                moments[share.on] += share.mass * upright
+                moments[share.on] += share.mass * contacts.get(share.on, upright)
     return moments[brick] / loads[brick].mass

@@ -1,9 +1,10 @@
-"""How two supports share a load that neither could bear alone: merge case 3, and a rule that keeps moments.
+"""How supports share a load that none could bear alone: merge cases 2 and 3, and a rule that keeps moments.
 
 Source: the stack-stability thesis, section 3.3.6; equation numbers are its own. `stability.published.readings` names
 what its text leaves open.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import dist
@@ -28,14 +29,18 @@ def shares_of_two(mass: float, com: Point2, one: ContactArea, other: ContactArea
     if readings.merge is Merge.LEVER_RULE:
         return _lever_rule(mass, com, one, other)
     return [
-        Share(area.on, mass * _lever(com, area, beside, readings.pivot), acts_at(area, com, readings))
+        Share(area.on, mass * _lever(com, area, beside, readings.pivot), _acts_at(area, com, readings.acts_at))
         for area, beside in ((one, other), (other, one))
     ]
 
 
-def acts_at(area: ContactArea, com: Point2, readings: Readings) -> Point2:
-    """Where the mass acts that a support is given of a load with this com above, in plan [m]."""
-    return area.centre if readings.acts_at is ActsAt.CONTACT else com
+def equal_shares(mass: float, com: Point2, areas: Sequence[ContactArea], readings: Readings) -> list[Share]:
+    """What each of more than two supports is given of a load [kg]: merge case 2."""
+    return [Share(area.on, mass / len(areas), _acts_at(area, com, readings.equal_acts_at)) for area in areas]
+
+
+def _acts_at(area: ContactArea, com: Point2, where: ActsAt) -> Point2:
+    return area.centre if where is ActsAt.CONTACT else com
 
 
 def _lever(com: Point2, area: ContactArea, other: ContactArea, closest: Closest) -> float:

@@ -15,10 +15,10 @@ class Closest(Enum):
 
 
 class ActsAt(Enum):
-    """Where the mass acts that one of several supports is given (Eq. 10)."""
+    """Where the mass acts that one of several supports is given."""
 
     CONTACT = "contact"  # at the centre of its contact area, to which Eq. 6 takes the lever
-    COM_ABOVE = "com above"  # at com above of the brick that hands it on, as Eq. 10 is written
+    COM_ABOVE = "com above"  # at com above of the brick that hands it on, as Eq. 1 and Eq. 10 are written
 
 
 class Merge(Enum):
@@ -26,6 +26,13 @@ class Merge(Enum):
 
     TORQUES = "torques"  # by the torque about a pivot on the other support, as published (Eq. 3 to 9)
     LEVER_RULE = "lever rule"  # not published: by the lever rule, so that load and moment are both kept
+
+
+class SecondObjects(Enum):
+    """Which moving bricks are "second impact objects", whose hits count for nothing (section 3.6.1)."""
+
+    EVER_STACKED = "ever stacked"  # every brick that has been part of the stack, also long after it was woken
+    NONE = "none"  # none that touches the stack by itself: every moving brick hits, with its own energy
 
 
 class Square(Enum):
@@ -41,8 +48,11 @@ class Readings:
     """One choice of each."""
 
     pivot: Closest = Closest.CORNER  # of merge case 3
-    acts_at: ActsAt = ActsAt.CONTACT
+    acts_at: ActsAt = ActsAt.CONTACT  # in plan, on two supports: merge case 3, Eq. 10
+    equal_acts_at: ActsAt = ActsAt.COM_ABOVE  # in plan, on more than two: merge case 2
+    height_acts_at: ActsAt = ActsAt.COM_ABOVE  # how high, on two or more; only the energy of an impact asks for it
     merge: Merge = Merge.TORQUES
+    second_objects: SecondObjects = SecondObjects.EVER_STACKED
     leaning_pivot: Closest = Closest.POINT
     leaning_angle: Square = Square.FORCE
 

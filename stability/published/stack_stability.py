@@ -63,7 +63,7 @@ class StackStability:
         self._surfaces = Surfaces(law_of(self.friction), {plane.id: plane for plane in self.planes})
         self._stillness = Stillness(lambda _: self.rest)
         self._held = HeldBodies(self.engine, self._held_by)
-        self._hits = DirectHits(self.engine, self.rest)
+        self._hits = DirectHits(self.engine, self.rest, self.readings.second_objects)
         self._refusals = Refusals(lambda _: self.rest)
         guarded = (self._held,) if self.guard else ()
         self._observers = Observers((*guarded, self._hits, self._stillness, self._refusals))

@@ -3,8 +3,9 @@
 Source: the stack-stability thesis, sections 3.3.4 to 3.3.6; equation numbers below are its own. Its assumptions:
 - Friction between bricks of the stack is infinite, so only tipping is tested.
 - Nothing in the stack stands on a brick that is not in the stack.
-- A brick that could rest wholly on one support does, even if it touches more (merge case 1).
-- Over more than two supports the weight is shared equally (merge case 2).
+- A brick that could rest wholly on one support does, even if it touches more (merge case 1). Where it could rest on
+  any of several alike, for its centre of mass lies over the joint between them, none is that one, and these share.
+- Over more than two supports the weight is shared equally, each part at com above (merge case 2).
 - Over two supports, each share is found as if the other support's nearest contact point were a pivot (merge case 3).
   The two shares keep neither the load nor its moment: supports far apart are given less than it, close together more,
   and stacks that lean out lose moment about the edge that they tip over. The model is kept so.
@@ -17,7 +18,7 @@ from stability.geometry.plan import Point2, Polygon, signed_distance
 from stability.graph import from_the_top
 from stability.model import BodyId, Vec3
 from stability.published.contact_areas import ContactArea
-from stability.published.merging import Share, acts_at, shares_of_two
+from stability.published.merging import Share, equal_shares, shares_of_two
 from stability.published.readings import AS_READ, Readings
 
 ON_THE_BORDER = 1e-9  # [m] a centre of mass this close outside still counts as above: the limit itself is neutral
@@ -66,11 +67,14 @@ def shares(load: Load, areas: tuple[ContactArea, ...], readings: Readings = AS_R
     """
     if len(areas) <= 1:
         return tuple(Share(area.on, load.mass, load.com) for area in areas)
-    deepest = max(areas, key=lambda area: signed_distance(load.com, area.polygon))
-    if lies_above(load.com, deepest.polygon):
-        return (Share(deepest.on, load.mass, load.com),)
+    depths = [signed_distance(load.com, area.polygon) for area in areas]
+    if max(depths) >= -ON_THE_BORDER:
+        # No name decides: within the border on both sides of a joint, either support could bear it.
+        areas = tuple(a for a, depth in zip(areas, depths, strict=True) if depth >= max(depths) - 2.0 * ON_THE_BORDER)
+    if len(areas) == 1:
+        return (Share(areas[0].on, load.mass, load.com),)
     if len(areas) > 2:  # noqa: PLR2004 -- merge case 2
-        return tuple(Share(area.on, load.mass / len(areas), acts_at(area, load.com, readings)) for area in areas)
+        return tuple(equal_shares(load.mass, load.com, areas, readings))
     one, other = areas
     return tuple(shares_of_two(load.mass, load.com, one, other, readings))
 

@@ -10,6 +10,7 @@ from stability.model import Vec3
 from stability.published.contact_areas import ContactArea, contact_area, main_contact
 from stability.published.impacts import Impact, energy_of_flight, energy_of_load, energy_of_push, height_above
 from stability.published.leaning import LeaningArea, LeaningBrick
+from stability.published.readings import ActsAt, Readings
 from stability.published.support import StackedBrick, loads_above
 
 LENGTH, WIDTH, THICKNESS = 0.1176, 0.0234, 0.0078  # a KAPLA plank [m]
@@ -95,6 +96,23 @@ def test_the_limits_of_a_tower_of_13_levels_worked_out_by_hand(
         assert loads[brick].mass / MASS == pytest.approx(planks, abs=1e-4)
         assert height_above(brick, stack, loads) - bottom == pytest.approx(height_mm / 1000.0, abs=1e-6)
         assert limit_speed(brick, stack) == pytest.approx(speed, abs=1e-4)
+
+
+def test_read_at_the_height_of_the_contacts_level_3_gives_way_to_less_than_half_the_speed() -> None:
+    #   What is handed on acts one thickness above the lower face: (t / 2 + 5.7094 t) / 6.7094 = 7.2187 mm: 0.975 m/s.
+    stack = four_stack(13)
+    readings = Readings(height_acts_at=ActsAt.CONTACT)
+    energy = energy_of_load("3-", stack, loads_above(stack, readings), None, GRAVITY, readings)
+    assert energy == pytest.approx(6.7094 * MASS * GRAVITY * 7.2187e-3, rel=1e-4)
+    assert sqrt(2.0 * energy / MASS) == pytest.approx(0.9748, abs=1e-4)
+
+
+@pytest.mark.parametrize("reading", list(ActsAt))
+def test_what_rests_on_one_support_acts_as_high_as_it_lies_however_merges_are_read(reading: ActsAt) -> None:
+    stack = column(13)
+    readings = Readings(height_acts_at=reading)
+    energy = energy_of_load("0", stack, loads_above(stack, readings), None, GRAVITY, readings)
+    assert energy == pytest.approx(13.0 * MASS * GRAVITY * 6.5 * THICKNESS)
 
 
 def test_what_rests_on_another_support_counts_for_nothing() -> None:

@@ -44,9 +44,15 @@ def test_equation_10_to_the_letter_puts_the_equivalent_mass_at_com_above() -> No
     assert [share.mass for share in shares(load, APART, TO_THE_LETTER)] == usual
 
 
-def test_over_more_than_two_supports_too() -> None:
-    areas = (strip("a", -0.05), strip("b", 0.02), strip("c", 0.05))
-    assert {share.at for share in shares(Load(3.0, (-0.02, 0.0)), areas, TO_THE_LETTER)} == {(-0.02, 0.0)}
+@pytest.mark.parametrize("equal_acts_at", list(ActsAt))
+@pytest.mark.parametrize("acts_at", list(ActsAt))
+def test_where_parts_act_on_two_supports_and_on_more_is_read_apart(acts_at: ActsAt, equal_acts_at: ActsAt) -> None:
+    readings = Readings(acts_at=acts_at, equal_acts_at=equal_acts_at)
+    com, two, three = (-0.02, 0.0), (-0.05, 0.02), (-0.05, 0.02, 0.05)
+    for places, reading in ((two, acts_at), (three, equal_acts_at)):
+        areas = tuple(strip(f"{x}", x) for x in places)
+        found = [share.at[0] for share in shares(Load(3.0, com), areas, readings)]
+        assert found == pytest.approx(places if reading is ActsAt.CONTACT else [com[0]] * len(places))
 
 
 def merged(readings: Readings) -> tuple[str, ...]:

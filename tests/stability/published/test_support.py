@@ -72,6 +72,63 @@ def test_merge_case_2_shares_equally_over_more_than_two_supports() -> None:
     areas = (strip("a", -0.05), strip("b", 0.02), strip("c", 0.05))
     given_away = shares(Load(3.0, (-0.02, 0.0)), areas)
     assert [(share.on, share.mass) for share in given_away] == [("a", 1.0), ("b", 1.0), ("c", 1.0)]
+    assert {share.at for share in given_away} == {(-0.02, 0.0)}  # "similar to the single branch case"
+
+
+@pytest.mark.parametrize(("names", "beside"), [("ab", 0.0), ("ba", 0.0), ("ab", 5e-10), ("ba", -5e-10)])
+def test_over_the_joint_of_two_supports_neither_name_bears_it_all(names: str, beside: float) -> None:
+    #   |  com  |   Each touches over 20 mm, and either could bear it: by Eq. 3 to 9 each gets b / hypot(10, b).
+    #   | a | b |
+    areas = (strip(names[0], -0.01), strip(names[1], 0.01))
+    expected = (WIDTH / 2.0) / hypot(0.01, WIDTH / 2.0)
+    for share in shares(Load(1.0, (beside, 0.0)), areas):
+        assert share.mass == pytest.approx(expected, rel=1e-6)
+
+
+def test_a_thousandth_of_a_millimetre_beside_the_joint_one_support_bears_it_all() -> None:
+    areas = (strip("a", -0.01), strip("b", 0.01))
+    assert [(share.on, share.mass) for share in shares(Load(1.0, (1e-6, 0.0)), areas)] == [("b", 1.0)]
+
+
+def test_over_the_joint_of_two_of_three_supports_the_third_gets_nothing() -> None:
+    areas = (strip("a", -0.01), strip("b", 0.01), strip("c", 0.05))
+    assert {share.on for share in shares(Load(1.0, (0.0, 0.0)), areas)} == {"a", "b"}
+
+
+def running_bond(courses: int, bricks: int, names: list[int]) -> dict[tuple[int, float], StackedBrick]:
+    """Courses of abutting planks, each course half a plank in and one plank shorter, by course and place along it.
+
+    Every plank has its centre over the joint of the two that it lies on.
+    """
+    spots = [(k, (0.5 * k + i) * LENGTH) for k in range(courses) for i in range(bricks - k)]
+    name = {spot: f"{names[number]:03}" for number, spot in enumerate(spots)}
+
+    def below(k: int, x: float) -> list[ContactArea]:
+        if k == 0:
+            return [strip("ground", x, LENGTH / 2.0)]
+        near = {y: other for (j, y), other in name.items() if j == k - 1 and abs(y - x) < 0.75 * LENGTH}
+        return sorted((strip(on, (x + y) / 2.0, LENGTH / 4.0) for y, on in near.items()), key=lambda area: area.on)
+
+    return {(k, x): plank(name[k, x], x, *below(k, x)) for k, x in spots}
+
+
+@given(st.permutations(range(15)))
+def test_names_decide_nothing_in_a_running_bond(names: list[int]) -> None:
+    wall, other = running_bond(5, 5, list(range(15))), running_bond(5, 5, names)
+    loads, renamed = (loads_above({brick.id: brick for brick in each.values()}) for each in (wall, other))
+    for spot, brick in wall.items():
+        assert renamed[other[spot].id].mass == pytest.approx(loads[brick.id].mass)
+        assert renamed[other[spot].id].com == pytest.approx(loads[brick.id].com, abs=1e-12)
+
+
+def test_a_running_bond_that_is_mirrored_carries_mirrored_loads() -> None:
+    wall = running_bond(5, 5, list(range(15)))
+    loads = loads_above({brick.id: brick for brick in wall.values()})
+    for (course, x), brick in wall.items():
+        (opposite,) = (each.id for (k, y), each in wall.items() if k == course and abs(x + y - 4 * LENGTH) < 1e-9)
+        mirrored = loads[opposite]
+        assert mirrored.mass == pytest.approx(loads[brick.id].mass)
+        assert mirrored.com[0] == pytest.approx(4 * LENGTH - loads[brick.id].com[0])
 
 
 def test_merge_case_3_takes_the_torque_about_the_other_supports_nearest_contact_point() -> None:  # Eq. 3 to 9

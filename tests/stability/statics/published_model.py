@@ -8,6 +8,7 @@ whole. The contacts are those that `StackStability` works out.
 from collections.abc import Iterable, Mapping, Sequence
 
 from stability.model import GROUND, BodyId, HalfSpace, Pose, Shape, Vec3
+from stability.published.readings import AS_READ, Readings
 from stability.published.resting import ContactLimits, corners_on
 from stability.published.stack_stability import stacked_brick
 from stability.published.support import StackedBrick, failing, lies_above, loads_above
@@ -16,7 +17,7 @@ from stability.statics.facts import Placed
 FLOOR: tuple[Shape, Pose] = (HalfSpace((0.0, 0.0, 1.0)), Pose((0.0, 0.0, 0.0)))
 
 
-def published_model_says_stable(bricks: Iterable[Placed]) -> bool:
+def published_model_says_stable(bricks: Iterable[Placed], readings: Readings = AS_READ) -> bool:
     """Whether all of them join the stack, on level ground at height 0, and none fails in the finished stack."""
     stack: dict[BodyId, StackedBrick] = {}
     solids: dict[BodyId, tuple[Shape, Pose]] = {GROUND: FLOOR}
@@ -29,7 +30,7 @@ def published_model_says_stable(bricks: Iterable[Placed]) -> bool:
             return False
         stack[tested.id] = tested
         solids[tested.id] = (each.brick.shape, each.pose)
-    return not failing(stack, loads_above(stack))
+    return not failing(stack, loads_above(stack, readings))
 
 
 def _points(each: Placed, solids: Mapping[BodyId, tuple[Shape, Pose]]) -> dict[BodyId, Sequence[Vec3]]:
