@@ -90,6 +90,7 @@ def struck(case: Case, aim: BodyId) -> Row:
         "levels_standing": levels_standing(trace),
         "planks_standing": sum(each.state in STAND for each in trace.tracks.values()),
         "hit_mm": 1000.0 * trace.tracks[aim].shift,
+        "passed_through": None if trace.passed_through is None else trace.passed_through.through,
     }
 
 

@@ -12,7 +12,7 @@ from stackdsl.ensemble import Ensemble
 from stackdsl.exits import ExitCode
 from stackdsl.measure import Measure
 from stackdsl.observations import Change
-from stackdsl.trace import NUMERICAL_COLLAPSE, UNRELIABLE, Collapse, Cost, EarlyEnd, WrongEdges
+from stackdsl.trace import NUMERICAL_COLLAPSE, UNRELIABLE, Collapse, Cost, EarlyEnd, Passed, WrongEdges
 
 REFERENCE_SYSTEM = "tuned"  # what speed-ups are told against: PyBullet with the settings that stack best
 
@@ -133,6 +133,7 @@ class VariantResult:
     wrong_edges: WrongEdges | None = None  # None where no contact was seen to have a wrong normal
     wrong_friction: WrongFriction | None = None  # the worst that an engine has had
     touching_within: float = 0.0  # [m] the verdict of statics counts on gaps up to this as contact; 0 if on none
+    passed_through: Passed | None = None  # the first thrown brick that passed through another
     energy_gained: float = 0.0  # share of energy that the engine added by itself, where that is a fault
     collapse: Collapse | None = None
     ensemble: Ensemble | None = None  # what became of many samples; None of one run

@@ -207,6 +207,16 @@ class WrongEdges:
 
 
 @dataclass(frozen=True, slots=True)
+class Passed:
+    """A thrown brick that passed through another, as its engine stepped too coarsely for its speed."""
+
+    brick: BodyId
+    through: BodyId
+    time: float  # when that was seen [s]
+    travel: float  # how far it had come since it was looked at before [m]
+
+
+@dataclass(frozen=True, slots=True)
 class EarlyEnd:
     """Why a run ended before its time: it had collapsed, and all that is asked of it was known."""
 
@@ -250,6 +260,7 @@ class Trace:
     penetration: Penetration | None = None  # None where nothing was placed, or nobody asked
     wrong_edges: WrongEdges | None = None  # None where no contact was seen to have a wrong normal
     wrong_friction: WrongFriction | None = None  # the worst that an engine has had; None where it had what was asked
+    passed_through: Passed | None = None  # the first; None where no thrown brick passed through another
     shift_before: float = 0.0  # largest of any brick when one was last set down before a collapse, or at all [m]
     moving: tuple[BodyId, ...] = ()  # what was not at rest when the run ended, thrown bricks included
     early_end: EarlyEnd | None = None  # None where it went on for as long as it was to

@@ -154,6 +154,7 @@ def judged(case: Case, trace: Trace) -> VariantResult:
         wrong_edges=trace.wrong_edges,
         wrong_friction=trace.wrong_friction,
         touching_within=trace.statics.touching_within if trace.statics is not None else 0.0,
+        passed_through=trace.passed_through,
         energy_gained=trace.energy_gained,
         collapse=trace.collapse,
         moving=trace.moving,

@@ -14,6 +14,7 @@ from stackdsl.playing.landing import LandingWatch
 from stackdsl.playing.motion_watch import MotionWatch
 from stackdsl.playing.onset import OnsetWatch
 from stackdsl.playing.overlap import OverlapMeter
+from stackdsl.playing.passing import PassingWatch
 from stackdsl.playing.sway import SwayMeter
 from stackdsl.playing.watch import NOT_MOVING, Watch
 from stackdsl.timeline import Placement, Timeline
@@ -32,6 +33,7 @@ class Measures:
     energy: EnergyMeter = field(init=False)
     onset: OnsetWatch = field(default_factory=OnsetWatch)
     motion: MotionWatch = field(init=False)
+    passing: PassingWatch = field(init=False)
     _landing: LandingWatch = field(init=False)
     sway: SwayMeter | None = None  # None unless it is asked for
     overlap: OverlapMeter | None = None  # likewise
@@ -40,6 +42,7 @@ class Measures:
     def __post_init__(self) -> None:
         gravity = self.timeline.world.gravity
         self.watch = Watch(not_moving=NOT_MOVING.scaled(lengths=1.0, times=sqrt(USUAL_GRAVITY / gravity)))
+        self.passing = PassingWatch(self.watch)
         self.energy = EnergyMeter(gravity, self.timeline.world.planes[0])
         self.motion = MotionWatch(gravity)
         self._landing = LandingWatch(self.watch)
@@ -120,6 +123,7 @@ class Measures:
 
     def look(self, time: float, states: Mapping[BodyId, BodyState], everything: Mapping[BodyId, BodyState]) -> None:
         """Take in where that is which moves of one part, and all that does."""
+        self.passing.see(time, states)
         self.watch.see(time, states)
         if self.sway is not None:
             self.sway.see(time, states)

@@ -304,6 +304,7 @@ class _Run:
             onset=self.measures.onset.onset,
             wrong_edges=self.parts.edges(),
             wrong_friction=self.parts.friction(),
+            passed_through=self.measures.passing.passed,
             shift_before=self.shift_before,
             sway=self.measures.swayed,
             penetration=self.measures.overlapped,

@@ -13,7 +13,7 @@ from stackdsl.ensemble import Ensemble
 from stackdsl.observations import Change, Seen
 from stackdsl.outcome import GoldenResult, Outcome, Report, Spared, VariantResult, Why, exit_code
 from stackdsl.report.quantity_text import quantity_of
-from stackdsl.trace import Collapse, Cost, WrongEdges
+from stackdsl.trace import Collapse, Cost, Passed, WrongEdges
 
 FORMAT = 1
 
@@ -74,6 +74,7 @@ def _result(report: Report, result: VariantResult) -> dict[str, object]:
         "wrong_edges": _wrong_edges(result.wrong_edges) if result.wrong_edges else None,
         "wrong_friction": _wrong_friction(result.wrong_friction) if result.wrong_friction else None,
         "touching_within_m": _number(result.touching_within) or None,
+        "passed_through": _passed(result.passed_through) if result.passed_through else None,
         "energy_gained": _number(result.energy_gained) or None,
         "collapse": _collapse(result.collapse) if result.collapse else None,
         "samples": _samples(result.ensemble) if result.ensemble else None,
@@ -124,6 +125,15 @@ def _wrong_friction(wrong: WrongFriction) -> dict[str, object]:
         "asked": _number(wrong.asked),
         "had": _number(wrong.had),
         "time_s": _number(wrong.time),
+    }
+
+
+def _passed(passed: Passed) -> dict[str, object]:
+    return {
+        "brick": passed.brick,
+        "through": passed.through,
+        "time_s": _number(passed.time),
+        "travel_m": _number(passed.travel),
     }
 
 

@@ -9,6 +9,7 @@ from stackdsl.report.ending_text import ending_text
 from stackdsl.report.friction_text import wrong_friction_text
 from stackdsl.report.modified_text import modified_text
 from stackdsl.report.outcome_text import outcome_text
+from stackdsl.report.passing_text import passed_text
 from stackdsl.report.why_text import why_lines
 from stackdsl.trace import UNRELIABLE, BrickState, Collapse, Trace
 from stackdsl.wording import broke_text, energy_fault, level_text, names_text, touching_text
@@ -42,6 +43,8 @@ def _lines(trace: Trace, result: VariantResult, all_names: bool) -> Iterator[str
         yield wrong_edges_text(trace.wrong_edges, trace.collapse)
     if trace.wrong_friction is not None:
         yield wrong_friction_text(trace.wrong_friction)
+    if trace.passed_through is not None:
+        yield passed_text(trace.passed_through)
     yield from claim_lines(result)
 
 

@@ -14,6 +14,7 @@ from stackdsl.report.ensemble_text import samples_told
 from stackdsl.report.friction_text import wrong_frictions
 from stackdsl.report.modified_text import modified_text
 from stackdsl.report.outcome_text import outcome_text, significant
+from stackdsl.report.passing_text import passed_through
 from stackdsl.report.why_text import why_lines
 from stackdsl.wording import energy_fault, how_many, names_text, touching_text
 
@@ -93,6 +94,7 @@ def _notes(report: Report, verbosity: int) -> Iterator[Block]:
     yield titled("Energy from nowhere", [f"{result.name}: {energy_fault(result.energy_gained)}" for result in gained])
     yield titled("Wrong edge normals", list(wrong_edges(noted)))
     yield titled("Frictions that an engine could not have", list(wrong_frictions(noted)))
+    yield titled("Thrown bricks that passed through others", list(passed_through(report.results)))
     yield titled("Other than known from outside", list(_missed(report, lambda result: result.truths)))
     yield titled(
         "Golden files of another engine, compared in what no engine decides",

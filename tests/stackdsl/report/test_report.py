@@ -27,7 +27,7 @@ from stackdsl.report.junit import report_junit
 from stackdsl.report.markdown import report_markdown
 from stackdsl.report.outcome_text import outcome_text
 from stackdsl.report.text import report_text
-from stackdsl.trace import Collapse, Cost, WrongEdges
+from stackdsl.trace import Collapse, Cost, Passed, WrongEdges
 from tests.paths import ROOT
 from tests.stackdsl.report.reports import (
     CRASHED,
@@ -265,6 +265,19 @@ def test_a_verdict_that_counts_on_gaps_says_so() -> None:
     seen = report(replace(PASSED, touching_within=5e-5), PASSED)
     assert report_text(seen).count("stable, as touching within 0.05 mm") == 1
     assert [result["touching_within_m"] for result in json.loads(report_json(seen))["results"]] == [5e-5, None]
+
+
+def test_a_thrown_brick_that_passed_through_another_is_told_on_every_run() -> None:
+    passed = Passed("shot", "L3.2", 6.0167, 0.0596)
+    seen = report(replace(PASSED, passed_through=passed, outcomes=(), truths=()), PASSED)  # nothing is claimed of it
+    told = (
+        "shot passed through L3.2 by 6.017 s, 59.6 mm from look to look: the engine's steps are too long for that speed"
+    )
+    assert report_text(seen).count(told) == 1
+    assert [result["passed_through"] for result in json.loads(report_json(seen))["results"]] == [
+        {"brick": "shot", "through": "L3.2", "time_s": 6.0167, "travel_m": 0.0596},
+        None,
+    ]
 
 
 def test_energy_that_an_engine_added_is_told_on_every_run() -> None:
