@@ -75,6 +75,21 @@ STATICS_TABLES: Mapping[str, Table] = {
             Column("ms each", "{ms:sig2}"),
         ),
     ),
+    "touching": Table(
+        "touching",
+        "verdicts",
+        (
+            Column("assemblies", "{assemblies}"),
+            Column("stable", "{stable}"),
+            Column("of these only across gaps", "{across_gaps}"),
+            Column("unstable", "{unstable}"),
+            Column("undecided", "{undecided}"),
+            Column("stable, and contradicted", "{stable_contradicted}"),
+            Column("gap needed, and not told", "{gap_not_told}"),
+            Column("gap told, and not needed", "{gap_told_for_nothing}"),
+            Column("unstable, and contradicted", "{unstable_contradicted}"),
+        ),
+    ),
     "find": Table(
         "find",
         "scenes",
