@@ -496,10 +496,11 @@ def judged(seed: int) -> Judged | None:
     if made is None:
         return None
     verdict = Assembly(made.planes, made.friction, overlap=10.0 * INSIDE).add_all(made.bricks)
-    return Judged(seed, verdict, _objection(made, verdict))
+    return Judged(seed, verdict, objection(made, verdict))
 
 
-def _objection(made: Scene, verdict: Verdict) -> str:
+def objection(made: Scene, verdict: Verdict) -> str:
+    """What a programme objects to in a verdict; empty if nothing."""
     bodies = [solid(each) for each in made.bricks]
 
     def carry(*, wide: bool, gaps: bool) -> bool:
