@@ -14,6 +14,7 @@ from stackdsl.measure import Measure
 from stackdsl.observations import Change
 from stackdsl.trace import NUMERICAL_COLLAPSE, UNRELIABLE, Collapse, Cost, EarlyEnd, Passed, WrongEdges
 
+UNCHECKED = "unchecked"  # the conclusion of a run of which nothing is expected
 REFERENCE_SYSTEM = "tuned"  # what speed-ups are told against: PyBullet with the settings that stack best
 
 
@@ -155,11 +156,22 @@ class VariantResult:
     set_aside: bool = False  # whether it was skipped because its author says so
     xfail: str | None = None  # why its author knows it to fail; None if he does not
     strict: bool = False  # whether it is a failure that such a one passes
+    must_claim: bool = False  # whether it is a failure that nothing is expected of it
+
+    @property
+    def unchecked(self) -> bool:
+        """Whether it ran and nothing is expected of it, so that whatever came of it is as good as anything else."""
+        return self.status is RunStatus.DONE and not self.outcomes
+
+    @property
+    def fell(self) -> bool:
+        """Whether anything fell that had come to rest, in the run or in any of its samples."""
+        return self.collapse is not None or (self.ensemble is not None and bool(self.ensemble.fell))
 
     @property
     def passed(self) -> bool:
         """Whether every expectation holds, and a run whose convergence is asked for did not fall for the solver."""
-        if self.refinement is not None and self.numerical:
+        if (self.refinement is not None and self.numerical) or (self.must_claim and self.unchecked):
             return False
         return self.status is RunStatus.DONE and all(outcome.passed for outcome in self.outcomes)
 
@@ -171,6 +183,8 @@ class VariantResult:
     @property
     def unexpected(self) -> bool:
         """Whether it failed and nobody said that it would, or passed though it was said, strictly, to fail."""
+        if self.must_claim and self.unchecked:
+            return True
         if self.xfail is None or self.status is not RunStatus.DONE:
             return not self.passed
         return self.passed and self.strict
@@ -225,8 +239,11 @@ class VariantResult:
             return self.status.value
         if self.xfail is not None and not self.golden_failed:
             return "xpassed" if self.passed else "xfailed"
-        if not self.passed and self.xfail is None:
+        only_solver = self.refinement is not None and bool(self.numerical)
+        if not self.passed and self.xfail is None and (only_solver or not self.unchecked):
             return NUMERICAL_COLLAPSE if self.numerical else UNRELIABLE if self.verdict == UNRELIABLE else "failed"
+        if self.unchecked and (self.must_claim or not self.golden_failed):
+            return UNCHECKED
         told = self.golden is not None and (self.golden_failed or self.golden.status is GoldenStatus.OTHER_ENGINE)
         return f"golden {self.golden.status.value}" if self.golden is not None and told else "passed"
 

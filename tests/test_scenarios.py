@@ -15,7 +15,7 @@ from stackdsl.checking.sampled_results import drawn_result
 from stackdsl.judging.judge import judge
 from stackdsl.judging.known import known_of
 from stackdsl.outcome import GoldenStatus
-from stackdsl.pytest_plugin.other_engine import OtherEngineWarning
+from stackdsl.pytest_plugin.scenario_warnings import OtherEngineWarning
 from stackdsl.pytest_plugin.shared_snapshots import Golden
 from stackdsl.snapshots.file_names import golden_name
 from stackdsl.systems.known_systems import unplayable

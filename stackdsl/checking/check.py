@@ -44,6 +44,7 @@ class Terms:
     on_drawn: OnDrawn = untold  # of the samples of a case, as they come
     lock_new: bool = False  # write the golden file of what is as expected and has none
     first_failure: bool = False  # play nothing more once something has failed
+    must_claim: bool = False  # let a case fail of which nothing is expected
     memory: Memory = field(default_factory=lambda: Memory(Path(), used=False))
     waiting: Waiting | None = None  # where to keep what differs until somebody decides; None where nobody does
     digests: Mapping[str, str] = field(default_factory=dict)  # of the text of each file, by what it is called
@@ -135,7 +136,8 @@ class _Played:
             if drawing.failed is not None:
                 self._ended(index, self._checked(index, drawing.failed))
             else:
-                self._ended(index, checked_samples(drawing.case, drawing.ensemble(), self.goldens))
+                must_claim = self.terms.must_claim
+                self._ended(index, checked_samples(drawing.case, drawing.ensemble(), self.goldens, must_claim))
             if self.terms.first_failure and failed(self.results[index]):
                 raise EnoughSeenError
 
@@ -158,7 +160,7 @@ class _Played:
         return Task(played_or_blocked, (playing, case.timeline, case.system, is_known), runs * self.terms.time_limit)
 
     def _checked(self, index: int, result: TaskResult) -> VariantResult:
-        return checked(self.cases[index], result, self.goldens)
+        return checked(self.cases[index], result, self.goldens, self.terms.must_claim)
 
     def _ended(self, index: int, result: VariantResult) -> None:
         self.results[index] = result
@@ -183,7 +185,8 @@ def recalled(case: Listed, terms: Terms) -> VariantResult | None:
     if terms.golden is None or terms.update or not _may_be_known(case, terms):
         return None
     digest = text_digest(content(golden_file(terms.golden, case.identity), terms.golden))
-    return from_record(terms.memory.recall(_key(case, digest, terms))) if digest else None
+    found = from_record(terms.memory.recall(_key(case, digest, terms))) if digest else None
+    return None if found is not None and found.unchecked and terms.must_claim else found
 
 
 def _remember(case: Listed, result: VariantResult, terms: Terms) -> None:

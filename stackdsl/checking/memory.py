@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Final
 
 from stackdsl.checking.code_digest import code_is_older, program_digest
 from stackdsl.disk import read_file, replace_file, unlinked
-from stackdsl.outcome import GoldenStatus, VariantResult
+from stackdsl.outcome import UNCHECKED, GoldenStatus, VariantResult
 
 if TYPE_CHECKING:
     from pydantic import TypeAdapter
@@ -121,9 +121,14 @@ class Memory:
 
 
 def may_be_remembered(result: VariantResult) -> bool:
-    """Whether a result is a pass that was compared with a golden file, and the same in all of it."""
+    """Whether a result is a pass, or no failure, that was compared with a golden file, and the same in all of it."""
     golden = result.golden
-    return result.conclusion == "passed" and golden is not None and golden.status is GoldenStatus.SAME
+    return (
+        result.passed
+        and result.conclusion in ("passed", UNCHECKED)
+        and golden is not None
+        and golden.status is GoldenStatus.SAME
+    )
 
 
 def as_record(result: VariantResult) -> object:

@@ -53,13 +53,16 @@ class Goldens:
     scenarios: Path | None = None  # whose golden files name nobody who keeps them; None for that beside `folder`
 
 
-def checked(case: Case, result: TaskResult, goldens: Goldens) -> VariantResult:
-    """The result of a case: expectations, truths, and the comparison with its golden file."""
+def checked(case: Case, result: TaskResult, goldens: Goldens, must_claim: bool = False) -> VariantResult:
+    """The result of a case: expectations, truths, and the comparison with its golden file.
+
+    With `must_claim` it is a failure if nothing is expected of the case.
+    """
     if isinstance(result.value, Refinement):
-        whole = _compared(case, result.value.trace, goldens)
+        whole = _compared(case, result.value.trace, goldens, must_claim)
         return replace(whole, refinement=result.value.changes)
     if isinstance(result.value, Trace):
-        return _compared(case, result.value, goldens)
+        return _compared(case, result.value, goldens, must_claim)
     if isinstance(result.value, Blocked):
         return held_up(case, result.value)
     if isinstance(result.value, Diagnostic):  # of a sample that has a value which may not be written
@@ -112,8 +115,8 @@ def _pressed(case: Case, blocked: Blocked) -> Diagnostic:
     return Diagnostic("SD210", span, blocked.in_words(), "end its way before that, or make room for what it moves")
 
 
-def _compared(case: Case, trace: Trace, goldens: Goldens) -> VariantResult:
-    result = judged(case, trace)
+def _compared(case: Case, trace: Trace, goldens: Goldens, must_claim: bool) -> VariantResult:
+    result = replace(judged(case, trace), must_claim=must_claim)
     # What came with another package is nobody's snapshot, and what came by a pipe is in nobody's keeping.
     if goldens.folder is None or case.system not in SYSTEMS or case.file == STDIN_SHOWN:
         return result
@@ -164,7 +167,7 @@ def judged(case: Case, trace: Trace) -> VariantResult:
         modified=system_named(case.system).modification.summary,
         cost=trace.cost,
         outcomes=outcomes,
-        why=None if all(outcome.passed for outcome in outcomes) else why_of(case, trace),
+        why=None if (all(o.passed for o in outcomes) if outcomes else trace.collapse is None) else why_of(case, trace),
         truths=compare_with_truth(trace, case.scenario, case.variant, case.source),
         parameters=case.parameters,
     )

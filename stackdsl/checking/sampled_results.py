@@ -42,9 +42,12 @@ def drawn_result(
     return checked_samples(case, drawing.ensemble(), goldens)
 
 
-def checked_samples(case: Case, ensemble: Ensemble, goldens: Goldens) -> VariantResult:
-    """The result of a case of many samples: expectations, truths, and the comparison with its golden file."""
-    result = judged_samples(case, ensemble)
+def checked_samples(case: Case, ensemble: Ensemble, goldens: Goldens, must_claim: bool = False) -> VariantResult:
+    """The result of a case of many samples: expectations, truths, and the comparison with its golden file.
+
+    With `must_claim` it is a failure if nothing is expected of the case.
+    """
+    result = replace(judged_samples(case, ensemble), must_claim=must_claim)
     proven = system_named(case.system).method is Method.PROVEN  # what an engine makes of samples is its own affair
     if goldens.folder is None or not proven or case.file == STDIN_SHOWN:
         return result

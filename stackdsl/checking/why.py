@@ -8,6 +8,7 @@ from stability.statics.facts import Placed, Stability, Verdict
 from stability.statics.solvers.fall_side import FallSide, fall_side
 from stackdsl.checking.gathering import STDIN_SHOWN, Case
 from stackdsl.compiling.origins import origin_of
+from stackdsl.judging.before_impacts import EARLY, proof_of_fall, woken_before
 from stackdsl.outcome import Why
 from stackdsl.systems.known_systems import system_named
 from stackdsl.systems.systems import Method
@@ -24,11 +25,10 @@ from stackdsl.timeline import (
     Timeline,
     time_of_arrival,
 )
-from stackdsl.trace import Event, EventKind, Trace
+from stackdsl.trace import Event, Trace
 from stackdsl.wording import mm, moving_text, names_text, shaking_text, touching_text
 
 NOTICED = 1e-6  # [m] what shifted by less has not moved, as far as people are concerned
-EARLY = 0.05  # [s] how much before its aim what is thrown or dropped may meet the structure
 ARRIVALS = {
     Arrival.SET_DOWN: "set down",
     Arrival.SLID_IN: "slid in",
@@ -41,8 +41,8 @@ ARRIVALS = {
 
 def why_of(case: Case, trace: Trace) -> Why:
     """What is known of a run, as far as it says why something came out as it did."""
-    woken = _woken(trace)
-    verdict = _verdict(trace, woken)
+    woken = woken_before(trace)
+    verdict = proof_of_fall(trace, woken)
     side = FallSide()
     if verdict is not None:
         side = fall_side(verdict, {name: Placed(track.brick, track.rest) for name, track in trace.tracks.items()})
@@ -64,27 +64,6 @@ def _see(case: Case, proven: bool) -> str:
     file = f"./{case.file}" if case.file.startswith("-") else "-" if case.file == STDIN_SHOWN else case.file
     system = [] if case.system in case.scenario.systems else ["--system", case.system]
     return shlex.join(["stackdsl", "explain" if explains else "run", file, *system, "-k", case.name])
-
-
-def _woken(trace: Trace) -> Event | None:
-    """When what fell was last told to, and why."""
-    if trace.collapse is None:
-        return None
-    events = [e for e in trace.events if e.kind is EventKind.WOKEN and e.time <= trace.collapse.time and e.reason]
-    about = [event for event in events if trace.collapse.brick in event.bricks]
-    return next(reversed(about or events), None)
-
-
-def _verdict(trace: Trace, woken: Event | None) -> Verdict | None:
-    """The proof that what fell had to; None if there is none, or if what is proven is of something else."""
-    if trace.collapse is None or trace.numerical:
-        return None
-    if trace.disproof is not None:
-        return trace.disproof
-    proven = trace.statics
-    if proven is None or proven.stability is not Stability.UNSTABLE:
-        return None
-    return proven if woken is None or proven.reason == woken.reason else None
 
 
 def _cause(trace: Trace, verdict: Verdict | None, woken: Event | None) -> str:

@@ -101,6 +101,7 @@ def _terms(asked: Asked, golden: Path, scenarios: Path | None, memory: Memory, f
         refine=asked["refine"],
         lock_new=not is_ci(os.environ) and not asked["refine"],
         first_failure=asked["first_failure"],
+        must_claim=asked["strict"],
         memory=memory,
         waiting=Waiting(memory.folder, golden) if not is_ci(os.environ) and not asked["refine"] else None,
         digests=found.digests,
@@ -208,6 +209,7 @@ def _words(asked: Asked) -> Iterator[str]:
         yield from ("--shard", str(asked["shard"]))
     yield from ["--failed"] * asked["only_failed"]
     yield from ["--changed"] * asked["only_changed"]
+    yield from ["--strict"] * asked["strict"]
     if asked["golden"] is not None:
         yield from ("--golden", str(asked["golden"]))
     if asked["time_limit"] != TIME_LIMIT:

@@ -32,6 +32,7 @@ class Asked(TypedDict):
     list_only: bool
     statics: bool
     first_failure: bool
+    strict: bool
     watch: bool
     outputs: tuple[Output, ...]
     verbosity: int
@@ -74,6 +75,7 @@ OPTIONS: Final = (
     click.option("--list", "list_only", is_flag=True, help="Print the names of the selected cases and stop."),
     click.option("--statics", is_flag=True, help="Play nothing: tell what the proofs say, and stop."),
     click.option("-x", "first_failure", is_flag=True, help="Stop at the first failure."),
+    click.option("--strict", is_flag=True, help="Let also fail of what nothing is expected: what is unchecked."),
     click.option("--watch", is_flag=True, help="Check again whenever a scenario is saved, until interrupted."),
     click.option(
         "--format",

@@ -85,7 +85,7 @@ def status(context: click.Context, keyword: str) -> None:
     gone = no_longer_cases(pending, place.waiting)
     for each in pending:
         told = visible(why_not(each, place.waiting)) if each.golden in gone else _summary(each, place)
-        write(f"{each.status}: {_named(each)}: {told}")
+        write(f"{visible(each.status)}: {_named(each)}: {told}")
     write(f"{len(pending)} waiting{'; stackdsl golden review shows them' if pending else ''}")
     context.exit(ExitCode.GOLDEN if pending else ExitCode.OK)
 
@@ -138,7 +138,7 @@ def _shown(pending: Pending, place: Place) -> str:
     rows = [{"brick": each.subject, "quantity": each.quantity, "was": each.expected, "is": each.got} for each in found][
         :MOST_SHOWN
     ]
-    head = [line(f"{pending.status}: {_named(pending)}", "bold"), line(f"  {_summary(pending, place)}")]
+    head = [line(f"{visible(pending.status)}: {_named(pending)}", "bold"), line(f"  {_summary(pending, place)}")]
     failed = [line(f"  fails: {visible(text)}") for text in pending.failed]
     more = [line(f"and {len(found) - len(rows)} more")] if len(found) > len(rows) else []
     drawn = [table(rows, left=tuple(rows[0]))] if rows else []

@@ -19,7 +19,8 @@ ROOT_FILE: Final = """\
 golden = "golden"
 """
 WORKFLOW: Final = """\
-# Plays every scenario and compares it with its golden file, which a run in CI never writes.
+# Plays every scenario and compares it with its golden file, which a run in CI never writes. By --strict, a scenario
+# of which nothing is expected fails.
 name: stackdsl
 on: [push, pull_request]
 
@@ -35,7 +36,7 @@ jobs:
       - uses: actions/setup-python@v5
         with: {python-version: "3.11"}  # PyBullet has no wheels for newer ones
       - run: pip install {requirement}
-      - run: stackdsl check scenarios
+      - run: stackdsl check scenarios --strict
 """
 EDITOR: Final = """\
 {

@@ -5,6 +5,7 @@ from math import inf
 from typing import TYPE_CHECKING
 
 from stackdsl.ensemble import Ensemble
+from stackdsl.judging.before_impacts import fallen_before_impacts
 from stackdsl.judging.still_moving import may_still_change, still_moving
 from stackdsl.judging.unreliable import hangs_on_fault, unreliable
 from stackdsl.language.claims.claim import Claim
@@ -23,9 +24,13 @@ if TYPE_CHECKING:
 
 
 def judge(trace: Trace, scenario: Scenario, variant: Variant, source: Source, system: str) -> tuple[Outcome, ...]:
-    """The outcome of every expectation that speaks of this system, in the order of the file."""
+    """The outcome of every expectation that speaks of this system, in the order of the file.
+
+    And at the end the failure of what fell before the first impact, if no claim expects that.
+    """
     asked = [(("expect", number), claim) for number, claim in expected_of(scenario, system) if _of_one_run(claim)]
-    return _outcomes(asked, trace, variant, source)
+    claims = [claim.stated for claim in (*(claim for _, claim in asked), *scenario.truth)]
+    return (*_outcomes(asked, trace, variant, source), *fallen_before_impacts(trace, claims, scenario, source))
 
 
 def expected_of(scenario: Scenario, system: str) -> Sequence[tuple[int, Claim]]:

@@ -17,9 +17,10 @@ from stackdsl.judging.known import known_of
 from stackdsl.outcome import GoldenStatus, Report, VariantResult
 from stackdsl.playing.clearance import Blocked
 from stackdsl.pytest_plugin.golden_directory import golden_directory, scenario_directory
-from stackdsl.pytest_plugin.other_engine import OtherEngineWarning
+from stackdsl.pytest_plugin.scenario_warnings import OtherEngineWarning, UncheckedWarning
 from stackdsl.report.diagnostic_text import diagnostic_text
 from stackdsl.report.text import report_text
+from stackdsl.report.worst_first import warnings_of
 from stackdsl.snapshots.file_names import golden_file
 from stackdsl.snapshots.golden import GoldenWriteRefusedError, is_ci
 from stackdsl.systems.known_systems import unplayable
@@ -70,6 +71,8 @@ class ScenarioItem(pytest.Item):
         result = self._result()
         if result.golden is not None and result.golden.status is GoldenStatus.OTHER_ENGINE:
             warn(OtherEngineWarning(f"compared in what no engine decides: {result.golden.note}"), stacklevel=1)
+        for found in warnings_of(result):
+            warn(UncheckedWarning(f"{found.title}: {found.text}"), stacklevel=1)
         if result.xfail is not None and not result.passed and not result.golden_failed:
             pytest.xfail(result.xfail)
         if result.unexpected or result.golden_failed:

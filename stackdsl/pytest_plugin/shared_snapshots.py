@@ -21,7 +21,7 @@ from syrupy.types import PropertyFilter, PropertyMatcher, SerializableData, Seri
 
 from stackdsl.outcome import GoldenStatus
 from stackdsl.pytest_plugin.golden_directory import golden_directory
-from stackdsl.pytest_plugin.other_engine import OtherEngineWarning
+from stackdsl.pytest_plugin.scenario_warnings import OtherEngineWarning
 from stackdsl.snapshots.compact import golden_text
 from stackdsl.snapshots.file_names import golden_file
 from stackdsl.snapshots.golden import judge_text, refuse_in_ci, write_golden

@@ -4,12 +4,22 @@ import re
 import unicodedata
 from collections.abc import Iterator
 from functools import cache
+from typing import Final
 
 from stackdsl.diagnostics import Diagnostic, Page, Span
 
+# What turns the direction of text, or takes no room: with it a line reads otherwise than it is.
+UNSEEN: Final = (
+    "\xad\u034f\u061c\u115f\u1160\u17b4\u17b5\u180b-\u180f\u200b\u200e\u200f\u202a-\u202e\u2060-\u206f\u3164\uffa0"
+    "\ufff0-\ufffb\U0001bca0-\U0001bca3\U0001d173-\U0001d17a\U000e0000-\U000e0fff"
+)
+# Joiners and variation selectors, which Persian, Hindi and emoji need; behind ASCII nobody does.
+JOINERS: Final = "\u200c\u200d\ufe00-\ufe0f"
 # What a terminal obeys or an eye cannot see, if it came in by an escape such as "\\e": control characters but for tabs
-# and line breaks, and what turns the direction of text.
-COMMANDING = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
+# and line breaks, and what is unseen.
+COMMANDING = re.compile(f"[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029{UNSEEN}]|(?<![^\x00-\x7f])[{JOINERS}]")
+
+UNSEEN_PATTERN = re.compile(f"[{UNSEEN}{JOINERS}]")
 
 
 def commanding_character(text: str) -> str:
@@ -36,12 +46,16 @@ def unreadable_characters(page: Page) -> Iterator[Diagnostic]:
 def _unreadable_pattern() -> re.Pattern[str]:
     # Control characters and surrogates, as YAML demands; besides, what YAML versions or the two parsers see
     # differently: tabs, NEL, LS and PS (line breaks in YAML 1.1, text in 1.2), a byte order mark inside the text.
-    return re.compile("[^\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]")
+    unlike = "[^\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]"
+    return re.compile(f"{unlike}|[{UNSEEN}]|(?<![^\x00-\x7f])[{JOINERS}]")
 
 
 def _unreadable(character: str, span: Span) -> Diagnostic:
     if character == "\t":
         return Diagnostic("SD004", span, "a tab", "use spaces; in a double-quoted text, write \\t")
+    if UNSEEN_PATTERN.fullmatch(character):
+        message = f"the character {_name(character)} is not seen, or lets the line read otherwise than it is"
+        return Diagnostic("SD004", span, message, "delete it")
     return Diagnostic("SD004", span, f"the character {_name(character)} cannot stand in a scenario", "delete it")
 
 

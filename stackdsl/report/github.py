@@ -5,7 +5,7 @@ It shows ten of a step and drops the others without a word, so the worst come fi
 
 from stackdsl.outcome import Report
 from stackdsl.report.text import closing_line
-from stackdsl.report.worst_first import Finding, findings
+from stackdsl.report.worst_first import Finding, Rank, findings
 
 MOST_SHOWN = 10  # annotations of one kind that a step shows
 
@@ -24,7 +24,8 @@ def report_github(report: Report) -> str:
 
 def _command(finding: Finding) -> str:
     place = f"file={_value(finding.file)},line={finding.line},col={finding.column}"
-    return f"::error {place},title={_value(finding.title)}::{_data(finding.text)}"
+    command = "warning" if finding.rank is Rank.WARNED else "error"
+    return f"::{command} {place},title={_value(finding.title)}::{_data(finding.text)}"
 
 
 def _remark(finding: Finding) -> str:

@@ -63,6 +63,7 @@ def _result(report: Report, result: VariantResult) -> dict[str, object]:
         "file": result.file,
         "status": result.status.value,
         "conclusion": result.conclusion,
+        "unchecked": result.unchecked,
         "xfail": None if result.xfail is None else {"reason": result.xfail, "strict": result.strict},
         "set_aside": result.set_aside,
         "message": result.message,

@@ -1,10 +1,15 @@
-"""The report as JUnit XML, which continuous integration reads: one suite a file, one test a case."""
+"""The report as JUnit XML, which continuous integration reads: one suite a file, one test a case.
+
+A case of which nothing is expected counts as skipped there, which knows no other way to be neither passed nor failed.
+"""
 
 import re
 from itertools import groupby
 from xml.etree import ElementTree as ET
 
-from stackdsl.outcome import Report, RunStatus, VariantResult
+from stackdsl.outcome import UNCHECKED, Report, RunStatus, VariantResult
+from stackdsl.reading.characters import visible
+from stackdsl.report.outcome_text import unchecked_text
 from stackdsl.report.worst_first import findings_of
 
 NO_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # what XML 1.0 cannot hold
@@ -13,12 +18,16 @@ NO_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]") 
 def report_junit(report: Report) -> str:
     """The whole report; mistakes of files, and golden files that are nobody's, are errors of suites of their own."""
     root = ET.Element("testsuites", name="stackdsl", time=f"{report.wall_time:.3f}")
-    for file, results in groupby(report.results, key=lambda result: result.file):
+    for file, group in groupby(report.results, key=lambda result: result.file):
+        results = list(group)
         suite = ET.SubElement(root, "testsuite", name=_clean(file))
+        if unchecked := sum(result.unchecked for result in results):
+            told = ET.SubElement(suite, "properties")
+            ET.SubElement(told, "property", name=UNCHECKED, value=str(unchecked))
         for result in results:
             _case(suite, result)
     _errors(root, "mistakes", [(f"{each.span}", f"{each.code} {each.message}") for each in report.diagnostics])
-    _errors(root, "golden files", [(file, "obsolete: no variant has this name") for file in report.obsolete])
+    _errors(root, "golden files", [(visible(file), "obsolete: no variant has this name") for file in report.obsolete])
     for counted in [*root, root]:
         cases = list(counted.iter("testcase"))
         counted.set("tests", str(len(cases)))
@@ -32,7 +41,12 @@ def _case(suite: ET.Element, result: VariantResult) -> None:
     time = result.cost.wall_time if result.cost is not None and not result.remembered else 0.0
     named = {"name": _clean(result.name), "classname": _clean(result.scenario), "file": _clean(result.file)}
     case = ET.SubElement(suite, "testcase", {**named, "time": f"{time:.3f}"})
-    told = {"system": result.system, "verdict": result.verdict, **dict(result.parameters)}
+    told = {
+        "system": result.system,
+        "verdict": result.verdict,
+        "conclusion": result.conclusion,
+        **dict(result.parameters),
+    }
     properties = ET.SubElement(case, "properties")
     for name, value in told.items():
         ET.SubElement(properties, "property", name=_clean(name), value=_clean(value))
@@ -43,6 +57,8 @@ def _case(suite: ET.Element, result: VariantResult) -> None:
         kind = "failure" if result.status is RunStatus.DONE else "error"
         text = "\n".join(f"{each.file}:{each.line}:{each.column}: {each.text}" for each in found)
         ET.SubElement(case, kind, message=_clean(found[0].text)).text = _clean(text)
+    elif result.unchecked:
+        ET.SubElement(case, "skipped", message=_clean(f"{UNCHECKED}: {unchecked_text(result)}"))
 
 
 def _errors(root: ET.Element, title: str, found: list[tuple[str, str]]) -> None:

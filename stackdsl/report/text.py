@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 from stackdsl.outcome import GOLDEN_FAILURES, REFERENCE_SYSTEM, GoldenStatus, Outcome, Report, RunStatus, VariantResult
+from stackdsl.reading.characters import visible
 from stackdsl.report.blocks import Block, Row, Table, blocks_text, line, table, titled
 from stackdsl.report.change_text import change_text
 from stackdsl.report.diagnostic_text import GUTTER, diagnostic_text
@@ -13,7 +14,7 @@ from stackdsl.report.ending_text import ending_text
 from stackdsl.report.ensemble_text import samples_told
 from stackdsl.report.friction_text import wrong_frictions
 from stackdsl.report.modified_text import modified_text
-from stackdsl.report.outcome_text import outcome_text, significant
+from stackdsl.report.outcome_text import TO_CLAIM, outcome_text, significant, unchecked_text
 from stackdsl.report.passing_text import passed_through
 from stackdsl.report.why_text import why_lines
 from stackdsl.wording import energy_fault, how_many, names_text, touching_text
@@ -51,7 +52,7 @@ def closing_line(report: Report) -> str:
     """All in one line."""
     goldens = {"obsolete golden file": len(report.obsolete), "removed golden file": len(report.removed)}
     extras = {"mistake": len(report.diagnostics), **goldens}
-    known = sum(result.remembered for result in report.results)
+    known = sum(result.remembered and not result.unchecked for result in report.results)
     conclusions = dict(report.conclusions)
     if known and (passed := conclusions.pop("passed")):
         conclusions = {f"passed ({known} remembered)": passed} | conclusions
@@ -71,6 +72,7 @@ def _failures(report: Report, verbosity: int) -> Iterator[Block]:
     stopped = [result for result in report.results if _stopped(result)]
     yield titled("Did not finish", [f"{r.file}: {r.name}: {r.status}: {r.message}" for r in stopped])
     yield titled("Failed expectations", list(_failed(report)))
+    yield from _unchecked(report)
     yield titled("Failed as was said", list(_xfailed(report)))
     yield titled("Passed though it was said to fail", list(_xpassed(report)))
     yield titled("Moved at half the step and twice the iterations", list(_moved(report)))
@@ -86,6 +88,8 @@ def _notes(report: Report, verbosity: int) -> Iterator[Block]:
     shown = {result.name for result in report.results if verbosity > 0 or not result.passed or result.golden_failed}
     gained = [result for result in report.results if result.energy_gained]
     yield titled("Skipped", list(_skipped(report)))
+    standing = [r.name for r in report.results if r.unchecked and not r.fell and not r.must_claim]
+    yield titled(f"Unchecked: {TO_CLAIM}", [names_text(standing)] if standing else [])
     yield titled("Samples", list(samples_told(report.results)))
     yield titled("Modified scenes", list(_modified(report)))
     yield titled("Ended early", [f"{name}: {ending_text(end)}" for name, end in early if name in shown])
@@ -212,10 +216,23 @@ def _stopped(result: VariantResult) -> bool:
 def _failed(report: Report) -> Iterator[str]:
     """What was expected and measured of each run that failed, and below it why."""
     for result in report.results:
-        if result.xfail is None:
+        if result.xfail is None and not result.unchecked:
             yield from _missed(replace(report, results=(result,)), lambda each: each.outcomes)
             if result.why is not None:
                 yield from why_lines(result.why)
+
+
+def _unchecked(report: Report) -> Iterator[Block]:
+    """What fell of what nothing is expected of, and why: that is no pass. All of it where it is a failure."""
+    for title, must_claim in (("Unchecked, which --strict lets fail", True), ("Fell unchecked", False)):
+        told = [r for r in report.results if r.unchecked and r.must_claim is must_claim and (r.fell or must_claim)]
+        yield titled(f"{title}: {TO_CLAIM}", [text for result in told for text in _unchecked_lines(result)])
+
+
+def _unchecked_lines(result: VariantResult) -> Iterator[str]:
+    yield f"{result.file}: {result.name}: {unchecked_text(result)}"
+    if result.why is not None:
+        yield from why_lines(result.why)
 
 
 def _xfailed(report: Report) -> Iterator[str]:
@@ -269,8 +286,8 @@ def _golden_files(report: Report) -> Iterator[str]:
         alone = golden.status not in (GoldenStatus.MISSING, GoldenStatus.NEW) or golden.note
         if golden.status in (*GOLDEN_FAILURES, GoldenStatus.WRITTEN) and alone:
             yield f"{golden.file}: {golden.status}" + (f": {golden.note}" if golden.note else "")
-    yield from (f"{file}: removed" for file in report.removed)
-    yield from (f"{file}: obsolete, no variant has this name" for file in report.obsolete)
+    yield from (f"{visible(file)}: removed" for file in report.removed)
+    yield from (f"{visible(file)}: obsolete, no variant has this name" for file in report.obsolete)
     if failing := sum(result.golden_failed and not result.may_be_locked for result in report.results):
         what = "1 of these fails" if failing == 1 else f"{failing} of these fail"
         yield f"{what} what is expected, and would be accepted only by --update --though-it-fails"

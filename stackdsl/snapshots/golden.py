@@ -12,7 +12,8 @@ from secrets import token_hex
 from time import time
 
 from stackdsl.disk import NOT_REGULAR, LeadsOutsideError, read_file, refuse_outside
-from stackdsl.outcome import GoldenResult, GoldenStatus
+from stackdsl.outcome import GoldenDifference, GoldenResult, GoldenStatus
+from stackdsl.reading.characters import visible
 from stackdsl.snapshots.canonical import document
 from stackdsl.snapshots.compact import golden_text
 from stackdsl.snapshots.comparison import compare_documents
@@ -132,18 +133,27 @@ def judged_content(file: str, found: bytes | GoldenResult, got: Mapping[str, obj
 
 
 def judge_text(file: str, text: str, got: Mapping[str, object]) -> GoldenResult:
-    """The comparison of a snapshot's JSON value with the text of a golden file, which may hold anything."""
+    """The comparison of a snapshot's JSON value with the text of a golden file, which may hold anything.
+
+    What is told of it is escaped here, for terminals, pages and annotations alike.
+    """
     try:
         expected = _parsed(text)
         stamps = expected.get("stamp"), got.get("stamp")
         other_engine = differ_in_engine(*stamps)
         differences = compare_documents(expected, got, other_engine=other_engine)
     except NewerFormatError as error:
-        return GoldenResult(GoldenStatus.NEWER, file, note=str(error))
+        return GoldenResult(GoldenStatus.NEWER, file, note=visible(str(error)))
     except (ValueError, RecursionError) as error:
-        return GoldenResult(GoldenStatus.UNREADABLE, file, note=_why_not(text, error))
+        return GoldenResult(GoldenStatus.UNREADABLE, file, note=visible(_why_not(text, error)))
     agrees = GoldenStatus.OTHER_ENGINE if other_engine else GoldenStatus.SAME
-    return GoldenResult(GoldenStatus.DIFFERENT if differences else agrees, file, differences, stamp_note(*stamps))
+    status = GoldenStatus.DIFFERENT if differences else agrees
+    return GoldenResult(status, file, tuple(map(_escaped, differences)), visible(stamp_note(*stamps)))
+
+
+def _escaped(found: GoldenDifference) -> GoldenDifference:
+    texts = {key: visible(getattr(found, key)) for key in ("subject", "quantity", "expected", "got")}
+    return replace(found, **texts)
 
 
 def _why_not(text: str, error: Exception) -> str:

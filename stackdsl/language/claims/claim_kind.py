@@ -103,6 +103,10 @@ class ClaimKind(ABC):
         """Groups of bricks, of all by level, of each of which at least one must fall."""
         return ()
 
+    def expects_fall_of(self, bricks: Collection[BodyId]) -> bool:
+        """Whether it says that these fall, whenever it is: then they may do so before anything is done to them."""
+        return self.fate is not None and not self.fate.stands
+
     def is_apart_from(self, other: Self) -> bool:
         """Whether two of this kind want values of one and the same thing that no value meets."""
         if not isinstance(self, AuthorModel) or any(getattr(self, key) != getattr(other, key) for key in self.same):

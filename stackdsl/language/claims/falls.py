@@ -44,6 +44,9 @@ class Falls(Choice, ClaimKind):
     def goes(self, levels: Mapping[BodyId, int]) -> Iterable[Collection[BodyId]]:
         return ([name] for name in self.bricks or () if name in levels)
 
+    def expects_fall_of(self, bricks: Collection[BodyId]) -> bool:
+        return self.bricks is not None and set(bricks) <= set(self.bricks)
+
     def is_decided(self, trace: Trace) -> bool:
         if self.for_ is not None and is_over(self.for_, trace):
             return True

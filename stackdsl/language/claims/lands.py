@@ -1,10 +1,12 @@
 """Where the common centre of mass of what fell comes down, sideways from where it had been."""
 
+from collections.abc import Collection
 from math import degrees, pi, remainder
 from typing import ClassVar
 
 from pydantic import Field
 
+from stability.model import BodyId
 from stackdsl.language import author_types as t
 from stackdsl.language.author_models import Asking, default
 from stackdsl.language.claims.claim_kind import ClaimKind, claim
@@ -24,6 +26,9 @@ class Lands(Asking, ClaimKind):
     defaults: ClassVar[tuple[str, ...]] = ("within",)
     needs_close_looks: ClassVar[bool] = True
     of_collapses: ClassVar[bool] = True
+
+    def expects_fall_of(self, bricks: Collection[BodyId]) -> bool:
+        return True
 
     def is_decided(self, trace: Trace) -> bool:
         return trace.landing is not None and trace.landing.over and not trace.undone

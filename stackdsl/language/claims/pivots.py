@@ -1,10 +1,12 @@
 """What falls begins to as the proof says that it does, over the first 5 degrees."""
 
+from collections.abc import Collection
 from math import degrees, inf
 from typing import ClassVar
 
 from pydantic import Field
 
+from stability.model import BodyId
 from stackdsl.language import author_types as t
 from stackdsl.language.author_models import Asking
 from stackdsl.language.claims.claim_kind import ClaimKind, claim
@@ -25,6 +27,9 @@ class Pivots(Asking, ClaimKind):
 
     needs_close_looks: ClassVar[bool] = True
     of_collapses: ClassVar[bool] = True
+
+    def expects_fall_of(self, bricks: Collection[BodyId]) -> bool:
+        return True
 
     def is_decided(self, trace: Trace) -> bool:
         return trace.onset is not None  # the first is kept

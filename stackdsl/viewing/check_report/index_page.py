@@ -9,8 +9,8 @@ from html import escape
 from importlib.resources import files
 from typing import Final
 
-from stackdsl.outcome import Outcome, Report, VariantResult
-from stackdsl.report.outcome_text import outcome_text, significant
+from stackdsl.outcome import UNCHECKED, Outcome, Report, VariantResult
+from stackdsl.report.outcome_text import outcome_text, significant, unchecked_text
 from stackdsl.report.text import closing_line
 from stackdsl.viewing.check_report.charts import charts
 from stackdsl.viewing.check_report.shown_case import ShownCase
@@ -26,7 +26,7 @@ def index_page(report: Report, shown: Mapping[str, ShownCase], unseen: Mapping[s
         f"default-src 'none'; script-src {hash_of(script)}; style-src {hash_of(style)}; "
         "base-uri 'none'; form-action 'none'"
     )
-    found = sorted(report.results, key=lambda result: result.conclusion == "passed")
+    found = sorted(report.results, key=lambda result: (result.conclusion == "passed", result.conclusion == UNCHECKED))
     head = "".join(f"<th>{name}</th>" for name in COLUMNS)
     rows = "\n".join(_row(result, shown.get(result.name), unseen.get(result.name, "")) for result in found)
     return "\n".join(
@@ -59,12 +59,18 @@ def _row(result: VariantResult, shown: ShownCase | None, unseen: str) -> str:
     cells = (
         shown.picture if shown is not None else "",
         f"{name}<br>{escape(result.file)}{about}",
-        f'<span class="{"passed" if passed else "failed"}">{escape(result.conclusion)}</span><br>{_verdict(result)}',
+        f'<span class="{_style(result)}">{escape(result.conclusion)}</span><br>{_verdict(result)}',
         _outcomes(result),
         _golden(result),
         "<br>".join(map(escape, _measures(result))),
     )
     return f'<tr data-passed="{"yes" if passed else "no"}">' + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
+
+
+def _style(result: VariantResult) -> str:
+    if result.conclusion == UNCHECKED and not result.must_claim:
+        return UNCHECKED
+    return "passed" if result.conclusion == "passed" else "failed"
 
 
 def _verdict(result: VariantResult) -> str:
@@ -74,7 +80,7 @@ def _verdict(result: VariantResult) -> str:
 
 def _outcomes(result: VariantResult) -> str:
     if not result.outcomes:
-        return ""
+        return escape(unchecked_text(result)) if result.unchecked else ""
     told = "".join(f"<li>{_outcome(outcome)}</li>" for outcome in result.outcomes)
     count = f"{result.met} of {len(result.outcomes)} hold"
     return f"<details{' open' if not result.passed else ''}><summary>{count}</summary><ul>{told}</ul></details>"

@@ -17,7 +17,7 @@ def test_a_new_project_is_checked_and_green(stackdsl: Stackdsl, stackdsl_in: Sta
     home = tmp_path / "towers"
     assert json.loads((home / ".vscode" / "settings.json").read_text())["yaml.schemas"]
     workflow = yaml.safe_load((home / ".github" / "workflows" / "stackdsl.yml").read_text())
-    assert workflow["jobs"]["check"]["steps"][-1]["run"] == "stackdsl check scenarios"
+    assert workflow["jobs"]["check"]["steps"][-1]["run"] == "stackdsl check scenarios --strict"
     assert "then: stackdsl check, which writes the first golden file" in begun.out
     first = stackdsl_in(home, "check")
     assert first.code == 0, first.text

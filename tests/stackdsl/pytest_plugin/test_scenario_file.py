@@ -152,3 +152,10 @@ def test_golden_files_are_where_the_project_has_them(scenarios: Path, pytester: 
     pytester.makefile(".toml", stackdsl='golden = "locked"')
     pytester.runpytest("--snapshot-update", "-k", "other", "scenarios").assert_outcomes(passed=1)
     assert (pytester.path / "locked" / "other" / "exact.json").exists()
+
+
+def test_what_falls_and_of_which_nothing_is_expected_is_warned_of(scenarios: Path, pytester: pytest.Pytester) -> None:
+    (scenarios / "columns.yaml").write_text(COLUMN.replace("expect:\n  - stands: all\n", ""), encoding="utf-8")
+    result = pytester.runpytest("-W", "default", "--no-golden", "scenarios")
+    result.assert_outcomes(passed=3, warnings=1)
+    result.stdout.fnmatch_lines(["*UncheckedWarning: column[[]levels=10,exact[]]: it fell at level 10, *"])

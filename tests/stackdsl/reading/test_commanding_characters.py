@@ -1,5 +1,7 @@
 """What a file says cannot command the terminal that shows it."""
 
+import json
+import re
 from pathlib import Path
 
 import pytest
@@ -7,7 +9,7 @@ import pytest
 from stackdsl.reading.source import load, parse
 from tests.command_line import GOOD, Stackdsl, write
 
-ESCAPED = [r"\e[31mred", r"\x1b]0;title\a", r"\a", r"\b", r"\r", r"\0", r"\x9b31m", r"\u202e", r"\u2066", r"\L"]
+ESCAPED = [r"\e[31mred", r"\x1b]0;title\a", r"\a", r"\b", r"\r", r"\0", r"\x9b31m", r"\u202e", r"\u2066", r"\L", r"\u200f", r"\u200b"]
 
 
 @pytest.mark.parametrize("escaped", ESCAPED)
@@ -40,3 +42,27 @@ def test_no_command_prints_an_escape_of_a_file_name(stackdsl: Stackdsl, tmp_path
     for command in ("run", "explain", "check"):
         result = stackdsl(command, path.name)
         assert "\x1b" not in result.out + result.err
+
+
+HOSTILE = "\x1b[2Jgone\nok\n::error::forged\u202e"
+
+
+def test_no_report_prints_what_a_golden_file_would_have_it_print(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, GOOD, "s/good.yaml")
+    assert stackdsl("check", "s").code == 0
+    golden = tmp_path / "golden" / "good" / "exact.json"
+    for key in ('"stands"', '"L1.1"', '"stackdsl": '):
+        assert key in golden.read_text()
+    text = golden.read_text().replace('"stands"', json.dumps(HOSTILE)).replace('"L1.1"', json.dumps(HOSTILE))
+    golden.write_text(re.sub(r'"stackdsl": "[^"]*"', lambda _: f'"stackdsl": {json.dumps(HOSTILE)}', text))
+    (tmp_path / "golden" / "x\x1b[2J\n::error::y[exact].json").write_text('{"format": 2}')
+    forms = ("text", "github", "markdown", "junit")
+    for told in (*(stackdsl("check", "s", "--format", form).out for form in forms), stackdsl("golden", "review").out):
+        assert "gone" in told
+        assert "\x1b[2J" not in told
+        assert "\u202e" not in told
+        assert not any(line.startswith(("ok", "::error::forged", "::error::y")) for line in told.splitlines())
+    stackdsl("check", "s", "--html", "pages")
+    page = (tmp_path / "pages" / "index.html").read_text()
+    assert "gone" in page
+    assert not {"\x1b", "\u202e"} & set(page)

@@ -18,6 +18,9 @@ __all__ = ["each_parser"]  # used by every test here
 # --- malformed text ---------------------------------------------------------------------------------------------------
 
 
+UNSEEN = "is not seen, or lets the line read otherwise than it is"
+
+
 @pytest.mark.parametrize(
     ("text", "place", "message"),
     [
@@ -28,6 +31,14 @@ __all__ = ["each_parser"]  # used by every test here
         ("a: 1 \t# aligned\n", "1:6", "a tab"),
         ("a: \0\n", "1:4", "the character U+0000 cannot stand in a scenario"),
         ("# \x1b[31m\n", "1:3", "the character U+001B cannot stand in a scenario"),
+        ("a: b\u202e# c\n", "1:5", f"the character U+202E RIGHT-TO-LEFT OVERRIDE {UNSEEN}"),
+        ("a: 1  # \u202etxt\n", "1:9", f"the character U+202E RIGHT-TO-LEFT OVERRIDE {UNSEEN}"),
+        ("# a\n# b \u2066c\n", "2:5", f"the character U+2066 LEFT-TO-RIGHT ISOLATE {UNSEEN}"),
+        ("a: 'b\u061c'\n", "1:6", f"the character U+061C ARABIC LETTER MARK {UNSEEN}"),
+        ("st\u200bands: 1\n", "1:3", f"the character U+200B ZERO WIDTH SPACE {UNSEEN}"),
+        ("st\u200dands: 1\n", "1:3", f"the character U+200D ZERO WIDTH JOINER {UNSEEN}"),
+        ("# \U000e0041\n", "1:3", f"the character U+E0041 TAG LATIN CAPITAL LETTER A {UNSEEN}"),
+        ("a: \u3164\n", "1:4", f"the character U+3164 HANGUL FILLER {UNSEEN}"),
         ("a: b\ufeff\n", "1:5", "the character U+FEFF ZERO WIDTH NO-BREAK SPACE cannot stand in a scenario"),
         ("a: b\u2028c: d\n", "1:5", "the character U+2028 LINE SEPARATOR cannot stand in a scenario"),
         ("a: \ud800\n", "1:4", "the character U+D800 cannot stand in a scenario"),
@@ -78,6 +89,12 @@ def test_a_misspelt_alias_is_told_the_name_it_meant() -> None:
 # --- several mistakes -------------------------------------------------------------------------------------------------
 
 MANY = "a: no\nb: [1, 0x1F]\na: 2\n1: x\n---\nok: 1\n---\nc: ~\nd: !t 1\ne: b: c\n---\nf: no\n"
+
+
+def test_joiners_stand_where_a_script_or_an_emoji_needs_them() -> None:
+    text = "می\u200cشود ⚠\ufe0f 👩\u200d🔬"
+    (source,) = parse(f"a: {text}  # {text}\n", "a.yaml").sources
+    assert source.values["a"] == text
 
 
 def test_all_mistakes_are_reported_in_the_order_of_the_text_until_it_becomes_unreadable() -> None:
