@@ -11,8 +11,10 @@ from enum import StrEnum
 from math import sqrt
 from typing import Final, TypeAlias
 
-from stability.geometry.given_numbers import admit_number
+from stability.geometry.given_numbers import admit_in_range, admit_number, told
 from stability.model import BodyId, Plane
+
+MOST_TIMES: Final = 1e300  # what coefficients are multiplied by, at most
 
 Kind: TypeAlias = str  # of bodies: those of one kind have one surface
 
@@ -33,6 +35,13 @@ _RULES: Final[Mapping[Rule, Callable[[float, float], float]]] = {
     # Of two that are alike, that very number; and no product that is out of range.
     Rule.GEOMETRIC: lambda one, other: one if one == other else sqrt(one) * sqrt(other),
 }
+
+
+_SUCH_AS: Final = {
+    "own": "{'sheet': 0.2}",
+    "between": "{('sheet', 'carton'): 0.3}",
+    "kinds": "{'L1.1': 'sheet'}",
+}  # of each mapping of a law
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +67,13 @@ class Friction:
     kinds: Mapping[BodyId, Kind] = field(default_factory=dict)  # of what has one; it may grow as bodies come
     rule: Rule = Rule.LOWER
 
+    def __post_init__(self) -> None:
+        """Refuse what is no law. What coefficients mean is asked where the law comes to count."""
+        admit_number("the usual friction is", self.usual, "write a coefficient of 0 or more")
+        for what, given in (("own", self.own), ("between", self.between), ("kinds", self.kinds)):
+            if not isinstance(given, Mapping):
+                raise TypeError(f"`{what}` of a Friction is {told(given)}; write a mapping, such as {_SUCH_AS[what]}")
+
     @property
     def differs(self) -> bool:
         """Whether more is said of bricks than what is usual."""
@@ -77,6 +93,8 @@ class Friction:
 
     def on(self, brick: BodyId, plane: Plane) -> float:
         """The coefficient of a brick on a plane: a brick without one of its own has that of the plane there."""
+        if not isinstance(plane, Plane):
+            raise TypeError(f"expected Plane(name, point, normal, friction), not {told(plane)}")
         if not self.differs:
             return plane.friction
         pair = self._between(brick, plane.id)
@@ -84,6 +102,7 @@ class Friction:
 
     def times(self, factor: float) -> "Friction":
         """The same, with every coefficient so many times as large."""
+        admit_in_range("the factor is", factor, 0.0, MOST_TIMES, f"write a number from 0 to {MOST_TIMES:g}")
         return replace(
             self,
             usual=factor * self.usual,
@@ -138,8 +157,11 @@ def admit_friction(friction: GivenFriction) -> None:
         return _admit("the friction is", friction)
     for what, coefficient in _said_by(friction):
         _admit(what, coefficient)
+    for name, kind in friction.kinds.items():
+        if not isinstance(name, str) or not isinstance(kind, str):
+            raise TypeError(f"{told(name)} is of the kind {told(kind)}; write names as texts")
     if not isinstance(friction.rule, Rule):
-        raise TypeError(f"the rule of friction is {friction.rule!r}; write one of {', '.join(map(str, Rule))}")
+        raise TypeError(f"the rule of friction is {told(friction.rule)}; write one of {', '.join(map(str, Rule))}")
     for one, other in friction.between:
         if friction.between[one, other] != friction.between.get((other, one), friction.between[one, other]):
             raise ValueError(f"there are two frictions between '{one}' and '{other}'; give one")
@@ -150,11 +172,11 @@ def _said_by(friction: Friction) -> Iterator[tuple[str, float]]:
     yield from ((f"'{name}' has the friction", own) for name, own in friction.own.items())
     for pair, between in friction.between.items():
         if not (isinstance(pair, tuple) and len(pair) == 2 and all(isinstance(name, str) for name in pair)):  # noqa: PLR2004
-            raise TypeError(f"expected a pair of names, such as ('sheet', 'carton'), not {pair!r}")
+            raise TypeError(f"expected a pair of names, such as ('sheet', 'carton'), not {told(pair)}")
         yield f"between '{pair[0]}' and '{pair[1]}' the friction is", between
 
 
 def _admit(what: str, coefficient: float) -> None:
     admit_number(what, coefficient, "write a coefficient of 0 or more")
     if not 0.0 <= coefficient < float("inf"):
-        raise ValueError(f"{what} {coefficient}; it is 0 or more")
+        raise ValueError(f"{what} {told(coefficient)}; it is 0 or more")

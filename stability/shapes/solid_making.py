@@ -3,14 +3,13 @@
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from math import inf
 from numbers import Integral
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stability.geometry.given_numbers import admit_number, admit_numbers
+from stability.geometry.given_numbers import LONGEST, SHORTEST, admit_in_range, admit_numbers, told
 from stability.geometry.principal_axes import principal_axes
 from stability.geometry.vectors import norm, subtract, unit
 from stability.model import IDENTITY, Face, Quaternion, Vec3
@@ -54,9 +53,8 @@ def prism(outline: Sequence[tuple[float, float]], depth: float, centre_of_mass: 
     The outline runs either way round. Raises NotASolidError if it is not convex, and as `solid_of_corners`.
     """
     outline = _admitted(outline, 2, "corners of an outline", "x and z in metres")
-    admit_number("a prism has the depth", depth, "write metres, as a number")
-    if not 0.0 < depth < inf:
-        raise ValueError(f"a prism has the depth {depth}; write metres, more than 0")
+    remedy = f"write metres, more than 0: a number from {SHORTEST:g} to {LONGEST:g}"
+    admit_in_range("a prism has the depth", depth, SHORTEST, LONGEST, remedy)
     _admit_centre(centre_of_mass)
     _admit_outline(outline)
     half = 0.5 * depth
@@ -65,29 +63,49 @@ def prism(outline: Sequence[tuple[float, float]], depth: float, centre_of_mass: 
 
 
 def _admitted(points: Sequence[tuple[float, ...]], count: int, what: str, parts: str) -> list[tuple[Any, ...]]:
-    """Points of so many numbers. Raises TypeError for what is none, and ValueError for what is not finite."""
-    if isinstance(points, str) or not hasattr(points, "__iter__"):
-        raise TypeError(f"expected a list of {what}, each {parts}, not {points!r}")
-    points = list(points)
+    """Points of so many numbers. Raises TypeError for what is none, and ValueError for what is out of range."""
+    points = _listed(points, f"{what}, each {parts}")
     for number, point in enumerate(points, start=1):
-        admit_numbers(f"point {number} is", point, count, f"write {parts}")
-    return [tuple(point) for point in points]
+        _admit_place(f"point {number} is", point, count, f"write {parts}")
+    made = [tuple(map(float, point)) for point in points]
+    if made and max(max(along) - min(along) for along in zip(*made, strict=True)) < SHORTEST:
+        message = f"all points lie within {SHORTEST:g} m"
+        raise NotASolidError(message, "write metres: a solid is larger than that")
+    return made
+
+
+def _admit_place(what: str, point: Sequence[float], count: int, remedy: str) -> None:
+    admit_numbers(what, point, count, remedy)
+    if not all(-LONGEST <= part <= LONGEST for part in point):
+        raise ValueError(f"{what} {told(tuple(point))}; {remedy}, within {LONGEST:g} m of the origin")
+
+
+def _listed(given: Iterable[Any], what: str) -> list[Any]:
+    """All of what can be gone through. Raises TypeError, with what was expected, for anything else."""
+    if not isinstance(given, str):
+        try:
+            return list(given)
+        except TypeError:
+            pass
+    raise TypeError(f"expected a list of {what}, not {told(given)}")
 
 
 def _admit_centre(centre_of_mass: Vec3 | None) -> None:
     if centre_of_mass is not None:
-        admit_numbers("the centre of mass is", centre_of_mass, 3, "write x, y and z in metres")
+        _admit_place("the centre of mass is", centre_of_mass, 3, "write x, y and z in metres")
 
 
-def _admit_loops(loops: Sequence[Sequence[int]], count: int) -> None:
-    """Raise TypeError or ValueError for faces that do not list corners by number."""
-    if isinstance(loops, str) or not hasattr(loops, "__iter__"):
-        raise TypeError(f"expected a list of faces, each the numbers of its corners, not {loops!r}")
+def _admitted_loops(given: Sequence[Sequence[int]], count: int) -> list[list[int]]:
+    """Faces that list corners by number. Raises TypeError or ValueError for others."""
+    loops = _listed(given, "faces, each the numbers of its corners")
     for number, loop in enumerate(loops, start=1):
-        if isinstance(loop, str) or not all(isinstance(corner, Integral) for corner in loop):
-            raise TypeError(f"face {number} is {loop!r}; list the numbers of its corners, from 0")
-        if not all(0 <= corner < count for corner in loop):
-            raise ValueError(f"face {number} is {tuple(loop)}; there are the corners 0 to {count - 1}")
+        sequence = isinstance(loop, Sequence) or (isinstance(loop, np.ndarray) and loop.ndim == 1)
+        if not sequence or not all(isinstance(corner, Integral) and not isinstance(corner, bool) for corner in loop):
+            raise TypeError(f"face {number} is {told(loop)}; list the numbers of its corners, from 0")
+        if len(loop) < 3 or not all(0 <= corner < count for corner in loop):  # noqa: PLR2004 -- as a triangle has
+            corners = f"there are the corners 0 to {count - 1}"
+            raise ValueError(f"face {number} is {told(tuple(loop))}; list three of its corners or more; {corners}")
+    return [[int(corner) for corner in loop] for loop in loops]
 
 
 def _admit_outline(outline: Sequence[tuple[float, float]]) -> None:
@@ -124,7 +142,7 @@ def solid_of_mesh(points: Sequence[Vec3], loops: Sequence[Sequence[int]], centre
     Raises NotASolidError for faces that leave a hole, look inwards, or bound nothing convex, and as `solid_of_corners`.
     """
     points = _admitted(points, 3, "corners", "x, y and z in metres")
-    _admit_loops(loops, len(points))
+    loops = _admitted_loops(loops, len(points))
     _admit_centre(centre_of_mass)
     _admit_closed(loops)
     used = sorted({corner for loop in loops for corner in loop})
@@ -179,7 +197,7 @@ def _made(corners: Sequence[Vec3], loops: Sequence[Sequence[int]], centre_of_mas
             f"the solid has {len(loops)} faces, and {MOST_FACES} is the most", "write a simpler solid, close to it"
         )
     filled = integrals(corners, loops)
-    centre = centre_of_mass or filled.centre
+    centre = filled.centre if centre_of_mass is None else _three(centre_of_mass)
     about = [subtract(corner, centre) for corner in corners]
     faces = tuple(_face(about, loop) for loop in loops)
     for face in faces:
@@ -200,6 +218,11 @@ def _made(corners: Sequence[Vec3], loops: Sequence[Sequence[int]], centre_of_mas
         max(map(norm, about)),
     )
     return Made(shape, centre)
+
+
+def _three(parts: Iterable[float]) -> Vec3:
+    x, y, z = map(float, parts)
+    return (x, y, z)
 
 
 def _face(corners: Sequence[Vec3], loop: Sequence[int]) -> Face:

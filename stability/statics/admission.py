@@ -4,17 +4,18 @@ from collections.abc import Collection, Iterable, Sequence
 from typing import TypeVar
 
 from stability.friction_law import GivenFriction, admit_friction
-from stability.geometry.given_numbers import admit_number, admit_numbers
+from stability.geometry.given_numbers import LONGEST, SHORTEST, admit_in_range, admit_number, admit_numbers, told
 from stability.model import BodyId, Brick, ConvexShape, Plane, Pose
 from stability.shapes.box import Box
 from stability.shapes.off_centre_box import OffCentreBox
-from stability.statics.facts import Placed
+from stability.statics.facts import Forces, Placed, Problem
 
 Given = TypeVar("Given")
 
 UNIT = 1e-6  # how far the length of a quaternion or a normal may be from 1
-SHORTEST, LONGEST = 1e-9, 1e9  # [m] of sides and distances: beyond, their squares and products lose their digits
+PLAIN = {float, int}  # types of numbers that need no closer look
 LIGHTEST, HEAVIEST = 1e-60, 1e60  # [kg]
+WEAKEST, STRONGEST = 1e-60, 1e60  # [m/s2] of gravity
 
 
 def admit_brick(placed: Placed) -> None:
@@ -27,9 +28,8 @@ def admit_brick(placed: Placed) -> None:
     _admit_kinds(placed)
     brick, name = placed.brick, placed.brick.id
     _admit_shape("brick", name, brick.shape)
-    admit_number(f"brick '{name}' has the mass", brick.mass, "write kilograms, as a number")
-    if not LIGHTEST <= brick.mass <= HEAVIEST:
-        raise ValueError(f"brick '{name}' has the mass {brick.mass}; it is from {LIGHTEST:g} to {HEAVIEST:g} kg")
+    remedy = f"write kilograms, as a number; it is from {LIGHTEST:g} to {HEAVIEST:g} kg"
+    admit_in_range(f"brick '{name}' has the mass", brick.mass, LIGHTEST, HEAVIEST, remedy)
     admit_place(placed)
 
 
@@ -45,7 +45,9 @@ def _is_usual(placed: Placed) -> bool:
         return False
     (a, b, c), (x, y, z), (i, j, k, w) = size, pose.position_W, pose.orientation
     return (
-        SHORTEST <= a <= LONGEST
+        PLAIN.issuperset(map(type, (a, b, c, x, y, z, i, j, k, w, brick.mass)))
+        and type(size) is tuple
+        and SHORTEST <= a <= LONGEST
         and SHORTEST <= b <= LONGEST
         and SHORTEST <= c <= LONGEST
         and LIGHTEST <= brick.mass <= HEAVIEST
@@ -59,13 +61,18 @@ def _is_usual(placed: Placed) -> bool:
 def _admit_kinds(placed: object) -> None:
     """Raise TypeError for what is no brick in a pose."""
     if not isinstance(placed, Placed):
-        raise TypeError(f"expected Placed(brick, pose), not {placed!r}")
+        raise TypeError(f"expected Placed(brick, pose), not {told(placed)}")
     if not isinstance(placed.brick, Brick):
-        raise TypeError(f"expected Brick(name, shape, mass), not {placed.brick!r}")
-    if not isinstance(placed.brick.id, str):
-        raise TypeError(f"a brick is called {placed.brick.id!r}; write its name as a text")
+        raise TypeError(f"expected Brick(name, shape, mass), not {told(placed.brick)}")
+    admit_name("a brick", placed.brick.id)
     if not isinstance(placed.pose, Pose):
-        raise TypeError(f"brick '{placed.brick.id}' has the pose {placed.pose!r}; write Pose((x, y, z)) in metres")
+        raise TypeError(f"brick '{placed.brick.id}' has the pose {told(placed.pose)}; write Pose((x, y, z)) in metres")
+
+
+def admit_name(what: str, name: object) -> None:
+    """Raise TypeError for what is no name."""
+    if not isinstance(name, str):
+        raise TypeError(f"{what} is called {told(name)}; write its name as a text")
 
 
 def admit_place(placed: Placed) -> None:
@@ -73,18 +80,17 @@ def admit_place(placed: Placed) -> None:
     name, pose = placed.brick.id, placed.pose
     _admit(name, "position", pose.position_W, 3, "write x, y and z in metres")
     if not all(-LONGEST <= part <= LONGEST for part in pose.position_W):
-        raise ValueError(f"brick '{name}' is at {pose.position_W}; put it within {LONGEST:g} m of the origin")
+        raise ValueError(f"brick '{name}' is at {told(pose.position_W)}; put it within {LONGEST:g} m of the origin")
     _admit(name, "orientation", pose.orientation, 4, "write a quaternion x, y, z, w")
     if abs(sum(part * part for part in pose.orientation) - 1.0) > UNIT:
-        raise ValueError(f"brick '{name}' has the orientation {pose.orientation}; divide it by its length")
+        raise ValueError(f"brick '{name}' has the orientation {told(pose.orientation)}; divide it by its length")
 
 
 def admit_site(planes: Sequence[Plane], tables: Sequence[Placed], friction: GivenFriction, gravity: float) -> None:
     """Raise ValueError for fixed bodies, a friction or a gravity that mean nothing, TypeError for what is none."""
     admit_friction(friction)
-    admit_number("the gravity is", gravity, "write m/s2, as a number that is more than 0")
-    if not 0.0 < gravity < float("inf"):
-        raise ValueError(f"the gravity is {gravity} m/s2; it is more than 0, and points down")
+    remedy = f"write m/s2, as a number that is more than 0, from {WEAKEST:g} to {STRONGEST:g}; it points down"
+    admit_in_range("the gravity is", gravity, WEAKEST, STRONGEST, remedy)
     for plane in planes:
         _admit_plane(plane)
     for table in tables:
@@ -93,6 +99,18 @@ def admit_site(planes: Sequence[Plane], tables: Sequence[Placed], friction: Give
         admit_place(table)
     names = [plane.id for plane in planes] + [table.brick.id for table in tables]
     admit_names(names, ())
+
+
+def admit_problem(problem: object) -> None:
+    """Raise TypeError for what is no problem of statics."""
+    if not isinstance(problem, Problem):
+        raise TypeError(f"expected the problem of an assembly, assembly.problem(), not {told(problem)}")
+
+
+def admit_forces(forces: object) -> None:
+    """Raise TypeError for what are no forces of a proof; None is none that are known."""
+    if forces is not None and not isinstance(forces, Forces):
+        raise TypeError(f"expected the forces of an assembly, assembly.forces(), not {told(forces)}")
 
 
 def admit_overlap(overlap: float) -> None:
@@ -106,28 +124,40 @@ def _admit_shape(what: str, name: BodyId, shape: ConvexShape) -> None:
     limits = f"from {SHORTEST:g} to {LONGEST:g} m"
     match shape:
         case Box(size):
-            _admit(name, "size", size, 3, "write length, width and thickness in metres")
-            if not all(SHORTEST <= side <= LONGEST for side in size):
-                raise ValueError(f"{what} '{name}' has the size {size}; each side is {limits}")
+            _admit_size(what, name, size)
         case tuple():
-            raise ValueError(f"{what} '{name}' has the shape {shape}; write Box({shape})")
+            raise ValueError(f"{what} '{name}' has the shape {told(shape)}; write Box({told(shape)})")
         case OffCentreBox(size, centre):
-            _admit(name, "size", size, 3, "write length, width and thickness in metres")
+            _admit_size(what, name, size)
             _admit(name, "centre of mass", centre, 3, "write x, y and z from the middle of the box in metres")
             if any(abs(part) >= 0.5 * side for part, side in zip(centre, size, strict=True)) and what == "brick":
                 raise ValueError(f"{what} '{name}' has its centre of mass at {centre}, which is not inside of {size}")
         case _ if not (hasattr(shape, "faces") and hasattr(shape, "least_thickness")):
-            raise TypeError(f"{what} '{name}' has the shape {shape!r}; write Box((length, width, thickness)) in metres")
+            raise TypeError(
+                f"{what} '{name}' has the shape {told(shape)}; write Box((length, width, thickness)) in metres"
+            )
         case _ if not SHORTEST <= shape.least_thickness <= shape.length <= LONGEST:
             across = f"{shape.least_thickness} to {shape.length} m"
             raise ValueError(f"{what} '{name}' measures {across}; each measure is {limits}")
 
 
+def _admit_size(what: str, name: BodyId, size: Sequence[float]) -> None:
+    _admit(name, "size", size, 3, "write length, width and thickness in metres")
+    if not isinstance(size, tuple):
+        raise TypeError(f"{what} '{name}' has the size {told(size)}; write a tuple, as in Box((0.4, 0.3, 0.2))")
+    if not all(SHORTEST <= side <= LONGEST for side in size):
+        limits = f"from {SHORTEST:g} to {LONGEST:g} m"
+        raise ValueError(f"{what} '{name}' has the size {told(size)}; each side is {limits}")
+
+
 def _admit_plane(plane: Plane) -> None:
     if not isinstance(plane, Plane):
-        raise TypeError(f"expected Plane(name, point, normal, friction), not {plane!r}")
+        raise TypeError(f"expected Plane(name, point, normal, friction), not {told(plane)}")
+    admit_name("a plane", plane.id)
     admit_number(f"plane '{plane.id}' has the friction", plane.friction, "write a coefficient of 0 or more")
     _admit(plane.id, "point", plane.point_W, 3, "write x, y and z in metres")
+    if not all(-LONGEST <= part <= LONGEST for part in plane.point_W):
+        raise ValueError(f"plane '{plane.id}' is at {told(plane.point_W)}; put it within {LONGEST:g} m of the origin")
     _admit(plane.id, "normal", plane.normal_W, 3, "write x, y and z of the way out of the solid")
     if abs(sum(part * part for part in plane.normal_W) - 1.0) > UNIT:
         raise ValueError(f"plane '{plane.id}' has the normal {plane.normal_W}; divide it by its length")
@@ -138,8 +168,11 @@ def _admit_plane(plane: Plane) -> None:
 def listed(given: Iterable[Given], what: str) -> tuple[Given, ...]:
     """All of what can be gone through. Raises TypeError, with what was expected, for anything else."""
     if isinstance(given, str) or not isinstance(given, Iterable):
-        raise TypeError(f"expected a collection of {what}, not {given!r}")
-    return tuple(given)
+        raise TypeError(f"expected a collection of {what}, not {told(given)}")
+    try:
+        return tuple(given)
+    except TypeError as error:  # an array of numpy without an axis
+        raise TypeError(f"expected a collection of {what}, not {told(given)}") from error
 
 
 def admit_names(coming: Iterable[BodyId], known: Collection[BodyId]) -> None:

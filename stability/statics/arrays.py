@@ -11,10 +11,11 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stability.geometry.given_numbers import admit_numbers
+from stability.geometry.given_numbers import admit_numbers, told
 from stability.model import IDENTITY, BodyId, Brick, ConvexShape, Pose, Quaternion, Vec3
 from stability.shapes.box import Box
 from stability.shapes.in_pose import bounds_W
+from stability.statics.admission import listed
 from stability.statics.assembly_answers import AssemblyAnswers
 from stability.statics.facts import Placed
 
@@ -57,7 +58,8 @@ def bricks_in_poses(
     judges.
     """
     if isinstance(names, str):
-        raise TypeError(f"give a sequence of names, such as ['{names}']")
+        raise TypeError(f"give a sequence of names, such as ['{told(names)[1:-1]}']")
+    names = listed(names, "names, such as ['a']")
     count = len(names)
     made = _shapes(shapes, count)
     weights = _rows("masses", masses, count, ())
@@ -77,7 +79,8 @@ def pose_of(position: ArrayLike, orientation: ArrayLike = IDENTITY) -> Pose:
 
 
 def bricks_of(assembly: AssemblyAnswers) -> BrickArrays:
-    """Where all bricks of an assembly are."""
+    """Where all bricks of an assembly are. Raises TypeError for what is none."""
+    _admit_assembly(assembly)
     placed = list(assembly.bricks.values())
     count = len(placed)
     return BrickArrays(
@@ -90,7 +93,11 @@ def bricks_of(assembly: AssemblyAnswers) -> BrickArrays:
 
 
 def forces_of(assembly: AssemblyAnswers) -> ForceArrays | None:
-    """The forces that prove that an assembly stands, as `Assembly.forces` gives them; None unless it does."""
+    """The forces that prove that an assembly stands, as `Assembly.forces` gives them; None unless it does.
+
+    Raises TypeError for what is no assembly.
+    """
+    _admit_assembly(assembly)
     found = assembly.forces()
     if found is None:
         return None
@@ -107,6 +114,11 @@ def forces_of(assembly: AssemblyAnswers) -> ForceArrays | None:
     )
 
 
+def _admit_assembly(assembly: object) -> None:
+    if not isinstance(assembly, AssemblyAnswers):
+        raise TypeError(f"expected an Assembly, not {told(assembly)}")
+
+
 def _shapes(given: Sequence[ConvexShape] | ArrayLike, count: int) -> Iterable[ConvexShape]:
     if not isinstance(given, Sequence) or not any(hasattr(each, "least_thickness") for each in given):
         sizes: ArrayLike = given  # type: ignore[assignment]  # as there is no shape among them
@@ -120,7 +132,7 @@ def _rows(what: str, given: ArrayLike, count: int, shape: tuple[int, ...]) -> Ar
     """An array of a row a brick, where one may have been given for all."""
     try:
         rows = np.asarray(given, dtype=float)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise ValueError(f"{what} are no numbers: {error}") from error
     if rows.shape not in (shape, (count, *shape)):
         row = f"({', '.join(map(str, shape))},)" if shape else "a number"

@@ -18,6 +18,7 @@ from typing import Any
 
 from stability.friction_law import GivenFriction
 from stability.garbage import rarely_collected
+from stability.geometry.given_numbers import told
 from stability.geometry.touching import BESIDE
 from stability.model import EARTH, GROUND, BodyId, Brick, Plane, Pose
 from stability.statics.admission import admit_brick, admit_names, admit_overlap, admit_site, listed
@@ -119,6 +120,8 @@ class Assembly(AssemblyAnswers):
         planes, tables = listed(planes, "planes, such as [Plane(...)]"), listed(tables, "tables, such as [Placed(...)]")
         admit_site(planes, tables, friction, gravity)
         admit_overlap(overlap)
+        if not isinstance(tolerances, Tolerances):
+            raise TypeError(f"expected Tolerances(...), not {told(tolerances)}")
         self._overlap = overlap
         self._fixed = {plane.id for plane in planes} | {table.brick.id for table in tables}
         self._working = Prover(Structure(planes, tables, friction, gravity, tolerances))
@@ -190,7 +193,7 @@ class Assembly(AssemblyAnswers):
     def restore(self, state: AssemblyState) -> None:
         """Let all be as it was, proofs as well, to the bit. Raises ValueError for the state of another assembly."""
         if not isinstance(state, AssemblyState):
-            raise TypeError(f"expected what `state()` gave, not {state!r}")
+            raise TypeError(f"expected what `state()` gave, not {told(state)}")
         if state.of is not self:
             raise ValueError("this is the state of another assembly; restore it there")
         with self._changing() as prover:
@@ -221,10 +224,10 @@ class Assembly(AssemblyAnswers):
         started = perf_counter()
         if isinstance(bricks, str):
             raise TypeError(f"give a collection of names, such as ['{bricks}']")
-        names = sorted(set(listed(bricks, "names, such as ['a']")))
+        names = listed(bricks, "names, such as ['a']")
         self._reject_unknown(names)
         with self._changing() as prover:
-            return self._judged(prover, started, prover.take(names), names_smallest, keep)
+            return self._judged(prover, started, prover.take(sorted(set(names))), names_smallest, keep)
 
     def move(self, brick: BodyId, pose: Pose) -> Verdict:
         """Put a brick somewhere else, at rest. Raises LookupError for none that is there, and ValueError as `add`."""

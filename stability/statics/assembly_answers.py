@@ -9,6 +9,7 @@ from stability.geometry.plan import Point2
 from stability.geometry.polygons import depth
 from stability.graph import reached
 from stability.model import BodyId, Plane
+from stability.statics.admission import admit_name
 from stability.statics.brick_graph import brick_graph, rests_on
 from stability.statics.certificate import Tally, tallied, total_forces
 from stability.statics.facts import Contact, Forces, Placed, Problem, Stage, Tolerances, Verdict
@@ -73,6 +74,7 @@ class AssemblyAnswers:
 
     def _reject_unknown(self, names: Sequence[BodyId]) -> None:
         for name in names:
+            admit_name("a brick", name)
             if name not in self._structure.bricks:
                 raise LookupError(f"there is no brick '{name}'")
 

@@ -134,7 +134,7 @@ def _edges(rule: Recourse, error: float) -> _Edges:
 
 def _lengths(rule: Recourse, of_moments: Array) -> Array:
     """(rows, bricks) by answers to moments: what a unit of force displaced by 1 m on a brick takes, at worst."""
-    pairs = of_moments.reshape(len(of_moments), -1, 3)[:, :, 1:]
+    pairs = of_moments.reshape(len(of_moments), of_moments.shape[1] // 3, 3)[:, :, 1:]
     return np.hypot(pairs[:, :, 0], pairs[:, :, 1]) / rule.length
 
 

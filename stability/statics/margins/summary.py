@@ -3,7 +3,9 @@
 from collections.abc import Collection
 from dataclasses import dataclass
 
+from stability.geometry.given_numbers import admit_in_range
 from stability.model import GROUND, BodyId
+from stability.statics.admission import STRONGEST, WEAKEST, admit_name, admit_problem, listed
 from stability.statics.facts import Problem
 from stability.statics.margins.acceleration import AccelerationMargin, acceleration, tilt
 from stability.statics.margins.friction import FrictionMargin, least_friction
@@ -40,8 +42,13 @@ def margins(
     planes: Collection[BodyId] = (GROUND,),
 ) -> Margins | None:
     """All margins; None if the problem is not proven to stand. See `acceleration`, `least_friction` and `placement`."""
-    if not hasattr(problem, "loads"):
-        raise TypeError(f"expected the problem of an assembly, assembly.problem(), not {type(problem).__name__}")
+    admit_problem(problem)
+    admit_in_range("the tolerance is", tolerance, 1e-15, 0.5, "write a share of the limit, from 1e-15 to 0.5")
+    if gravity is not None:
+        admit_in_range("the gravity is", gravity, WEAKEST, STRONGEST, "write m/s2, as a number that is more than 0")
+    planes = listed(planes, f"names of planes, such as ['{GROUND}']")
+    for plane in planes:
+        admit_name("a plane", plane)
     shaken = acceleration(problem, tolerance, gravity)
     if shaken is None:
         return None

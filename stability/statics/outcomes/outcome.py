@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 from stability.model import BodyId
 from stability.name_order import in_order
+from stability.statics.admission import admit_forces, admit_problem
 from stability.statics.facts import Forces, Problem, Tolerances
 from stability.statics.margins.groups import groups_apart
 from stability.statics.margins.guarantee import guarantee, without_gaps
@@ -74,10 +75,10 @@ def outcome(
 
     `most` bounds the work that is spent on each group that needs friction, in unknowns of its programs.
     Rest is guaranteed only if it is so without the points of contacts at which there is a gap.
-    Raises TypeError for what is no problem.
+    Raises TypeError for what is no problem, or no forces.
     """
-    if not hasattr(problem, "loads"):
-        raise TypeError(f"expected the problem of an assembly, assembly.problem(), not {type(problem).__name__}")
+    admit_problem(problem)
+    admit_forces(known)
     normal = guarantee(problem, known, tolerances)
     if normal is not None:
         return Outcome(guaranteed=True, normal=normal)

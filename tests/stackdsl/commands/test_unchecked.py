@@ -1,4 +1,4 @@
-"""Nothing falls unnoticed: what nothing is expected of is no pass, and what falls before its first impact is a failure."""
+"""Nothing falls unnoticed: what nothing is expected of is no pass, and what falls before an impact is a failure."""
 
 import json
 from pathlib import Path
@@ -25,9 +25,7 @@ def test_a_tower_that_falls_and_of_which_nothing_is_expected_is_no_pass(stackdsl
 
 
 @pytest.mark.parametrize(("text", "name"), [(FALLS, "falls"), (STANDS, "stands")])
-def test_strict_lets_fail_what_nothing_is_expected_of(
-    text: str, name: str, stackdsl: Stackdsl, tmp_path: Path
-) -> None:
+def test_strict_lets_fail_what_nothing_is_expected_of(text: str, name: str, stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, text, "a.yaml")
     stackdsl("check", "a.yaml")  # and the golden file of a pass would be remembered
     strict = stackdsl("check", "a.yaml", "--strict")

@@ -46,7 +46,7 @@ def test_what_falls_before_an_impact_of_any_kind_is_a_failure_at_its_line(impact
     assert not found.passed
     assert found.margin < -3.9
     assert found.unit == "s"
-    assert (found.span.line, found.name) == (4, f"until impact 1 ({impact.split(':')[0]})")
+    assert (found.span.line, found.name) == (4, f"until impact 1 ({impact.split(':', maxsplit=1)[0]})")
     assert "it gave way at level 3 at 1.000 s" in found.measured
     assert failures(f"impacts: [{{at: 5 s, {impact}}}]", "falls: {count: <= 5}", fallen(5.6)) == []
 

@@ -9,7 +9,20 @@ import pytest
 from stackdsl.reading.source import load, parse
 from tests.command_line import GOOD, Stackdsl, write
 
-ESCAPED = [r"\e[31mred", r"\x1b]0;title\a", r"\a", r"\b", r"\r", r"\0", r"\x9b31m", r"\u202e", r"\u2066", r"\L", r"\u200f", r"\u200b"]
+ESCAPED = [
+    r"\e[31mred",
+    r"\x1b]0;title\a",
+    r"\a",
+    r"\b",
+    r"\r",
+    r"\0",
+    r"\x9b31m",
+    r"\u202e",
+    r"\u2066",
+    r"\L",
+    r"\u200f",
+    r"\u200b",
+]
 
 
 @pytest.mark.parametrize("escaped", ESCAPED)
