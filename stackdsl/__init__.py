@@ -3,8 +3,9 @@
 import os
 from time import time
 
-# Matrices here are small: threads cost more than they bring, on a busy machine tenfold, and sums must not depend on how
-# many there are. Read when numpy is loaded, so it is said before.
+# Matrices here are small: threads cost more than they bring, on a busy machine tenfold, and a process that has some is
+# copied for no worker. Read when numpy is loaded, so it is said before; who says otherwise has as many for numpy of his
+# own, and results do not depend on it (`stability.blas_threads`).
 for _library in ("OPENBLAS", "MKL", "OMP"):
     os.environ.setdefault(f"{_library}_NUM_THREADS", "1")
 

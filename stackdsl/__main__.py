@@ -6,11 +6,15 @@ import sys
 from contextlib import suppress
 from types import FrameType
 
+from stability.blas_threads import SETTINGS
+
 INTERRUPTED = 130  # ExitCode.INTERRUPTED, which may be just what was not imported in time
 
 
 def main() -> None:
     """Run the command, and import it first."""
+    # Read when numpy is loaded, here and in every worker: sums must not depend on how many threads somebody asks for.
+    os.environ.update(dict.fromkeys(SETTINGS, "1"))
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _end)
     try:

@@ -19,7 +19,7 @@ from tests.paths import ROOT
 LAYERS = {
     "stability": (
         {"model"},
-        {"garbage", "graph", "geometry", "name_order"},
+        {"blas_threads", "garbage", "graph", "geometry", "name_order"},
         {"shapes", "friction_law"},
         {"mechanics"},
         {"statics"},

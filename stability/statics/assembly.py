@@ -16,6 +16,7 @@ from math import ceil, floor, inf, log10
 from time import perf_counter
 from typing import Any
 
+from stability.blas_threads import one_thread
 from stability.friction_law import GivenFriction
 from stability.garbage import rarely_collected
 from stability.geometry.given_numbers import told
@@ -201,6 +202,7 @@ class Assembly(AssemblyAnswers):
             self._said[LAST] = state.verdict
             prover.structure.journal.keep()
 
+    @one_thread()
     @rarely_collected()
     def _set_down(self, bricks: Sequence[Placed], names_smallest: bool, keep: bool = True) -> Verdict:
         started = perf_counter()
@@ -219,6 +221,7 @@ class Assembly(AssemblyAnswers):
         """Take bricks away. What they carried, or held by their weight, is judged again; see `add_all`."""
         return self._removed(bricks, names_smallest)
 
+    @one_thread()
     @rarely_collected()
     def _removed(self, bricks: Collection[BodyId], names_smallest: bool, keep: bool = True) -> Verdict:
         started = perf_counter()
@@ -229,6 +232,7 @@ class Assembly(AssemblyAnswers):
         with self._changing() as prover:
             return self._judged(prover, started, prover.take(sorted(set(names))), names_smallest, keep)
 
+    @one_thread()
     def move(self, brick: BodyId, pose: Pose) -> Verdict:
         """Put a brick somewhere else, at rest. Raises LookupError for none that is there, and ValueError as `add`."""
         started = perf_counter()

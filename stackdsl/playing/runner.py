@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from time import perf_counter
 from typing import TYPE_CHECKING
 
+from stability.blas_threads import one_thread
 from stability.engines.scene_scale import SAMPLING
 from stability.garbage import rarely_collected
 from stability.geometry.vectors import add
@@ -37,6 +38,7 @@ CLOSE_SAMPLING = 0.002  # [s] between looks while it is asked how something begi
 FORCE_WINDOW = 0.25  # [s] at the end over which a bare engine's contact forces are averaged
 
 
+@one_thread()
 @rarely_collected()
 def play(
     timeline: Timeline,

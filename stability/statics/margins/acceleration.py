@@ -19,6 +19,7 @@ from math import atan, atan2, hypot, inf, pi
 
 import numpy as np
 
+from stability.blas_threads import one_thread
 from stability.geometry.hulls import hull
 from stability.geometry.plan import Point2
 from stability.statics.facts import Motion, Problem, Tolerances
@@ -82,6 +83,7 @@ class _Arc:
         return max(self.smooth, hypot(ax + part * dx, ay + part * dy))
 
 
+@one_thread()
 def acceleration(
     problem: Problem,
     tolerance: float = 1e-6,

@@ -13,6 +13,7 @@ from functools import partial
 from itertools import pairwise
 from math import cos, inf, pi, sin
 
+from stability.blas_threads import one_thread
 from stability.statics.facts import Motion, Problem, Tolerances
 from stability.statics.margins.acceleration_cut import (
     FURTHEST,
@@ -61,6 +62,7 @@ def by_bearing(
     return along_bearings(problem, [2.0 * pi * number / count for number in range(count)], tolerance, gravity, known)
 
 
+@one_thread()
 def along_bearings(
     problem: Problem,
     bearings: Sequence[float],
@@ -83,6 +85,7 @@ def along_bearings(
     return tuple(weakest)
 
 
+@one_thread()
 def along_bearing(problem: Problem, bearing: float, gravity: float | None = None) -> Survived | None:
     """What is survived along one bearing; None if the problem is not proven to stand."""
     weakest = Survived(bearing, inf, inf, None)

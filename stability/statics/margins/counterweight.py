@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from stability.blas_threads import one_thread
 from stability.geometry.vectors import add
 from stability.model import BodyId
 from stability.statics.facts import ZERO, Problem, Tolerances, Wrench
@@ -33,6 +34,7 @@ class Counterweight:
     too_little: float  # [N] proven not to be; less than `weight` by a share of 1e-4 at most
 
 
+@one_thread()
 def counterweight(
     problem: Problem,
     brick: BodyId,
@@ -72,6 +74,7 @@ def counterweight(
     return None
 
 
+@one_thread()
 def least_counterweight(problem: Problem, bricks: Collection[BodyId]) -> Counterweight | None:
     """The least of the weights on these bricks that balance a problem, ties by name; None if none does."""
     found = [weight for brick in sorted(bricks) if (weight := counterweight(problem, brick)) is not None]

@@ -10,6 +10,7 @@ close in on it from both sides.
 from dataclasses import dataclass, replace
 from math import inf, isfinite
 
+from stability.blas_threads import one_thread
 from stability.statics.facts import Forces, Motion, Problem, Tolerances
 from stability.statics.margins.prestress import least_prestress
 from stability.statics.solvers.equilibrium import balance, proven_forces, proven_motion
@@ -42,6 +43,7 @@ class _Step:
     guess: float  # of the least factor
 
 
+@one_thread()
 def least_friction(
     problem: Problem,
     tolerance: float = 1e-7,

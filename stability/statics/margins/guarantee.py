@@ -18,12 +18,14 @@ a_n >= 0 does not hold for all, and no force of such a contact is counted on.
 
 from dataclasses import replace
 
+from stability.blas_threads import one_thread
 from stability.statics.facts import ZERO, ConeForces, Contact, Forces, Problem, Tolerances
 from stability.statics.proof import check_forces
 from stability.statics.rounding import rounded
 from stability.statics.solvers.equilibrium import balance
 
 
+@one_thread()
 def guarantee(
     problem: Problem,
     known: Forces | None = None,

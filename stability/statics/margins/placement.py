@@ -29,6 +29,7 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from math import inf
 
+from stability.blas_threads import one_thread
 from stability.geometry.polygons import inset
 from stability.model import GROUND, BodyId
 from stability.statics.facts import Problem
@@ -48,6 +49,7 @@ class PlacementMargin:
     reason: str = ""  # why it is 0
 
 
+@one_thread()
 def placement(problem: Problem, tolerance: float = 1e-7, planes: Collection[BodyId] = (GROUND,)) -> PlacementMargin:
     """The placement error in plan that a problem's bricks survive, to a relative `tolerance`.
 

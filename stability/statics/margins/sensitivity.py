@@ -15,6 +15,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import atan2, pi
 
+from stability.blas_threads import one_thread
 from stability.geometry.vectors import add, add_scaled, cross, dot, norm, scale, subtract
 from stability.model import Vec3
 from stability.statics.facts import ZERO, ConeForces, Contact, Forces, Motion, Problem, Tolerances
@@ -47,6 +48,7 @@ class Slopes:
     more: float
 
 
+@one_thread()
 def acceleration_limits(problem: Problem, gravity: float, tolerance: float = 1e-7) -> tuple[float, tuple[Limit, ...]]:
     """The margin of acceleration [g], and all limits that are reached with it; none where nothing is proven to fall.
 
@@ -89,6 +91,7 @@ def _limit(case: Shaken, one: Heading) -> Limit:
     return Limit(case.problem, forces, motion, one.point, gain)
 
 
+@one_thread()
 def friction_limits(problem: Problem, tolerance: float = 1e-9) -> tuple[float, tuple[Limit, ...]]:
     """The least factor on all friction with which forces balance, and the limit at it; none where it has none."""
     margin = least_friction(problem, tolerance)
@@ -112,6 +115,7 @@ def _power_of_friction(limit: Limit) -> float:
 # --- slopes -----------------------------------------------------------------------------------------------------------
 
 
+@one_thread()
 def slopes(limits: Sequence[Limit], less: Problem | None, more: Problem | None, step: float) -> Slopes | None:
     """How a margin changes from its limits, by problems that have a `step` less and more of something.
 

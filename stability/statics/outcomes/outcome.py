@@ -7,6 +7,7 @@ stays possible without more being said.
 
 from dataclasses import dataclass, replace
 
+from stability.blas_threads import one_thread
 from stability.model import BodyId
 from stability.name_order import in_order
 from stability.statics.admission import admit_forces, admit_problem
@@ -65,6 +66,7 @@ class Outcome:
         return "friction is needed, and nothing else can happen" if self.braced else ""
 
 
+@one_thread()
 def outcome(
     problem: Problem,
     known: Forces | None = None,

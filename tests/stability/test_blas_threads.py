@@ -1,0 +1,97 @@
+"""Linear algebra runs on one thread while we reckon, whatever the environment says, and as before afterwards."""
+
+import os
+import subprocess
+import sys
+from textwrap import dedent
+
+import pytest
+
+from tests.paths import ROOT
+
+SEEN = """
+    import ctypes
+    from pathlib import Path
+
+    def threads():
+        import numpy, scipy.linalg
+        counts = []
+        for home in (Path(numpy.__file__).parent, Path(scipy.__file__).parent):
+            for file in home.parent.glob(f"{home.name}.libs/*openblas*"):
+                library = ctypes.CDLL(str(file))
+                count = library.openblas_set_num_threads_local(1)
+                library.openblas_set_num_threads_local(count)
+                counts.append(count)
+        return counts
+    """
+
+
+def told(script: str, threads: str) -> str:
+    """What a script prints in a process of its own, in an environment that asks for so many threads."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": threads}
+    code = dedent(SEEN) + dedent(script)
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+    return done.stdout.strip()
+
+
+@pytest.mark.parametrize("loaded", ["", "import numpy, scipy.linalg", "import numpy"])
+def test_there_is_one_thread_meanwhile_and_as_many_as_before_afterwards(loaded: str) -> None:
+    script = f"""
+        {loaded or "pass"}
+        from stability.blas_threads import one_thread
+        with one_thread():
+            inside = threads()
+            with one_thread():
+                within = threads()
+            again = threads()
+        print(inside, within, again, threads())
+        """
+    seen = told(script, "2")
+    if seen == "[] [] [] []":
+        pytest.skip("numpy and scipy come with no OpenBLAS of their own here")
+    assert seen == "[1, 1] [1, 1] [1, 1] [2, 2]"
+
+
+def test_a_verdict_and_its_margins_are_reckoned_so() -> None:
+    script = """
+        import numpy, scipy.linalg
+        from stability import Assembly, Box, Brick, Pose, margins, outcome
+        from stability.statics.margins import acceleration_cut
+        from stability.statics.prover import Prover
+        seen = []
+        def watched(function):
+            return lambda *given, **named: (seen.append(threads()), function(*given, **named))[1]
+        Prover.put = watched(Prover.put)
+        import stability.statics.margins.acceleration as module
+        module.shaken = watched(module.shaken)
+        assembly = Assembly()
+        assembly.add(Brick("a", Box((0.1, 0.1, 0.1)), 1.0), Pose((0.0, 0.0, 0.05)))
+        assembly.move("a", Pose((0.1, 0.0, 0.05)))
+        margins(assembly.problem())
+        print(seen, threads())
+        """
+    assert told(script, "2") in ("[[1, 1], [1, 1], [1, 1]] [2, 2]", "[[], [], []] []")
+
+
+def test_a_sum_has_the_same_last_digit_whatever_the_environment_says() -> None:
+    #   Left alone, OpenBLAS factors a matrix of 200 rows otherwise on two threads than on one.
+    script = """
+        import numpy as np
+        from stability.blas_threads import one_thread
+        random = np.random.default_rng(0)
+        matrix, right = random.random((200, 200)), random.random(200)
+        with one_thread():
+            print(np.linalg.solve(matrix, right).tobytes().hex())
+        """
+    assert told(script, "1") == told(script, "2")
+
+
+def test_the_command_asks_for_one_thread_in_itself_and_in_its_workers() -> None:
+    script = """
+        import os, sys
+        from unittest.mock import patch
+        import stackdsl.__main__ as command
+        with patch("stackdsl.commands.main.main", lambda: print(os.environ["OPENBLAS_NUM_THREADS"])):
+            command.main()
+        """
+    assert told(script, "7") == "1"
