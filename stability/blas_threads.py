@@ -9,7 +9,7 @@ decides, which is set to one thread.
 
 import os
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
@@ -37,7 +37,7 @@ def one_thread() -> Iterator[None]:
             set_threads(count)
 
 
-def _loading(loaded: list[str]) -> Iterator[None]:
+def _loading(loaded: Sequence[str]) -> Iterator[None]:
     """Let what is loaded meanwhile begin with one thread, and go on with as many as it would have had."""
     was = os.environ.get(SETTINGS[0])
     os.environ[SETTINGS[0]] = "1"

@@ -2,7 +2,8 @@
 
 from collections.abc import Iterator
 
-from stability.statics.admission import LIGHTEST, SHORTEST
+from stability.geometry.given_numbers import SHORTEST
+from stability.statics.admission import LIGHTEST
 from stackdsl.compiling.built import Built
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.language.schema import Scenario

@@ -15,8 +15,9 @@ from pydantic import (
     model_validator,
 )
 
+from stability.geometry.given_numbers import SHORTEST
 from stability.model import GROUND, Vec3
-from stability.statics.admission import LIGHTEST, SHORTEST
+from stability.statics.admission import LIGHTEST
 from stackdsl.diagnostics import did_you_mean
 from stackdsl.language import author_types as t
 from stackdsl.language.author_models import AuthorModel, Choice, Shorthand, default

@@ -13,7 +13,7 @@ from functools import cache, lru_cache
 from math import inf, nextafter, prod, radians
 from typing import TYPE_CHECKING, Final, TypeAlias
 
-from stability.statics.admission import SHORTEST
+from stability.geometry.given_numbers import SHORTEST
 from stackdsl.diagnostics import did_you_mean
 from stackdsl.language.mistakes import MistakeError, shown
 

@@ -152,8 +152,8 @@ def judge_text(file: str, text: str, got: Mapping[str, object]) -> GoldenResult:
 
 
 def _escaped(found: GoldenDifference) -> GoldenDifference:
-    texts = {key: visible(getattr(found, key)) for key in ("subject", "quantity", "expected", "got")}
-    return replace(found, **texts)
+    told = visible(found.subject), visible(found.quantity), visible(found.expected), visible(found.got)
+    return replace(found, subject=told[0], quantity=told[1], expected=told[2], got=told[3])
 
 
 def _why_not(text: str, error: Exception) -> str:
