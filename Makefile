@@ -16,7 +16,7 @@ help:           ## list the targets
 $(READY): pyproject.toml requirements.lock
 	@echo 'Setting up $(VENV): 0.7 GB of libraries, which can take minutes; pip is silent meanwhile.'
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --requirement requirements.lock
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes --only-binary :all: --no-deps --requirement requirements.lock
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
 	touch $@
 
