@@ -86,6 +86,18 @@ class Diagnostic:
     hint: str = ""
 
 
+@dataclass(frozen=True, slots=True)
+class Warned:
+    """What is odd, and fails nothing; and what to do about it."""
+
+    span: Span
+    message: str
+    hint: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.span}: {self.message}{f'; {self.hint}' if self.hint else ''}"
+
+
 def first_of(mistakes: Iterable[Diagnostic]) -> list[Diagnostic]:
     """As many mistakes as anybody reads; if there are more, the last says so, and no more are looked for."""
     found = list(islice(once(mistakes), MOST_TOLD + 1))

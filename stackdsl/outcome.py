@@ -7,7 +7,7 @@ from enum import StrEnum
 
 from stability.engines.friction_told import WrongFriction
 from stability.model import BodyId
-from stackdsl.diagnostics import Diagnostic, Span
+from stackdsl.diagnostics import Diagnostic, Span, Warned
 from stackdsl.ensemble import Ensemble
 from stackdsl.exits import ExitCode
 from stackdsl.measure import Measure
@@ -149,6 +149,7 @@ class VariantResult:
     engine: str = ""  # the package that took the steps; empty if none was taken
     modified: str = ""  # which constants of the scene are others than its author wrote; empty if none
     message: str = ""  # why it crashed, timed out or was skipped
+    warnings: tuple[Warned, ...] = ()  # what is odd in the files that it comes from, and fails nothing
     mistake: Diagnostic | None = None  # what kept a run that was blocked from going on, and where in the file that is
     refinement: tuple[Change, ...] | None = None  # beside the refined run; None if that was not asked for
     parameters: tuple[tuple[str, str], ...] = ()  # the choice from each row of the matrix, as written

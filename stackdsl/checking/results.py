@@ -162,6 +162,7 @@ def judged(case: Case, trace: Trace) -> VariantResult:
         collapse=trace.collapse,
         moving=trace.moving,
         early_end=Spared.by(trace.early_end),
+        warnings=case.source.warnings,
         drift=trace.drift,
         engine=system_named(case.system).engine.package.name if trace.cost.steps else "",
         modified=system_named(case.system).modification.summary,

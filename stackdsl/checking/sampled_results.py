@@ -67,6 +67,7 @@ def judged_samples(case: Case, ensemble: Ensemble) -> VariantResult:
         strict=xfail is not None and marked and xfail.strict,
         verdict=ensemble.summary,
         ensemble=ensemble,
+        warnings=case.source.warnings,
         cost=Cost(wall_time=ensemble.cpu_time, simulated_time=0.0, steps=0, judgements=ensemble.drawn),
         outcomes=outcomes,
         truths=truths,

@@ -20,11 +20,12 @@ from stackdsl.importing.kept_surfaces import left_open
 from stackdsl.importing.load import ImportedLoad, Surfaces, UnreadableLoadError
 from stackdsl.importing.load_formats import MAX_IMPORTED
 from stackdsl.importing.moved_text import moved_lines
+from stackdsl.importing.overhang import warned
 from stackdsl.importing.scenario_text import scenario_text, slug
 from stackdsl.importing.settling import Settled, cannot_settle, settled
 from stackdsl.importing.supervised_reading import load_supervised
 from stackdsl.importing.written_load import digits
-from stackdsl.language.imports import FORMATS, Import, Units
+from stackdsl.language.imports import DECKS, FORMATS, Import, Units
 from stackdsl.language.mistakes import MistakeError
 from stackdsl.reading.characters import visible
 from stackdsl.report.diagnostic_text import diagnostic_text
@@ -45,6 +46,10 @@ _LENGTHS, _MASSES = (list(get_args(get_args(Units.model_fields[key].annotation)[
 @click.option("--density", help="Of an OBJ or COMPAS file, such as '2400 kg/m3'.")
 @click.option("--up", type=click.Choice(("+y", "+z")), help="Of an OBJ file: which of its axes points up.")
 @click.option("--supports", type=click.Choice(("bricks",)), help="Of a COMPAS file: take what is fixed as bricks.")
+@click.option(
+    "--deck", help=f"The deck of the pallet, to tell what overhangs: {', '.join(DECKS)}, or '1200 mm x 800 mm'."
+)
+@click.option("--overhang", help="How far a box may reach beyond the deck, such as '20 mm'.")
 @click.option("--origin", nargs=3, help="Shifts the load by x, y, z, such as '0 mm' '0 mm' '1 m'.")
 @click.option("--ignore", multiple=True, help="A column, key or body that is not to be taken; may be repeated.")
 @click.option("--friction", type=Number(0.0, 10.0), default=0.5, show_default=True, help="Of box on box.")
@@ -65,6 +70,8 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     density: str | None,
     up: str | None,
     supports: str | None,
+    deck: str | None,
+    overhang: str | None,
     origin: tuple[str, str, str] | None,
     ignore: tuple[str, ...],
     friction: float,
@@ -73,6 +80,7 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
 ) -> None:
     """Print a scenario with the boxes of FILE, which another program wrote; tell what was moved or is wrong."""
     of_load = {"format": format_, "load": load, "settle": settle, "point": point, "ignore": ignore, "origin": origin}
+    of_load |= {"deck": _deck(deck, overhang)}
     asked = _asked(file=str(file), **of_load, length=length, mass=mass, density=density, up=up, supports=supports)
     try:
         data = read_file(file, MAX_IMPORTED + 1)
@@ -88,7 +96,7 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
         for mistake in error.diagnostics:
             tell(diagnostic_text(mistake))
         context.exit(ExitCode.INVALID)
-    notes = list(_notes(shown, asked, found))
+    notes = [*_notes(shown, asked, found), *(f"warning: {odd}" for odd in warned(found.load, asked))]
     for note in notes:
         tell(note)
     called = slug(name or "-".join(filter(None, [file.name.split(".")[0], load])))
@@ -121,6 +129,13 @@ def _asked(**written: object) -> Import:
         cause = first.get("ctx", {}).get("error")
         said = f"{cause.message}; {cause.hint}" if isinstance(cause, MistakeError) else first["msg"]
         raise click.UsageError(said) from error
+
+
+def _deck(size: str | None, overhang: str | None) -> dict[str, object] | None:
+    """What a scenario would say of the deck."""
+    sides = [part.strip() for part in size.split("x")] if size is not None else []
+    written = {"size": sides if len(sides) > 1 else size, "overhang": overhang}
+    return {key: value for key, value in written.items() if value is not None} or None
 
 
 def _with_rule(load: ImportedLoad, rule: Rule | None) -> ImportedLoad:

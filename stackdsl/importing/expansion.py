@@ -10,6 +10,7 @@ from stackdsl.diagnostics import Diagnostic, Span, reading_order
 from stackdsl.importing.kept_surfaces import disagreement
 from stackdsl.importing.load import UnreadableLoadError
 from stackdsl.importing.load_formats import MAX_IMPORTED
+from stackdsl.importing.overhang import warned
 from stackdsl.importing.settling import Settled, cannot_settle, settled
 from stackdsl.importing.supervised_reading import load_supervised
 from stackdsl.importing.written_load import written_box
@@ -76,16 +77,18 @@ def _expanded(source: Source, library: Library) -> Source:
     build = source.values["build"]
     assert isinstance(build, list)
     steps, parts, places = list(build), dict.fromkeys(source.parts), Places()
+    odd = list(source.warnings)
     expanding = dict(_steps(source))
     places.keep(source, dict.fromkeys(expanding))
     for path, step in expanding.items():
         number = path[1]
         assert isinstance(number, int)
-        found, file = _taken(source, path, step, library)
+        found, file, asked = _taken(source, path, step, library)
         parts[file] = None
         others = {key: value for key, value in step.items() if key != IMPORT}
         places.note_all(source, others, path, path)
         where = f"imported from {source.key_span_of((*path, IMPORT))}"
+        odd += [replace(each, span=replace(each.span, where=where)) for each in warned(found.load, asked)]
         bricks: list[Plain] = []
         places.value_spans[*path, "bricks"] = source.span_of((*path, IMPORT))
         places.key_spans[*path, "bricks"] = source.key_span_of((*path, IMPORT))
@@ -95,12 +98,17 @@ def _expanded(source: Source, library: Library) -> Source:
         steps[number] = {**others, "bricks": bricks}
     values = {**source.values, "build": steps}
     return replace(
-        source, values=values, value_spans=places.value_spans, key_spans=places.key_spans, parts=tuple(parts)
+        source,
+        values=values,
+        value_spans=places.value_spans,
+        key_spans=places.key_spans,
+        parts=tuple(parts),
+        warnings=tuple(odd),
     )
 
 
-def _taken(source: Source, path: Path, step: dict[str, Plain], library: Library) -> tuple[Settled, str]:
-    """What a step imports, and the file that it comes from."""
+def _taken(source: Source, path: Path, step: dict[str, Plain], library: Library) -> tuple[Settled, str, Import]:
+    """What a step imports, the file that it comes from, and how it is asked for."""
     here = (*path, IMPORT)
     for other in ("bricks",):
         if other in step:
@@ -135,7 +143,7 @@ def _taken(source: Source, path: Path, step: dict[str, Plain], library: Library)
         raise _MistakeError(Diagnostic("SD115", odd.span, "a box that leans, or a solid, cannot be lowered", hint))
     if (mistake := disagreement(load, source, span)) is not None:
         raise _MistakeError(mistake)
-    return settled(load, asked.settle), file
+    return settled(load, asked.settle), file, asked
 
 
 def file_beside(named: str, file: str) -> str:

@@ -51,6 +51,14 @@ class Surfaces:
 
 
 @dataclass(frozen=True, slots=True)
+class Deck:
+    """The deck of a pallet, seen from above; it is at height 0."""
+
+    size: tuple[Fraction, Fraction]  # along x and y [m]
+    corner: tuple[Fraction, Fraction] = (Fraction(0), Fraction(0))  # the least x and y [m]
+
+
+@dataclass(frozen=True, slots=True)
 class ImportedLoad:
     """The boxes of a file, in the order in which it lists them."""
 
@@ -58,6 +66,7 @@ class ImportedLoad:
     precision: Fraction  # the unit of the last digit of its lengths [m]
     untaken: tuple[str, ...] = ()  # what the format has that says nothing of statics, and is there
     surfaces: Surfaces | None = None  # None if the scenario says how all rub
+    deck: Deck | None = None  # None if the file says none
 
 
 class UnreadableLoadError(Exception):

@@ -75,6 +75,20 @@ class Measures:
         x, y, z = found
         return None if x is None or y is None or z is None else (x, y, z)
 
+    def deck(self, json: JsonText, nodes: Sequence[Node | None], what: str) -> tuple[Fraction, Fraction] | None:
+        """Length and width of a deck [m], whose digits say nothing of those of boxes; None if any is wrong."""
+        found: list[Fraction] = []
+        for node in nodes:
+            text = self._text(json, node, what)
+            number = self.number(text, json.span(node), what) if node is not None and text is not None else None
+            if node is None or number is None:
+                return None
+            if not SHORTEST <= number[0] * self.metre <= FURTHEST:
+                self.reading.wrong(json.span(node), f"{what} of {text} is no side of a deck", "write more than zero")
+                return None
+            found.append(number[0] * self.metre)
+        return (found[0], found[1])
+
     def weight(self, json: JsonText, node: Node | None, what: str) -> Fraction | None:
         """A mass [kg]."""
         text = self._text(json, node, what)

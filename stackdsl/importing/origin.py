@@ -16,4 +16,5 @@ def shifted(load: ImportedLoad, by: Vec3) -> ImportedLoad:
     def moved(box: ImportedBox) -> ImportedBox:
         return replace(box, centre=(box.centre[0] + x, box.centre[1] + y, box.centre[2] + z))
 
-    return replace(load, boxes=tuple(map(moved, load.boxes)))
+    deck = load.deck and replace(load.deck, corner=(load.deck.corner[0] + x, load.deck.corner[1] + y))
+    return replace(load, boxes=tuple(map(moved, load.boxes)), deck=deck)

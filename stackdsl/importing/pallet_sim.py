@@ -1,19 +1,20 @@
 """Orders of the package `pallet-sim`: pallets of boxes, and the articles in them.
 
 Lengths are in mm and masses in g; `anchor` is the lower corner of a box, and `dimension` is that of the box as it lies.
-The deck of the pallet is the ground.
+The deck of the pallet is the ground, and `palletDimension` its size.
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 from fractions import Fraction
 from typing import Final
 
 from stackdsl.importing.json_text import JsonText, Node, json_text
-from stackdsl.importing.load import ImportedBox, ImportedLoad, LoadReading
+from stackdsl.importing.load import Deck, ImportedBox, ImportedLoad, LoadReading
 from stackdsl.importing.measures import Measures, chosen
 
 _OF_ORDER: Final = {"orderID"}
-_OF_PALLET: Final = {"palletType", "palletDimension"}
+_OF_PALLET: Final = {"palletType"}
 _OF_BOX: Final = {"approach", "rgb", "weight"}  # the latter two are those of the article
 _OF_ARTICLE: Final = {"description", "shippingGroup", "rgb"}
 
@@ -31,11 +32,23 @@ def read_pallet_sim(reading: LoadReading, load: str | None) -> ImportedLoad:
         return reading.load(())
     _, pallet = found
     members = json.mapping(pallet, "the pallet")
-    json.pass_over(members, {"palletNr", "boxes"}, _OF_PALLET)
+    json.pass_over(members, {"palletNr", "boxes", "palletDimension"}, _OF_PALLET)
     boxes = json.member(pallet, members, "boxes", "the pallet")
     items = json.items(boxes, "`boxes`") if boxes else []
     made = [_box(json, box, number, masses, measures) for number, box in enumerate(items, start=1)]
-    return reading.load([box for box in made if box is not None])
+    deck = _deck(json, members.get("palletDimension"), measures)
+    return replace(reading.load([box for box in made if box is not None]), deck=deck)
+
+
+def _deck(json: JsonText, node: Node | None, measures: Measures) -> Deck | None:
+    """The deck that a pallet says it has, from whose corner on its boxes are measured; None if it says none."""
+    if node is None:
+        return None
+    members = json.mapping(node, "`palletDimension`")
+    json.pass_over(members, {"x", "y"}, {"z"})
+    sides = [json.member(node, members, axis, "`palletDimension`") for axis in "xy"]
+    size = measures.deck(json, sides, "`palletDimension`")
+    return Deck(size) if size is not None else None
 
 
 def _pallets(json: JsonText, pallets: Node) -> Mapping[str, Node]:

@@ -4,12 +4,12 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Annotated, Final, Literal, Self, TypeAlias, get_args
+from typing import Annotated, ClassVar, Final, Literal, Self, TypeAlias, get_args
 
 from pydantic import Field, WithJsonSchema, model_validator
 
 from stackdsl.language import author_types as t
-from stackdsl.language.author_models import Asking, AuthorModel, default
+from stackdsl.language.author_models import Asking, AuthorModel, Shorthand, default
 from stackdsl.language.author_types import Reads, text_schema
 from stackdsl.language.mistakes import MistakeError, shown
 from stackdsl.language.quantities import EXTENT, exact_quantity, quantity_pattern
@@ -60,6 +60,49 @@ class Units(Asking):
     mass: Literal["g", "kg"] | None = Field(None, description="of masses")
 
 
+# Length and width, as names of standards have them [mm]: EN 13698 and ISO 6780.
+DECKS: Final[Mapping[str, tuple[int, int]]] = {
+    "EUR": (1200, 800),
+    "EUR2": (1200, 1000),
+    "EUR3": (1000, 1200),
+    "EUR6": (800, 600),
+    "GMA": (1219, 1016),
+}
+
+
+def parse_deck_size(written: object) -> tuple[Fraction, Fraction]:
+    """`EUR` and others by name, or length and width with their units [m]."""
+    advice = f"write one of {', '.join(DECKS)}, or such as [1200 mm, 800 mm]"
+    if isinstance(written, str) and written in DECKS:
+        length, width = DECKS[written]
+        return Fraction(length, 1000), Fraction(width, 1000)
+    if not (isinstance(written, list | tuple) and len(written) == 2 and all(isinstance(each, str) for each in written)):  # noqa: PLR2004
+        raise MistakeError("SD104", f"{shown(written)} is no size of a deck", advice)
+    length_, width_ = (exact_quantity(each, EXTENT) for each in written)
+    if not (0 < length_ <= 100 and 0 < width_ <= 100):  # noqa: PLR2004 -- [m]
+        raise MistakeError("SD104", "a deck has no length or width, or more than 100 m", advice)
+    return length_, width_
+
+
+_SIDE: Final = {"type": "string", "pattern": rf"^\s*{quantity_pattern(EXTENT)}\s*$"}
+_DECK_SIZE: Final = {
+    "anyOf": [{"enum": list(DECKS)}, {"type": "array", "items": _SIDE, "minItems": 2, "maxItems": 2}],
+    "examples": ["EUR"],
+}
+
+
+class DeckWords(Shorthand):
+    """The deck of the pallet that a load is on: at height 0, its sides along x and y."""
+
+    size: Annotated[tuple[Fraction, Fraction], Reads(parse_deck_size, _DECK_SIZE)] | None = Field(
+        None, description="EUR, EUR2, EUR3, EUR6, GMA, or [length along x, width along y]; default: what the file says"
+    )
+    at: tuple[t.Length, t.Length] | None = Field(None, description="[x, y] of its corner; default: [0, 0] of the file")
+    overhang: t.NonNegativeLength = default("0 mm", "how far a box may reach beyond it")
+
+    scalar_key: ClassVar[str] = "size"
+
+
 class Import(AuthorModel):
     """The boxes of one load in a file."""
 
@@ -81,6 +124,9 @@ class Import(AuthorModel):
     up: Literal["+y", "+z"] | None = Field(None, description="of an OBJ file: which of its axes points up")
     supports: Literal["bricks"] | None = Field(
         None, description="of a COMPAS file: `bricks` takes the blocks that it says are fixed as bricks like others"
+    )
+    deck: DeckWords | None = Field(
+        None, description="the deck of its pallet, of which what overhangs is told; default: what the file says"
     )
     origin: tuple[t.Length, t.Length, t.Length] = default(["0 mm", "0 mm", "0 mm"], "shifts the load by [x, y, z]")
     ignore: Annotated[tuple[str, ...], Field(max_length=1000)] = Field(

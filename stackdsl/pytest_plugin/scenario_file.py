@@ -17,7 +17,7 @@ from stackdsl.judging.known import known_of
 from stackdsl.outcome import GoldenStatus, Report, VariantResult
 from stackdsl.playing.clearance import Blocked
 from stackdsl.pytest_plugin.golden_directory import golden_directory, scenario_directory
-from stackdsl.pytest_plugin.scenario_warnings import OtherEngineWarning, UncheckedWarning
+from stackdsl.pytest_plugin.scenario_warnings import OtherEngineWarning, ScenarioWarning
 from stackdsl.report.diagnostic_text import diagnostic_text
 from stackdsl.report.text import report_text
 from stackdsl.report.worst_first import warnings_of
@@ -72,7 +72,7 @@ class ScenarioItem(pytest.Item):
         if result.golden is not None and result.golden.status is GoldenStatus.OTHER_ENGINE:
             warn(OtherEngineWarning(f"compared in what no engine decides: {result.golden.note}"), stacklevel=1)
         for found in warnings_of(result):
-            warn(UncheckedWarning(f"{found.title}: {found.text}"), stacklevel=1)
+            warn(ScenarioWarning(f"{found.title}: {found.text}"), stacklevel=1)
         if result.xfail is not None and not result.passed and not result.golden_failed:
             pytest.xfail(result.xfail)
         if result.unexpected or result.golden_failed:

@@ -13,7 +13,7 @@ from typing import Final, TypeAlias
 
 import yaml
 
-from stackdsl.diagnostics import Diagnostic, Page, Span, page_of
+from stackdsl.diagnostics import Diagnostic, Page, Span, Warned, page_of
 from stackdsl.disk import read_file
 from stackdsl.reading.characters import unreadable_characters, visible
 from stackdsl.reading.nodes import (
@@ -72,6 +72,7 @@ class Source:
     key_spans: Mapping[Path, Span]  # the key under which a path stands; list items have none
     inherited: frozenset[Path] = frozenset()  # what another scenario says, of which this one may leave some unused
     parts: tuple[str, ...] = ()  # the other files that it is made of
+    warnings: tuple[Warned, ...] = ()  # what is odd in those, and keeps nothing from being played
     files: Mapping[str, str] = field(default_factory=dict)  # the texts of those that bricks are made of, by path
 
     def span_of(self, path: Path) -> Span:

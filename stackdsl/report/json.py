@@ -67,6 +67,7 @@ def _result(report: Report, result: VariantResult) -> dict[str, object]:
         "xfail": None if result.xfail is None else {"reason": result.xfail, "strict": result.strict},
         "set_aside": result.set_aside,
         "message": result.message,
+        "warnings": [{"message": w.message, "hint": w.hint, "span": _span(w.span)} for w in result.warnings],
         "mistake": _diagnostic(result.mistake) if result.mistake else None,
         "variables": {name: quantity_of(written) for name, written in result.parameters},
         "remembered": result.remembered,

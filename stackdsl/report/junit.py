@@ -50,6 +50,8 @@ def _case(suite: ET.Element, result: VariantResult) -> None:
     properties = ET.SubElement(case, "properties")
     for name, value in told.items():
         ET.SubElement(properties, "property", name=_clean(name), value=_clean(value))
+    for odd in result.warnings:
+        ET.SubElement(properties, "property", name="warning", value=_clean(str(odd)))
     if result.status is RunStatus.SKIPPED:
         ET.SubElement(case, "skipped", message=_clean(result.message))
     found = list(findings_of(result))

@@ -25,6 +25,7 @@ def _lines(trace: Trace, result: VariantResult, all_names: bool) -> Iterator[str
     cost = f"{trace.cost.simulated_time:g} s played in {trace.cost.wall_time:.3f} s, {trace.cost.steps} steps"
     came = f"{UNRELIABLE}: " * trace.unreliable + (fell or trace.verdict)
     yield f"{came}; {cost}" + (f"; a numerical collapse: {trace.numerical}" * bool(trace.numerical))
+    yield from (f"warning: {odd}" for odd in result.warnings)
     if result.modified:
         yield modified_text(result.modified)
     fallen = [name for name, track in trace.tracks.items() if track.state is BrickState.FALLEN]

@@ -73,6 +73,8 @@ def _failures(report: Report, verbosity: int) -> Iterator[Block]:
     yield titled("Did not finish", [f"{r.file}: {r.name}: {r.status}: {r.message}" for r in stopped])
     yield titled("Failed expectations", list(_failed(report)))
     yield from _unchecked(report)
+    odd = dict.fromkeys(str(each) for result in report.results for each in result.warnings)
+    yield titled("Warnings", list(odd))
     yield titled("Failed as was said", list(_xfailed(report)))
     yield titled("Passed though it was said to fail", list(_xpassed(report)))
     yield titled("Moved at half the step and twice the iterations", list(_moved(report)))

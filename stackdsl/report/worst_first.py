@@ -73,7 +73,9 @@ def findings_of(result: VariantResult) -> Iterator[Finding]:
 
 
 def warnings_of(result: VariantResult) -> Iterator[Finding]:
-    """What one result has to be looked into for that fails nothing: it fell, and nobody said that it would."""
+    """What one result has to be looked into for that fails nothing: what is odd, and what fell unexpectedly."""
+    for odd in result.warnings:
+        yield Finding(Rank.WARNED, result.name, "; ".join(filter(None, [odd.message, odd.hint])), *_place(odd.span))
     if result.unchecked and result.fell and not result.must_claim:
         yield Finding(Rank.WARNED, result.name, _unchecked(result), result.file)
 

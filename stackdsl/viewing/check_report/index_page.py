@@ -75,7 +75,7 @@ def _style(result: VariantResult) -> str:
 
 def _verdict(result: VariantResult) -> str:
     fell = f"{result.verdict} at level {result.collapse.level}" if result.collapse is not None else result.verdict
-    return escape("; ".join(filter(None, [fell, result.message])))
+    return escape("; ".join(filter(None, [fell, result.message, *(f"warning: {odd}" for odd in result.warnings)])))
 
 
 def _outcomes(result: VariantResult) -> str:

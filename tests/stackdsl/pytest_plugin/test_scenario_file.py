@@ -158,4 +158,4 @@ def test_what_falls_and_of_which_nothing_is_expected_is_warned_of(scenarios: Pat
     (scenarios / "columns.yaml").write_text(COLUMN.replace("expect:\n  - stands: all\n", ""), encoding="utf-8")
     result = pytester.runpytest("-W", "default", "--no-golden", "scenarios")
     result.assert_outcomes(passed=3, warnings=1)
-    result.stdout.fnmatch_lines(["*UncheckedWarning: column[[]levels=10,exact[]]: it fell at level 10, *"])
+    result.stdout.fnmatch_lines(["*ScenarioWarning: column[[]levels=10,exact[]]: it fell at level 10, *"])
