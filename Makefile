@@ -13,11 +13,17 @@ export PYTHONDONTWRITEBYTECODE :=
 help:           ## list the targets
 	@grep -hE '^[a-z-]+: .*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 16
 
+# What a set-up installs are files that requirements.lock has the digests of, and what of it is built, is so with what is in
+# it: setuptools comes first, and nothing is fetched for a build.
+PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps
+
 $(READY): pyproject.toml requirements.lock
 	@echo 'Setting up $(VENV): 0.7 GB of libraries, which can take minutes; pip is silent meanwhile.'
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes --only-binary :all: --no-deps --requirement requirements.lock
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	sed -n '/^setuptools==/,/[^\\]$$/p' requirements.lock > $(VENV)/build.lock
+	$(PIP_INSTALL) --require-hashes --requirement $(VENV)/build.lock
+	$(PIP_INSTALL) --require-hashes --no-build-isolation --requirement requirements.lock
+	$(PIP_INSTALL) --no-build-isolation --editable .
 	touch $@
 
 check: $(READY) ## set up, then play and judge the scenarios (without the long runs of the bare engine)

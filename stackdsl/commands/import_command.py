@@ -80,8 +80,8 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
 ) -> None:
     """Print a scenario with the boxes of FILE, which another program wrote; tell what was moved or is wrong."""
     of_load = {"format": format_, "load": load, "settle": settle, "point": point, "ignore": ignore, "origin": origin}
-    of_load |= {"deck": _deck(deck, overhang)}
-    asked = _asked(file=str(file), **of_load, length=length, mass=mass, density=density, up=up, supports=supports)
+    of_file = {"length": length, "mass": mass, "density": density, "up": up, "supports": supports}
+    asked = _asked(file=str(file), deck=_deck(deck, overhang), **of_load, **of_file)
     try:
         data = read_file(file, MAX_IMPORTED + 1)
     except OSError as error:
