@@ -243,9 +243,9 @@ class VariantResult:
         only_solver = self.refinement is not None and bool(self.numerical)
         if not self.passed and self.xfail is None and (only_solver or not self.unchecked):
             return NUMERICAL_COLLAPSE if self.numerical else UNRELIABLE if self.verdict == UNRELIABLE else "failed"
-        if self.unchecked and (self.must_claim or not self.golden_failed):
-            return UNCHECKED
         told = self.golden is not None and (self.golden_failed or self.golden.status is GoldenStatus.OTHER_ENGINE)
+        if self.unchecked and (self.must_claim or not told):
+            return UNCHECKED
         return f"golden {self.golden.status.value}" if self.golden is not None and told else "passed"
 
 
