@@ -34,7 +34,7 @@ def test_what_was_moved_and_what_is_not_taken_is_told_and_stands_at_the_head(
     told = [
         "3 boxes in order.json, written to 1 mm",
         "1 of 3 boxes was lowered, box-3 most: by 4 mm",
-        "not taken: orderID, description, shippingGroup, palletType, palletDimension, approach",
+        "not taken: orderID, description, shippingGroup, palletType, approach",
     ]
     assert printed.err.splitlines() == told
     assert printed.out.splitlines()[:3] == [f"# {line}" for line in told]
