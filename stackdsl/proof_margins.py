@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from stability.model import BodyId
+from stability.statics.margins.weakest import Weakest
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,8 +16,8 @@ class Margins:
     friction: float | None = None  # the least Coulomb coefficient of the roughest contact, all in proportion
     roughest: float | None = None  # what that contact has
     placement: float | None = None  # how far every brick may be placed beside where it is [m]
-    joint: tuple[BodyId, BodyId] | None = None  # the contact that limits it, lower body first
+    joint: tuple[BodyId, BodyId] | None = None  # the contact that limits `placement`, lower body first
     guaranteed: bool | None = None  # whether rest is the only thing that can happen, rather than one that can
     certainty: str = ""  # why, in words; empty where normal forces alone balance everything
     squeezed: bool | None = None  # whether the others count on contacts that may be pressed together, or may not
-    gives_way: str = ""  # how it begins to come down under the least acceleration, in words
+    weakest: Weakest | None = None  # the mechanism that opens first under the least acceleration

@@ -2,8 +2,8 @@
 import { Color } from "three";
 import { type Run, State } from "./run";
 
-export type Mode = "state" | "stage" | "margin" | "level" | "material";
-export const MODES: Mode[] = ["state", "stage", "margin", "level", "material"];
+export type Mode = "state" | "stage" | "room" | "level" | "material";
+export const MODES: Mode[] = ["state", "stage", "room", "level", "material"];
 
 // Told apart by people who see no red or no green as well (Okabe and Ito).
 const PALETTE = ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442", "#8c8c8c"].map(
@@ -19,7 +19,7 @@ const STATES: [State, string, Color][] = [
 ];
 const LOW = new Color("#d55e00");
 const HIGH = new Color("#0072b2");
-const ENOUGH = 10; // [mm] of margin, beyond which it shows no more
+const ENOUGH = 10; // [mm] of room, beyond which it shows no more
 
 export type Entry = [string, Color];
 
@@ -63,7 +63,7 @@ export class Colours {
         return STATES.map(([, text, colour]) => [text, colour]);
       case "stage":
         return [...this.stages.map((stage, place): Entry => [stage, PALETTE[place % 8]]), ["no proof now", UNKNOWN]];
-      case "margin":
+      case "room":
         return [
           ["its centre at the edge of what carries it", LOW],
           [`${ENOUGH} mm inside, or more`, HIGH],

@@ -8,6 +8,7 @@ import { Run } from "./run";
 export interface Heard {
   mistakes: HTMLElement;
   lines: string[][]; // by run
+  weakest: (string | null)[]; // by run, the brick that they call so
   changed(): void; // runs came or went
 }
 
@@ -42,8 +43,9 @@ export function listen(player: Player, heard: Heard): void {
     }
     heard.changed();
   });
-  on<{ run: number; lines: string[] }>("lines", ({ run, lines }) => {
+  on<{ run: number; lines: string[]; weakest: string | null }>("lines", ({ run, lines, weakest }) => {
     heard.lines[run] = lines;
+    heard.weakest[run] = weakest;
     player.retell();
   });
   source.addEventListener("open", () => say(state, ""));

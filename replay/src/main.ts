@@ -40,6 +40,8 @@ function labelOf(run: Run, brick: number, time: number, marks: Map<string, strin
 
 function build(player: Player): Heard {
   const { runs, viewer, timeline } = player;
+  const lines: string[][] = [];
+  const weakestHeard: (string | null)[] = [];
   const title = part("h1", { text: NOTHING_YET });
   const about = part("p");
   const notes = part("p", { class: "notes" });
@@ -62,8 +64,16 @@ function build(player: Player): Heard {
   const first = choice("Run", [], () => chosen());
   const chosen = (): void => player.show(+first[1].value, ...(second[1].value ? [+second[1].value] : []));
   const overlays = OVERLAYS.map((name): [string, HTMLButtonElement] => [name, button(name, `show ${name}`, () => player.overlay(name))]);
-  const weakest = button("Weakest", "w: the brick whose centre has least room inside what carries it", () => player.pickWeakest());
-  const swing = button("How it falls", "m: play the motion that proves that it falls", () => player.swing());
+  const weakestOf = (): string | undefined => viewer.stages[0]?.run.told.weakest?.brick ?? weakestHeard[player.shown[0]] ?? undefined;
+  const pickWeakest = (): void => player.pickNamed(weakestOf());
+  const roomOf = (): string | undefined => {
+    const told = viewer.stages[0]?.run.told;
+    return told?.room ? told.bricks.name[told.room.brick] : undefined;
+  };
+  const pickRoom = (): void => player.pickNamed(roomOf());
+  const weakest = button("Weakest", "w: the lowest brick of what gives way first when it is pulled sideways", pickWeakest);
+  const room = button("Least room", "r: the brick whose centre has least room inside what carries it", pickRoom);
+  const swing = button("How it falls", "m: play the motion with which it begins to fall, which proves that it does", () => player.swing());
   speed.value = "1";
   const buttons = [
     button("|<", "the event before: ,", () => player.step(-1)),
@@ -79,9 +89,9 @@ function build(player: Player): Heard {
     ...overlays.map(([, one]) => one),
     swing,
     weakest,
+    room,
   ];
   const several = part("div", { class: "bar" }, first[0], second[0]);
-  const lines: string[][] = [];
   const changed = (): void => {
     const names = runs.map((run, number): [string, string] => [String(number), run.told.name]);
     several.hidden = runs.length < 2;
@@ -106,7 +116,8 @@ function build(player: Player): Heard {
     const marks = marksOf(run, viewer.stages[1]?.run);
     const ofWhole = [...(marks ?? [])].filter(([name]) => !run.told.bricks.name.includes(name)).flatMap(([name, texts]) => texts.map((text) => `${name} ${text}`));
     say(notes, [factOf(run), ...ofWhole, ...(lines[player.shown[0]] ?? [])].filter(Boolean).join("\n"));
-    weakest.hidden = run.told.weakest === null;
+    weakest.hidden = weakestOf() === undefined;
+    room.hidden = run.told.room === null;
     say(clock, `${player.time.toFixed(3)} s of ${timeline.end.toFixed(3)} s`);
     say(playing, player.playing ? "Pause" : "Play");
     following.setAttribute("aria-pressed", String(player.following));
@@ -165,7 +176,8 @@ function build(player: Player): Heard {
     o: () => (viewer.orthographic = !viewer.orthographic),
     v: () => player.look(VIEWS[(VIEWS.indexOf(viewer.from) + 1) % VIEWS.length]),
     m: () => player.swing(),
-    w: () => player.pickWeakest(),
+    w: pickWeakest,
+    r: pickRoom,
     "+": () => viewer.zoom(1.25),
     "-": () => viewer.zoom(0.8),
     "[": () => faster(-1),
@@ -189,13 +201,14 @@ function build(player: Player): Heard {
   });
   new ResizeObserver(() => player.touch()).observe(viewer.canvas);
   changed();
-  return { mistakes, lines, changed };
+  return { mistakes, lines, weakest: weakestHeard, changed };
 }
 
-// The weakest spot of what stands, or what gives way.
+// The weakest spot of what stands, and where a centre has least room; or what gives way.
 function factOf({ told }: Run): string {
   if (told.fall) return `gives way at ${told.fall.time.toFixed(3)} s: ${told.fall.reason}`;
-  return told.weakest ? `weakest spot: ${told.bricks.name[told.weakest.brick]}, whose centre is ${told.weakest.depth} mm inside what carries it` : "";
+  const room = told.room && `least room: ${told.bricks.name[told.room.brick]}, whose centre is ${told.room.depth} mm inside what carries it`;
+  return [told.weakest?.text, room].filter(Boolean).join("\n");
 }
 
 async function main(): Promise<void> {

@@ -62,6 +62,7 @@ export interface Payload {
   events: Told[];
   proofs: Proof[];
   fall: Fall | null;
-  weakest: { brick: number; depth: number } | null; // where what stands is nearest to tipping [mm]
+  room: { brick: number; depth: number } | null; // the brick of what stands whose centre has least room [mm]
+  weakest: { brick: string; text: string } | null; // what gives way first, pulled sideways; of a live page see `Heard`
   marks: Record<string, string[]> | null; // of a golden file: what differs from its run, by brick or what else it is of
 }

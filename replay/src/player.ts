@@ -136,13 +136,13 @@ export class Player {
     this.seek(event ? event.time : way > 0 ? this.timeline.end : 0);
   }
 
-  // Show the brick that is nearest to tipping.
-  pickWeakest(): void {
-    const weakest = this.viewer.stages[0]?.run.told.weakest;
-    if (weakest) this.pick([0, weakest.brick]);
+  // Show a brick of this name.
+  pickNamed(name: string | undefined): void {
+    const brick = this.viewer.stages[0]?.run.told.bricks.name.indexOf(name ?? "") ?? -1;
+    if (brick >= 0) this.pick([0, brick]);
   }
 
-  // Play the motion that proves that it falls.
+  // Play the motion with which it begins to fall, which proves that it does.
   swing(): void {
     const fall = this.viewer.stages[0]?.run.told.fall;
     if (!fall) return;

@@ -27,7 +27,7 @@ from stackdsl.report.diagnostic_text import diagnostic_text
 from stackdsl.supervising.processes import EnoughSeenError, run_supervised
 from stackdsl.supervising.worker import Task, TaskResult, TaskStatus
 from stackdsl.systems.known_systems import unplayable
-from stackdsl.viewing.live.live_runs import Played, margin_lines, played, preview
+from stackdsl.viewing.live.live_runs import Margined, Played, margined, played, preview
 from stackdsl.viewing.live.run_page import RunPage
 from stackdsl.viewing.live.saved import INTERVAL, Stamps, is_saved_since, read_whole, stamps_of
 from stackdsl.viewing.live.showing import showing
@@ -142,7 +142,7 @@ class _Playing:
         for number in able:
             self.page.note(number, [])  # what was said was of another structure
         tasks = [Task(played_or_blocked, (played, self.cases[number]), LONGEST_LIMIT) for number in able]
-        tasks += [Task(margin_lines, (self.cases[number],), LONGEST_MARGINS) for number in able]
+        tasks += [Task(margined, (self.cases[number],), LONGEST_MARGINS) for number in able]
         pool = run_supervised(tasks, 2, lambda place, result: self._done(able, place, result), self._look)
         if pool.interrupted:
             raise KeyboardInterrupt
@@ -174,8 +174,8 @@ class _Playing:
                 write(f"{case.name}\n{result.value.text}\n\n")
             case Blocked():
                 self._held_up(number, held_up(case, result.value))
-            case tuple():
-                self.page.note(number, result.value)
+            case Margined():
+                self.page.note(number, result.value.lines, result.value.weakest)
             case _:
                 what = "margins" if place >= len(able) else "the run"
                 self.page.note(number, [f"{what}: {result.message or result.status.value}"])

@@ -39,7 +39,7 @@ def suggest_command(context: click.Context, file: Path, systems: tuple[str, ...]
 
 def _case(name: str, case: Case, form: str, rows: Rows) -> None:
     proofs = proofs_of(case.timeline)
-    verdict = proofs.assembly.verdict()
+    verdict = proofs.verdict
     if verdict.stability is not Stability.UNSTABLE:
         said = "is proven to stand" if verdict.stability is Stability.STABLE else f"is undecided: {verdict.reason}"
         tell(f"{name}: what statics can judge {said}, so there is nothing to mend")

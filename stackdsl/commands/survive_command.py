@@ -68,7 +68,7 @@ def survive_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
 def _survival(name: str, case: Case, bearings: int, accuracy: float) -> Survival | None:
     """What a case survives; why it is not known is told."""
     proofs = proofs_of(case.timeline)
-    verdict, standing = proofs.assembly.verdict(), len(proofs.assembly.bricks)
+    verdict, standing = proofs.verdict, len(proofs.assembly.bricks)
     count = sum(not placement.hits for placement in case.timeline.placements)
     if standing == 0:
         tell(f"{name}: nothing is set down at rest, so there is nothing that statics could judge")

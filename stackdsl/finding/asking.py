@@ -95,7 +95,7 @@ class Asking:
 
 
 def told_shortly(tried: Tried) -> str:
-    """How what falls begins to, with as few bricks as are found to fall without the rest."""
+    """How what falls begins to."""
     if tried.timeline is None or tried.answer is not Answer.FALLS:
         return tried.why
-    return proofs_of(tried.timeline).assembly.verdict().reason or tried.why
+    return proofs_of(tried.timeline).verdict.reason or tried.why

@@ -209,7 +209,7 @@ def _shaken(case: Case, name: str, wish: Wish) -> FoundLimit:
             unit,
             None,
             End.NOWHERE,
-            why=assembly.verdict().reason,
+            why=proofs.verdict.reason,
             bricks=bricks,
             verdicts=1,
         )

@@ -132,7 +132,7 @@ def sensitivities_of(
 
 
 def _refuse(proofs: Proofs) -> None:
-    verdict = proofs.assembly.verdict()
+    verdict = proofs.verdict
     if not proofs.assembly.bricks:
         raise SoughtError("nothing is set down at rest, so there is nothing that statics could judge")
     if verdict.stability is not Stability.STABLE:

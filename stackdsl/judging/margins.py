@@ -5,14 +5,15 @@ from dataclasses import replace
 
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Problem, Stability
-from stability.statics.margins.summary import acceleration, least_friction, placement, tilt
+from stability.statics.margins.summary import acceleration, least_friction, placement, tilt, weakest, weakest_at
+from stability.statics.margins.weakest import Weakest
 from stability.statics.outcomes.outcome import outcome
-from stability.statics.solvers.fall_words import described
 from stability.statics.solvers.separating_motion import separating_motion
 from stackdsl.proof_margins import Margins
 from stackdsl.trace import Trace
 
 ALL = ("acceleration", "tilt", "friction", "placement")
+MOST_FOR_PROGRAMS = 60  # bricks; beyond, margins and remedies take many seconds and come only when asked for
 
 
 def margins_of(trace: Trace, wanted: Collection[str]) -> Margins:
@@ -46,9 +47,17 @@ def margins_of_assembly(assembly: Assembly, wanted: Collection[str] = ALL) -> Ma
     return found
 
 
+def weakest_of(assembly: Assembly) -> Weakest | None:
+    """Which mechanism opens first; None of what is not proven to stand, or is held on all sides."""
+    if not assembly.bricks or assembly.verdict().stability is not Stability.STABLE:
+        return None
+    return weakest(assembly.problem(), assembly.gravity)
+
+
 def _shaken(problem: Problem, gravity: float) -> Margins:
     worst = acceleration(problem, gravity=gravity)
     if worst is None:
         return Margins()
-    gives_way = described(problem, worst.motion) if worst.motion is not None else ""
-    return Margins(worst.value, worst.bearing, tilt(worst.value), gives_way=gives_way)
+    first = weakest_at(problem, worst)
+    bearing = worst.bearing if first is None else first.bearing
+    return Margins(worst.value, bearing, tilt(worst.value), weakest=first)

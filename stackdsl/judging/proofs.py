@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from stability.model import BodyId
+from stability.motion.onset import as_it_begins
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability, Stage, Tolerances, Verdict
 from stability.statics.outcomes.first_start import lets_go
@@ -31,13 +32,15 @@ class Proofs:
 
     judged: tuple[Judged, ...]
     assembly: Assembly  # all that was judged
+    verdict: Verdict  # of all that was judged; of a fall, with what begins to move and how, if that was wanted
     done: int = 0  # of the actions of the timeline, those that were judged
 
 
 def proofs_of(timeline: Timeline, names_smallest: bool = True) -> Proofs:
     """Judge every action as `exact` does, up to the first one that leaves anything to the engine.
 
-    With `names_smallest` as few bricks are named as are found to fall, which of a heap takes seconds.
+    With `names_smallest` a fall is proven by as few bricks as are found to fall, which of a heap takes seconds, and the
+    verdicts are told `as_it_begins`: that is what everybody is told of it, and what an engine is given.
     """
     assembly = timeline.world.assembly()
     judged: list[Judged] = []
@@ -54,12 +57,15 @@ def proofs_of(timeline: Timeline, names_smallest: bool = True) -> Proofs:
         if set_down:
             coming = [Placed(placement.brick, placement.pose) for placement in set_down]
             verdict = assembly.add_all(coming, names_smallest=names_smallest)
+            if names_smallest:
+                verdict = as_it_begins(assembly, verdict)
             done += len(moment)
             names = tuple(placement.brick.id for placement in set_down)
             judged.append(Judged(names, verdict, {name: assembly.stage(name) for name in names}))
         if len(set_down) < len(moment) or assembly.verdict().stability is not Stability.STABLE:
             break
-    return Proofs(tuple(judged), assembly, done)
+    last = as_it_begins(assembly, assembly.verdict()) if names_smallest else assembly.verdict()
+    return Proofs(tuple(judged), assembly, last, done)
 
 
 def held_against_statics(trace: Trace, timeline: Timeline) -> Trace:
@@ -70,7 +76,7 @@ def held_against_statics(trace: Trace, timeline: Timeline) -> Trace:
     proofs = proofs_until(timeline, trace.collapse.time) if trace.collapse is not None else None
     if proofs is None:
         return trace
-    verdict = proofs.assembly.verdict()
+    verdict = proofs.verdict
     if verdict.stability is Stability.UNSTABLE:
         return replace(trace, disproof=verdict)
     if verdict.stability is Stability.UNDECIDED or lets_go(proofs.assembly.problem(), Tolerances()) is not None:
@@ -93,7 +99,7 @@ def verdict_until(timeline: Timeline, time: float) -> Verdict:
         return Verdict(
             Stability.UNDECIDED, reason="something is dropped, thrown or pushed, which only an engine can follow"
         )
-    return proofs.assembly.verdict()
+    return proofs.verdict
 
 
 def proofs_until(timeline: Timeline, time: float) -> Proofs | None:

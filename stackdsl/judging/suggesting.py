@@ -26,7 +26,7 @@ class Asked:
     @property
     def verdict(self) -> Verdict:
         """Of what falls."""
-        return self.proofs.assembly.verdict()
+        return self.proofs.verdict
 
 
 def suggestions(asked: Asked, piling: Piling, known: Callable[[], None]) -> Iterator[Suggestion]:

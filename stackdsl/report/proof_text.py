@@ -9,17 +9,18 @@ from stability.name_order import in_order
 from stability.statics.facts import Stability
 from stability.statics.solvers.fall_side import fall_side
 from stackdsl.judging.knobs import Knobs
-from stackdsl.judging.margins import ALL, margins_of_assembly
+from stackdsl.judging.margins import ALL, MOST_FOR_PROGRAMS, margins_of_assembly
 from stackdsl.judging.proofs import Judged, Proofs
 from stackdsl.judging.remedies import remedies_of
 from stackdsl.proof_margins import Margins
 from stackdsl.report.remedy_text import remedy_lines
 from stackdsl.report.side_text import side_text
+from stackdsl.report.weakest_text import weakest_text
 from stackdsl.timeline import Timeline
 from stackdsl.wording import mm, touching_text
 
-MOST_FOR_PROGRAMS = 60  # bricks; beyond, margins and remedies take many seconds and come only when asked for
 MICROSECONDS = 1e6
+TOLD = (*ALL, "guaranteed", "squeezed")  # the margins that are told of what stands
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,9 +55,11 @@ def _cost(judged: Judged) -> str:
     return f", {MICROSECONDS * judged.verdict.seconds:.0f} us{together}"
 
 
-def proven_lines(proofs: Proofs, timeline: Timeline, count: int, extent: Extent, knobs: Knobs) -> Iterator[str]:
-    """What became of all that was judged, of `count` bricks in all."""
-    verdict, judged = proofs.assembly.verdict(), sum(len(judged.bricks) for judged in proofs.judged)
+def proven_lines(  # noqa: PLR0913, PLR0917 -- all that is told
+    proofs: Proofs, timeline: Timeline, count: int, extent: Extent, knobs: Knobs, margins: Margins | None = None
+) -> Iterator[str]:
+    """What became of all that was judged, of `count` bricks in all; `margins` are those that are `TOLD`, if known."""
+    verdict, judged = proofs.verdict, sum(len(judged.bricks) for judged in proofs.judged)
     if verdict.stability is not Stability.STABLE:
         yield f"  statics: {verdict.stability.upper()}: {verdict.reason}; the engine shows what comes of it"
         yield from _fall(proofs, timeline, extent, knobs)
@@ -69,12 +72,12 @@ def proven_lines(proofs: Proofs, timeline: Timeline, count: int, extent: Extent,
         yield f"  statics: every placement proven to stand{touching_text(within)}{cost}"
         if within > 0.0:
             yield f"    this counts on gaps of up to {mm(within)} as contact; with `touching: exactly` it is not proven"
-        yield from _margins(proofs, extent)
+        yield from _margins(proofs, extent, margins)
 
 
 def _fall(proofs: Proofs, timeline: Timeline, extent: Extent, knobs: Knobs) -> Iterator[str]:
     """Everything that moves, which way, and what would mend it."""
-    verdict, bricks = proofs.assembly.verdict(), proofs.assembly.bricks
+    verdict, bricks = proofs.verdict, proofs.assembly.bricks
     in_doubt = verdict.stability is Stability.UNDECIDED
     yield f"    {'in doubt' if in_doubt else 'moves'}: {', '.join(in_order(verdict.moving))}"
     if side := side_text(fall_side(verdict, bricks)):
@@ -88,22 +91,22 @@ def _fall(proofs: Proofs, timeline: Timeline, extent: Extent, knobs: Knobs) -> I
     yield from (f"      {line}" for line in remedy_lines(remedies_of(knobs, timeline, proofs)))
 
 
-def _margins(proofs: Proofs, extent: Extent) -> Iterator[str]:
+def _margins(proofs: Proofs, extent: Extent, margins: Margins | None) -> Iterator[str]:
     count = len(proofs.assembly.bricks)
     if extent.margins is False:
         return
     if extent.margins is None and count > MOST_FOR_PROGRAMS:
         yield f"    margins of more than {MOST_FOR_PROGRAMS} bricks take their time; ask for them with --margins"
         return
-    margins = margins_of_assembly(proofs.assembly, (*ALL, "guaranteed", "squeezed"))
+    margins = margins or margins_of_assembly(proofs.assembly, TOLD)
     yield "    it would survive " + "; ".join(_margin_texts(margins))
     if margins.squeezed:
         yield "    this counts on contacts that may be squeezed together, as hard as it takes, or may not be"
+    if margins.weakest is not None:
+        yield f"    {weakest_text(margins.weakest)}"
     if margins.joint is not None:
         lower, upper = margins.joint
-        yield f"    the joint nearest to failing: {upper} on {lower}"
-    if margins.gives_way:
-        yield f"    shaken harder, {margins.gives_way}"
+        yield f"    least margin of placement: {upper} on {lower}"
     if margins.guaranteed is not None:
         yield f"    rest is {_certainty(margins)}"
 

@@ -37,7 +37,7 @@ def said_of(case: Case) -> Said:
     """Judge each placement of a case by statics, up to the first thing that only an engine can follow."""
     timeline = case.timeline
     proofs = proofs_of(timeline)
-    verdict = proofs.assembly.verdict()
+    verdict = proofs.verdict
     bricks = sum(not placement.hits for placement in timeline.placements)
     fallen = [judged for judged in proofs.judged if judged.verdict.stability is not Stability.STABLE]
     proven = sum(len(judged.bricks) for judged in proofs.judged if judged not in fallen)

@@ -7,7 +7,9 @@ from itertools import groupby
 from math import degrees, inf
 from typing import Any
 
+from stability.statics.margins.acceleration import tilt
 from stackdsl.judging.survival import Along, Survival
+from stackdsl.report.weakest_text import weakest_json, weakest_text
 
 FORMAT = 1  # of the JSON; raised when something in it changes its meaning
 COLUMNS = ("bearing_deg", "survives_g", "fails_g", "tilt_deg", "gives_way")
@@ -20,10 +22,16 @@ def survival_lines(name: str, survival: Survival) -> Iterator[str]:
     if worst.survived == inf:
         yield "  survives every acceleration, in every direction: it is held on all sides"
         return
-    yield (
-        f"  survives {worst.survived:.4g} g in every direction, which is a tilt of {degrees(worst.tilt):.4g} deg;"
-        f" worst towards {degrees(worst.bearing):.4g} deg"
-    )
+    first = survival.weakest
+    if first is None:
+        yield (
+            f"  survives {worst.survived:.4g} g along these bearings, which is a tilt of {degrees(worst.tilt):.4g} deg;"
+            f" least towards {degrees(worst.bearing):.4g} deg"
+        )
+    else:
+        told = degrees(tilt(first.acceleration))
+        yield f"  survives {first.acceleration:.4g} g in every direction, which is a tilt of {told:.4g} deg"
+        yield f"  {weakest_text(first)}"
     for rows in _alike(survival.along):
         yield f"  {_span(rows):>20}  {_range([row.survived for row in rows]):>16} g  {rows[0].gives_way}".rstrip()
 
@@ -60,7 +68,12 @@ def survival_csv(survivals: Sequence[tuple[str, Survival]]) -> str:
 def survival_json(survivals: Sequence[tuple[str, Survival]]) -> dict[str, Any]:
     """The same as JSON; `null` where nothing gives way."""
     cases = [
-        {"case": name, "survives_g": _finite(survival.worst.survived), "bearings": [*map(_row, survival.along)]}
+        {
+            "case": name,
+            "survives_g": _finite((survival.weakest and survival.weakest.acceleration) or survival.worst.survived),
+            "weakest": None if survival.weakest is None else weakest_json(survival.weakest),
+            "bearings": [*map(_row, survival.along)],
+        }
         for name, survival in survivals
     ]
     return {"format": FORMAT, "cases": cases}

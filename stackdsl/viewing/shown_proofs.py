@@ -1,8 +1,8 @@
 """What statics proves of a run, to be shown beside it: contacts, forces, and who rests on whom, while they hold.
 
 Worth a look are the last structure that was proven to stand before anything was woken, and what stands at the end;
-where few things are done, also every structure on the way. Where something is proven to fall, so is the motion that
-proves it.
+where few things are done, also every structure on the way. Where something is proven to fall, so is the motion with
+which it begins.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -11,6 +11,7 @@ from math import inf
 
 from stability.geometry.vectors import add
 from stability.model import BodyId, Vec3
+from stability.motion.onset import as_it_begins
 from stability.statics.assembly import Assembly
 from stability.statics.facts import ZERO, Motion, Placed, Stability, Verdict
 from stackdsl.timeline import Handled, Placement, Push, Removal, Shake, Timeline, leaves_to_engine
@@ -52,7 +53,7 @@ class ShownProof:
 
 @dataclass(frozen=True, slots=True)
 class ShownFall:
-    """A motion that no admissible forces can stop, with which something begins to fall."""
+    """The motion with which all that is proven to fall begins to, which no admissible forces can stop."""
 
     time: float  # [s]
     motion: Motion
@@ -106,6 +107,7 @@ class _Structure:
                 self.shown.append(self.show())
             verdict, undo = self._taken_out(moment) if isinstance(moment, Removal) else self._set_down(moment)
             if verdict.stability is not Stability.STABLE:
+                verdict = as_it_begins(self.assembly, verdict)
                 undo()
                 self.until = time
                 self.shown = self.shown[:-1] if time > self.begin else self.shown  # it is the one that is there

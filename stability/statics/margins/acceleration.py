@@ -41,8 +41,10 @@ from stability.statics.solvers.wrench_matrix import Array
 
 MOST_HEADINGS = 120  # what is open then stays open between `value` and `upper`
 NOTHING = 1e-7  # [g] a margin below is none
+ALIKE = 1e-6  # share by which mechanisms or groups must differ: rounding does not choose which is named
 INEXACT = 1e-4  # share by which the solver may have a cut too near
 ROUND = 0.9  # share of the friction at which all slides: what survives less is reached by a few chords
+SAME_BEARING = 6  # digits of a bearing [rad]
 NODES = (4, 8)  # headings through which forces are interpolated
 WIDEST = 3.0  # [rad] angle over which they are
 NEAR = 0.02  # share of an arc; a direction this near to one of its ends tells nothing new
@@ -107,7 +109,7 @@ def acceleration(
 
 def _weaker(one: AccelerationMargin, other: AccelerationMargin) -> AccelerationMargin:
     """What two groups survive together, and what ends it."""
-    first = other if other.upper < one.upper else one
+    first = other if other.upper < one.upper * (1.0 - ALIKE) else one
     return replace(first, value=min(one.value, other.value), headings=one.headings + other.headings)
 
 
@@ -118,7 +120,7 @@ def _of_one_group(
     if case is None:
         return None
     first = _facing(problem)
-    sliding = slide(case, first)
+    sliding = slide(case, 0.0)  # alike in all directions: any is the worst
     solved = [heading(case, first + quarter * pi / 2.0) for quarter in range(4)]
     arcs = [_Arc(a, b) for a, b in pairwise([*solved, solved[0]])]
     middles: dict[float, Array] = {}
@@ -153,7 +155,21 @@ def _margin(case: Shaken, proven: float, nearest: Cut | None, solved: Sequence[H
         return AccelerationMargin(inf, inf, solved[0].angle, None, len(solved))
     upper = proven_distance(case, nearest)
     value = proven if upper > NOTHING else 0.0
+    nearest = _first_alike(case, nearest, upper, solved)
     return AccelerationMargin(value, upper, atan2(nearest.normal[1], nearest.normal[0]), nearest.motion, len(solved))
+
+
+def _first_alike(case: Shaken, nearest: Cut, upper: float, solved: Sequence[Heading]) -> Cut:
+    """Of cuts that are as near, such as those of a symmetric structure, the first counter-clockwise from +x."""
+    most = upper * (1.0 + ALIKE)
+    found = [one.cut for one in solved if one.cut is not None and one.cut.distance <= most]
+    alike = [nearest, *(cut for cut in found if proven_distance(case, cut) <= most)]
+    return min(alike, key=_turn)
+
+
+def _turn(cut: Cut) -> float:
+    """The bearing of a cut, from 0 to 2 pi [rad]; what is +x but for rounding is 0."""
+    return round(atan2(cut.normal[1], cut.normal[0]), SAME_BEARING) % (2.0 * pi)
 
 
 def tilt(acceleration: float) -> float:

@@ -10,17 +10,21 @@ from stability.statics.facts import Problem
 from stability.statics.margins.acceleration import AccelerationMargin, acceleration, tilt
 from stability.statics.margins.friction import FrictionMargin, least_friction
 from stability.statics.margins.placement import PlacementMargin, placement
+from stability.statics.margins.weakest import Weakest, weakest, weakest_at
 
 __all__ = [
     "AccelerationMargin",
     "FrictionMargin",
     "Margins",
     "PlacementMargin",
+    "Weakest",
     "acceleration",
     "least_friction",
     "margins",
     "placement",
     "tilt",
+    "weakest",
+    "weakest_at",
 ]
 
 
@@ -33,6 +37,7 @@ class Margins:
     tilt: float  # of the ground, in the worst direction [rad]
     friction: float  # the least coefficient, of brick on brick, that still allows equilibrium
     placement: float  # the error of every brick's place in plan that is survived for certain [m]
+    weakest: Weakest | None  # the mechanism that opens first at that acceleration; None of what is held on all sides
 
 
 def margins(
@@ -54,4 +59,4 @@ def margins(
         return None
     friction = least_friction(problem, tolerance).coefficient
     place = placement(problem, tolerance, planes).value
-    return Margins(shaken.value, shaken.bearing, tilt(shaken.value), friction, place)
+    return Margins(shaken.value, shaken.bearing, tilt(shaken.value), friction, place, weakest_at(problem, shaken))

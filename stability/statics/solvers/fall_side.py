@@ -2,11 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import atan2, hypot
+from math import atan2, dist, hypot
 
 from stability.model import BodyId
 from stability.statics.facts import Motion, Placed, Stability, Stage, Verdict
 
+ALIKE = 1e-6  # share by which spins of one body may differ
 SIDEWAYS = 0.05  # of the mean speed: what goes to a side more slowly goes down
 
 
@@ -23,7 +24,14 @@ def fall_side(verdict: Verdict, bricks: Mapping[BodyId, Placed]) -> FallSide:
     motion = verdict.motion
     if verdict.stability is not Stability.UNSTABLE or motion is None or not motion.velocity:
         return FallSide()
-    return _over_an_edge(motion, bricks) if verdict.stage is Stage.TIPPING else _sideways(motion, bricks)
+    as_one = verdict.stage is Stage.TIPPING and _turns_as_one(motion)
+    return _over_an_edge(motion, bricks) if as_one else _sideways(motion, bricks)
+
+
+def _turns_as_one(motion: Motion) -> bool:
+    """Whether all have one spin, as they have where they tip over one edge and nothing else begins to move."""
+    spins = [spin for _, spin in motion.velocity.values()]
+    return all(dist(spin, spins[0]) <= ALIKE * hypot(*spins[0]) for spin in spins)
 
 
 def _over_an_edge(motion: Motion, bricks: Mapping[BodyId, Placed]) -> FallSide:

@@ -38,15 +38,16 @@ class _Slip:
 
 def described(problem: Problem, motion: Motion) -> str:
     """What moves, and how: "L5.1, L5.2 tip over L4.1", "plank slides on ground", "top falls: nothing is under it"."""
-    motion = _without_remainders(problem, motion)
+    motion = Motion({name: motion.velocity[name] for name in really_moving(problem, motion)})
     groups = _groups(problem, motion)
     return "; ".join(_of_group(problem, motion, group) for group in groups)
 
 
-def _without_remainders(problem: Problem, motion: Motion) -> Motion:
+def really_moving(problem: Problem, motion: Motion) -> tuple[BodyId, ...]:
+    """The bricks that move, without those whose motion is a remainder of the solver."""
     speeds = {name: _speed(problem, motion, name) for name in motion.velocity}
     least = ROUNDED * max(speeds.values(), default=0.0)
-    return Motion({name: velocity for name, velocity in motion.velocity.items() if speeds[name] >= least})
+    return tuple(name for name in motion.velocity if speeds[name] >= least)
 
 
 def _groups(problem: Problem, motion: Motion) -> list[list[BodyId]]:

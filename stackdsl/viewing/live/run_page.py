@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from stability.model import BodyId
 from stackdsl.viewing.live.showing import Showing
 
 
@@ -39,6 +40,6 @@ class RunPage:
         """A run as JSON, instead of what was shown of it."""
         self.showing.put_text(f"run {number}", f'{{"run":{number},"told":{told}}}')
 
-    def note(self, number: int, lines: Sequence[str]) -> None:
-        """What else there is to say of a run."""
-        self.showing.put(f"lines {number}", {"run": number, "lines": list(lines)})
+    def note(self, number: int, lines: Sequence[str], weakest: BodyId | None = None) -> None:
+        """What else there is to say of a run, and which of its bricks that calls the weakest."""
+        self.showing.put(f"lines {number}", {"run": number, "lines": list(lines), "weakest": weakest})

@@ -9,6 +9,7 @@ SELDOM: Final = (
     "clarabel",
     "scipy.sparse.linalg",
     "stability.geometry.polyhedra",
+    "stability.motion.least_constraint",
     "stability.statics.contacts.hulls.hull_touch",
     "stability.statics.proof",
     "stability.statics.solvers.equilibrium",

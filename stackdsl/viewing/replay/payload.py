@@ -8,6 +8,7 @@ import numpy as np
 
 from stability.model import BodyId, ConvexShape, Plane
 from stackdsl.report.outcome_text import outcome_text
+from stackdsl.report.weakest_text import weakest_json, weakest_text
 from stackdsl.timeline import Arrival, Placement
 from stackdsl.viewing.replay.packing import packed, packed_floats
 from stackdsl.viewing.run_view import RunView
@@ -16,8 +17,8 @@ from stackdsl.viewing.shown_proofs import ShownProof
 Json: TypeAlias = Mapping[str, Any]
 
 
-def payload_of(run: RunView) -> Json:
-    """One run."""
+def payload_of(run: RunView, hurried: bool = False) -> Json:
+    """One run; who is in a hurry hears of its weakest spot later."""
     placements = {placement.brick.id: placement for placement in run.timeline.placements}
     bricks = [placements[brick.id] for brick in run.recording.bricks]
     numbers = {placement.brick.id: number for number, placement in enumerate(bricks)}
@@ -37,7 +38,8 @@ def payload_of(run: RunView) -> Json:
         "events": _events(run, numbers),
         "proofs": [_proof(proof, numbers) for proof in run.proofs.standing],
         "fall": _fall(run, numbers),
-        "weakest": _weakest(run, numbers),
+        "room": _room(run, numbers),
+        "weakest": None if hurried else _weakest(run, numbers),
         "marks": run.marks,
     }
 
@@ -139,11 +141,16 @@ def _fall(run: RunView, numbers: Mapping[BodyId, int]) -> Json | None:
     }
 
 
+def _room(run: RunView, numbers: Mapping[BodyId, int]) -> Json | None:
+    name, depth = run.least_room or ("", 0.0)
+    return {"brick": numbers[name], "depth": float(f"{1000.0 * depth:.4g}")} if name in numbers else None
+
+
 def _weakest(run: RunView, numbers: Mapping[BodyId, int]) -> Json | None:
-    weakest = run.weakest
+    weakest = run.weakest()
     if weakest is None or weakest.brick not in numbers:
         return None
-    return {"brick": numbers[weakest.brick], "depth": float(f"{1000.0 * weakest.depth:.4g}")}
+    return {**weakest_json(weakest), "text": weakest_text(weakest)}
 
 
 def _finite(value: float) -> float | None:

@@ -37,9 +37,9 @@ def live_page(title: str) -> str:
     return page_of([], title, live=True)
 
 
-def told(run: RunView) -> str:
-    """What a page is told of a run, as JSON in one line."""
-    return json.dumps(payload_of(run), separators=(",", ":"), allow_nan=False)
+def told(run: RunView, hurried: bool = False) -> str:
+    """What a page is told of a run, as JSON in one line; see `payload_of`."""
+    return json.dumps(payload_of(run, hurried), separators=(",", ":"), allow_nan=False)
 
 
 def page_of(runs: Sequence[str], title: str, live: bool = False) -> str:

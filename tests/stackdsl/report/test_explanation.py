@@ -74,11 +74,12 @@ def test_what_would_mend_a_fall_of_many_bricks_is_left_out_until_asked_for() -> 
     assert not any("mend" in line for line in explained(build, remedies=False))
 
 
-def test_the_joint_nearest_to_failing_is_told() -> None:
-    #   The lowest joint of a leaning column carries the most, furthest out.
+def test_the_weakest_spot_and_the_joint_of_the_least_margin_of_placement_are_told() -> None:
+    #   The lowest joint of a leaning column carries the most, furthest out: three planks whose centre is 56 mm out and
+    #   11.7 mm up turn about an edge that is 58.8 mm out.
     lines = explained("- column: {levels: 4, step: 28 mm}")
-    assert "    the joint nearest to failing: L2.1 on L1.1" in lines
-    assert "    shaken harder, L2.1, L3.1, L4.1 tip over L1.1" in lines
+    assert "    weakest: L2.1; from 0.2393 g towards 0 deg on, L2.1, L3.1, L4.1 tip over L1.1" in lines
+    assert "    least margin of placement: L2.1 on L1.1" in lines
 
 
 def test_what_lies_on_the_ground_alone_may_lie_anywhere() -> None:

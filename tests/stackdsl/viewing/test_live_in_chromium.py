@@ -53,7 +53,7 @@ def test_the_page_shows_what_is_saved_and_keeps_it_beside_a_mistake(browser: "Ch
         page.show(0, preview_of(5))
         browser.get(served.url)
         wait_for(lambda: "proven to stand" in text_of(browser, "h1"))
-        wait_for(lambda: "weakest spot: L5.1, whose centre is 10.8 mm inside" in text_of(browser, ".notes"))
+        wait_for(lambda: "least room: L5.1, whose centre is 10.8 mm inside" in text_of(browser, ".notes"))
         there = pytest.approx([0.048, 0.0, 0.0351], abs=1e-4)
         wait_for(lambda: browser.execute_script("return replay.positionOf('L5.1')") == there)
         page.show(0, preview_of(12))

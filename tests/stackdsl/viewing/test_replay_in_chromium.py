@@ -197,3 +197,29 @@ def test_what_stands_fills_85_percent_of_the_picture_without_perspective(page: "
         return float(max(scale * wide / canvas["width"], scale * high / canvas["height"]))
 
     wait_for(lambda: filled() == pytest.approx(0.85, abs=0.01))
+
+
+LEANING = """
+    scenario: leaning
+    build:
+      - {column: {levels: 5, step: 12 mm}, every: 1 s}
+      - {column: {levels: 3, step: 38 mm, origin: [0 mm, 200 mm, 0 mm]}, name: b, every: 1 s}
+    systems: [exact]
+    expect: [{stands: all}]
+"""
+
+
+def test_the_weakest_brick_and_the_one_with_least_room_are_told_apart(browser: "Chrome", tmp_path: Path) -> None:
+    # Two planks whose centre is 57 mm out and 7.8 mm up tip over an edge that is 58.8 mm out. The fifth plank of the
+    # other column is 48 mm out, and 10.8 mm inside of that edge.
+    (run,) = views_of(LEANING)
+    file = tmp_path / "leaning.html"
+    file.write_text(replay_page([run], "leaning"), encoding="utf-8")
+    opened(browser, file)
+    notes = asked(browser, "document.querySelector('.notes').textContent")
+    assert "weakest: b.L2.1; from 0.2308 g towards 0 deg on, b.L2.1, b.L3.1 tip over b.L1.1" in notes
+    assert "least room: L5.1, whose centre is 10.8 mm inside" in notes
+    for button, brick in (("Weakest", "b.L2.1, level 2"), ("Least room", "L5.1, level 5")):
+        press(browser, button)
+        wait_for(lambda brick=brick: asked(browser, "document.querySelector('.label').textContent").startswith(brick))
+    assert complaints(browser) == []

@@ -8,7 +8,7 @@ import pytest
 
 from stackdsl.checking.gathering import Case, cases_of
 from stackdsl.reading.source import parse
-from stackdsl.viewing.live.live_runs import margin_lines, played, preview
+from stackdsl.viewing.live.live_runs import margined, played, preview
 
 COLUMN = """
     scenario: leaning
@@ -47,13 +47,13 @@ def told(case: Case) -> dict[str, Any]:
     return found
 
 
-def test_five_planks_are_proven_to_stand_at_once_and_the_weakest_is_named() -> None:
+def test_five_planks_are_proven_to_stand_at_once_and_the_one_with_least_room_is_named() -> None:
     run = told(case_of(COLUMN.format(levels=5)))
     assert "proven to stand" in run["verdict"]
     assert len(run["bricks"]["name"]) == 5
     # The centre of L5.1 is 4 x 12 mm beside that of L1.1, whose end is 58.8 mm away; its sides are nearer, 11.7 mm.
-    assert run["bricks"]["name"][run["weakest"]["brick"]] == "L5.1"
-    assert run["weakest"]["depth"] == pytest.approx(58.8 - 48.0, abs=0.1)
+    assert run["bricks"]["name"][run["room"]["brick"]] == "L5.1"
+    assert run["room"]["depth"] == pytest.approx(58.8 - 48.0, abs=0.1)
 
 
 def test_the_tenth_plank_is_proven_to_bring_it_down_without_an_engine() -> None:
@@ -62,7 +62,7 @@ def test_the_tenth_plank_is_proven_to_bring_it_down_without_an_engine() -> None:
     assert "proven to fall" in run["verdict"]
     assert run["fall"]["time"] == 9.0
     assert len(run["bricks"]["name"]) == 10
-    assert run["weakest"] is None
+    assert run["room"] is None
     result = played(case)
     assert result.result.collapse is not None
     assert result.result.collapse.level == 10
@@ -76,6 +76,7 @@ def test_what_is_pushed_has_to_be_played() -> None:
 
 
 def test_margins_come_in_words() -> None:
-    lines = margin_lines(case_of(COLUMN.format(levels=3)))
-    assert any("it would survive" in line for line in lines)
-    assert any("the joint nearest to failing" in line for line in lines)
+    found = margined(case_of(COLUMN.format(levels=3)))
+    assert any("it would survive" in line for line in found.lines)
+    assert any(line.startswith(f"weakest: {found.weakest}; ") for line in found.lines)
+    assert any("least margin of placement" in line for line in found.lines)
