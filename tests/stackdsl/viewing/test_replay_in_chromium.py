@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -221,5 +222,6 @@ def test_the_weakest_brick_and_the_one_with_least_room_are_told_apart(browser: "
     assert "least room: L5.1, whose centre is 10.8 mm inside" in notes
     for button, brick in (("Weakest", "b.L2.1, level 2"), ("Least room", "L5.1, level 5")):
         press(browser, button)
-        wait_for(lambda brick=brick: asked(browser, "document.querySelector('.label').textContent").startswith(brick))
+        shown = f"document.querySelector('.label').textContent.startsWith({brick!r})"
+        wait_for(partial(asked, browser, shown))
     assert complaints(browser) == []
