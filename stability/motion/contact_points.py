@@ -74,7 +74,7 @@ class Touching:
     def then(self, place: Place) -> "Touching | None":
         """Those of later; None if one brick has come to be inside of another."""
         moving = _contacts_of(self.falling, place)
-        met = frozenset(frozenset((contact.lower, contact.upper)) for contact in (*self.moving, *self.resting))
+        met = _pairs_of(self.moving, self.resting)
         return None if moving is None else replace(self, moving=moving, before=self.before | met)
 
     def touched(self, one: BodyId, other: BodyId) -> bool:
@@ -101,7 +101,11 @@ def touching(place: Place, falling: Collection[BodyId]) -> Touching | None:
     resting += [_with_plane(name, plane, place) for name in standing for plane in place.planes.values()]
     offsets = {(contact.lower, contact.upper): min(_gaps(contact, place)) for contact in moving}
     still = _unfilled([contact for contact in resting if contact is not None], standing, place)
-    return Touching(moving, still, falling, offsets)
+    return Touching(moving, still, falling, offsets, _pairs_of(moving, still))
+
+
+def _pairs_of(*several: Iterable[Contact]) -> frozenset[Set[BodyId]]:
+    return frozenset(frozenset((contact.lower, contact.upper)) for contacts in several for contact in contacts)
 
 
 def alternatives(contact: Contact) -> list[Contact]:

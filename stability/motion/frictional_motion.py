@@ -9,11 +9,11 @@ construction, cones and slips by arithmetic, energy that only friction takes. It
 new, where one that is to stand begins to move, and where nothing is found.
 """
 
-from collections.abc import Callable, Collection, Iterator, Sequence, Set
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence, Set
 from copy import copy
 from dataclasses import dataclass, field
 from itertools import islice, product
-from math import inf, isclose
+from math import isclose
 
 import numpy as np
 
@@ -33,7 +33,7 @@ MOST_POINTS = 150  # of contact: a step takes tens of milliseconds
 LANDS = 3.0  # times what gravity gives in a step: what meets faster than that lands
 GENTLY = 0.3  # the same of what touches elsewhere already
 # A step in which something lands is taken in so many: what a landing leaves is found to the first order only.
-PARTS_OF_A_LANDING = 16
+PARTS_OF_A_LANDING = 32
 # Share of its least thickness by which landings may move what stands, before it stands again: a twentieth of what
 # counts as touching, for the points on which it rests are not found anew.
 JOLTED = 1e-3
@@ -49,31 +49,37 @@ MOST_CHOICES = 4  # of normals that are tried in a step
 
 @dataclass
 class FrictionalMotion:
-    """Bricks that move from rest, and others that feel them and are to stand."""
+    """Bricks that move, and others that feel them and are to stand."""
 
     place: Place  # where all bricks are, and what stays as it is
     touching: Touching
     falling: Collection[BodyId]  # those that are known to move
     gravity: float  # [m/s2]
+    begun: Mapping[BodyId, BodyState] = field(default_factory=dict)  # how fast what falls is at first; else at rest
     # Who is around bricks that have come elsewhere; None if all that they may ever meet is known.
     look_around: Callable[[Sequence[Placed]], Collection[Placed]] | None = None
     _surroundings: Surroundings = field(init=False)  # in which all is known
     _velocities: list[Array] = field(init=False)  # (6 n,) with spins, in the middles of the last steps, latest first
     _last: float = field(default=0.0, init=False)  # how long the last step was [s]
     _forces_W: dict[tuple[BodyId, BodyId], Array] = field(default_factory=dict, init=False)  # [N]
-    _energy: float = field(init=False)  # at rest [J]
+    _energy: float = field(init=False)  # of place and motion, at first [J]
     _lands: bool = field(default=False, init=False)  # whether a corner comes down on what it touches elsewhere already
     _deepest: float = field(default=0.0, init=False)  # how far one body is in another, as a gap [m]
-    _falls_by: float = field(default=inf, init=False)  # what is faster falls until it is there, and stops then [m/s]
+    # In the parts of a step, what is faster falls until it is there, and stops then; other gaps close as in the step.
+    _whole: float = field(default=0.0, init=False)  # how long that step is; 0 in a step that is not taken in parts [s]
     _jolted: float = field(default=0.0, init=False)  # by how much landings have moved what stands, at most [m]
     _stirs: bool = field(default=False, init=False)  # whether it moves still
     _opened: Array = field(init=False)  # the gaps that this has left at each point where it rests [m]
 
     def __post_init__(self) -> None:
-        """All is at rest."""
+        """All that is not known to move is at rest."""
         self._surroundings = surroundings_of(self._moving())
-        self._velocities = [np.zeros(6 * len(self.place.bricks))]
-        self._energy = potential(self.place.bricks.values(), self.gravity)
+        first, bricks = np.zeros((len(self.place.bricks), 6)), self.place.bricks.values()
+        for velocity, name in zip(first, self.place.bricks, strict=True):
+            if name in self.begun:
+                velocity[:] = (*self.begun[name].velocity_W, *self.begun[name].angular_velocity_W)
+        self._velocities = [first.ravel()]
+        self._energy = potential(bricks, self.gravity) + kinetic(bricks, self._velocities[0])
         self._opened = np.zeros(sum(cones_in(contact) for contact in self.touching.resting))
 
     def goes_on(self, duration: float) -> bool:
@@ -84,9 +90,9 @@ class FrictionalMotion:
             return False
         unseen = self._deepest < finer._deepest - duration * self._drift().max() - self._rounding()
         if self._lands or unseen or finer._stirs:
-            finer._falls_by = GENTLY * self.gravity * duration
+            finer._whole = duration
             if all(finer._steps(part) for _ in range(PARTS_OF_A_LANDING)):
-                vars(self).update(vars(finer), _falls_by=inf)
+                vars(self).update(vars(finer), _whole=0.0)
         return True
 
     def _moving(self) -> list[Placed]:
@@ -172,8 +178,11 @@ class FrictionalMotion:
         slips = slip_matrix(cones, self.place) * units.columns / units.speed
         before = (slips @ (self._velocities[0] / units.columns))[0::3]
         gaps = np.concatenate([self.touching.gaps(moving, self.place), self._opened])
-        gaps = np.maximum(gaps / duration, -out) / units.speed
-        gaps[(gaps > 0.0) & (before * units.speed < -self._falls_by)] += 10.0 * np.abs(before).max(initial=0.0)
+        # A step along a chord leaves a gap that it closes in the next one: a part of it would be without that contact.
+        gaps = np.maximum(gaps / np.where(gaps > 0.0, max(duration, self._whole), duration), -out) / units.speed
+        if self._whole:
+            lands = (gaps > 0.0) & (before * units.speed < -GENTLY * self.gravity * self._whole)
+            gaps[lands] += 10.0 * np.abs(before).max(initial=0.0)
         meeting = Meeting(
             slips,
             inverse_mass(bricks) * (units.mass * units.speed**2) / np.outer(units.columns, units.columns),
@@ -254,7 +263,7 @@ class FrictionalMotion:
         }
 
     def _gains(self, velocities: Array, place: Place) -> bool:
-        """Whether there is more energy in the middle of the step than at rest."""
+        """Whether there is more energy in the middle of the step than at first."""
         bricks = self.place.bricks.values()
         middle = 0.5 * (potential(bricks, self.gravity) + potential(place.bricks.values(), self.gravity))
         lost = self._energy - middle
@@ -268,10 +277,12 @@ def frictional_motion_of(  # noqa: PLR0913, PLR0917 -- a problem, and what its b
     others: Collection[Placed],
     planes: Collection[Plane],
     friction: GivenFriction,
+    states: Mapping[BodyId, BodyState] | None = None,
 ) -> FrictionalMotion | None:
     """How bricks of a problem go on that cannot stand, if its other ones do; None if that is not known.
 
-    `others` are what they may hit, those of the problem included.
+    `others` are what they may hit, those of the problem included; `states` tell how fast what falls already is, where
+    it is not at rest.
     """
     bricks = dict(sorted(problem.bricks.items()))
     if not bricks.keys() >= falling:
@@ -280,7 +291,7 @@ def frictional_motion_of(  # noqa: PLR0913, PLR0917 -- a problem, and what its b
     solids = {name: solid(placed) for name, placed in (*bricks.items(), *fixed.items())}
     place = Place(bricks, fixed, {plane.id: plane for plane in planes}, law_of(friction), solids)
     touches = touching(place, falling)
-    return FrictionalMotion(place, touches, falling, gravity) if touches is not None else None
+    return FrictionalMotion(place, touches, falling, gravity, states or {}) if touches is not None else None
 
 
 def _pairs(contacts: Sequence[Contact]) -> Iterator[tuple[BodyId, BodyId]]:

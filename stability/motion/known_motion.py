@@ -39,6 +39,21 @@ class KnownMotion(Protocol):
         """The bricks that have come to rest for good since this was asked last."""
 
 
+@dataclass(frozen=True, slots=True)
+class _Around:
+    """Bricks that are about to move, among what they may touch or press on."""
+
+    structure: Structure
+    moving: Set[BodyId]
+    near: Sequence[Placed]  # what they may touch
+    farthest: Set[BodyId]  # what those may touch in turn
+
+    def problem(self, most: int) -> Problem:
+        """Of what moves, and of so many bricks at most that may feel it."""
+        names = sorted(self.structure.spread(self.moving, len(self.moving) + most) - self.farthest)
+        return self.structure.problem(names, self.structure.contacts_of(names))
+
+
 @dataclass
 class FallingParts:
     """Looks after what falls in one world. Before each of its steps, ask `advance` whether one is needed."""
@@ -49,7 +64,6 @@ class FallingParts:
     gravity: float  # [m/s2]
     landed: Sequence[BodyId] = field(default=(), init=False)  # in the last steps: they are to be judged as set down
     _awake: Collection[BodyId] = field(default=(), init=False)  # what moves from now on, if that may be known
-    _gave_way: bool = field(default=False, init=False)  # whether that is because it cannot stand
     _coming: Motion | None = field(default=None, init=False)  # with which all of that begins
     _gently: bool = field(default=False, init=False)
     _known: KnownMotion | None = field(default=None, init=False)
@@ -58,7 +72,7 @@ class FallingParts:
     def woken(self, awake: Collection[BodyId], motion: Motion | None) -> None:
         """Say that bricks cannot stand, which are awake by now, and with which motion they begin, if it is proven."""
         self.end()
-        self._awake, self._gently, self._gave_way = awake, True, True
+        self._awake, self._gently = awake, True
         self._coming = motion if motion is not None and motion.velocity.keys() == set(awake) else None
 
     def disturbed(self, by: Iterable[Placed]) -> None:
@@ -89,24 +103,46 @@ class FallingParts:
             self.end()
         elif self._awake and not driven:
             self._known = self._begun()
-        self._awake, self._gave_way, self._coming, self.landed = (), False, None, ()
-        passed = self._followed(self._known, steps) if self._known is not None else 0
+        self._awake, self._coming, self.landed = (), None, ()
+        passed = self._followed(steps)
         if not passed and self._gently:
             self.world.ease_in()
             self._gently = False
         return passed
 
-    def _followed(self, known: KnownMotion, steps: int) -> int:
+    def _followed(self, steps: int) -> int:
         step, passed = self.world.settings.time_step, 0
-        while passed < steps and not self.landed and known.goes_on(step):
-            passed += 1
-            self.world.skip(step)  # one by one: how many pass at once is not to show in a clock
-            self.landed = known.take_landed()
+        while self._known is not None and passed < steps and not self.landed:
+            if self._known.goes_on(step):
+                passed += 1
+                self.world.skip(step)  # one by one: how many pass at once is not to show in a clock
+                self.landed = self._known.take_landed()
+            else:
+                self._tell_world(self._known)
+                after = self._after(self._known)
+                self.end()
+                self._known, self._gently = after, after is None
+        if self._known is not None:
+            self._tell_world(self._known)
+        return passed
+
+    def _tell_world(self, known: KnownMotion) -> None:
         for name, state in known.states().items():
             self.world.set_state(name, state)
-        if passed < steps and not self.landed:
-            self.end()
-        return passed
+
+    def _after(self, known: KnownMotion) -> KnownMotion | None:
+        """How bricks go on once they are not known to move as one any more: by the laws of what slips and parts.
+
+        Of few bricks, since forces are found at each step. What they do to each other as they land is told with it, as
+        when a prism rolls from one face onto the next.
+        """
+        from stability.motion.toppling import Toppling  # noqa: PLC0415 -- most that is built stands
+
+        moving = known.states()
+        if not isinstance(known, Toppling) or len(moving) > MOST_PRESSED:
+            return None
+        around = self._around(moving.keys())
+        return around and self._in_parts(around, moving)
 
     @property
     def follows(self) -> bool:
@@ -117,11 +153,11 @@ class FallingParts:
         """Let every brick move by itself, for something else is about to happen."""
         if self._known is not None:
             self._known, self._gently = None, True
-        self._awake, self._gave_way, self._coming = (), False, None  # a motion that has not begun is not valid any more
+        self._awake, self._coming = (), None  # a motion that has not begun is not valid any more
 
     def _begun(self) -> KnownMotion | None:
         self._matters = EVERYWHERE
-        return self._drop() or (self._fall() if self._gave_way else None)
+        return self._drop() or self._fall()
 
     def _drop(self) -> KnownMotion | None:
         """How all that moves drops, if it does."""
@@ -141,38 +177,37 @@ class FallingParts:
         states = self.world.states(sorted(self._awake))
         if len(states) > MOST or any(hypot(*s.velocity_W, *s.angular_velocity_W) > AT_REST for s in states.values()):
             return None
-        bricks = list(self._placed(states))
-        if len(bricks) < len(states):
-            return None
-        others, beyond = self._around(bricks)
-        structure = Structure(tuple(self.planes), (), self.friction, self.gravity, Tolerances())
-        for placed in (*bricks, *others, *beyond):
-            structure.put(placed)
-        # What lies beyond is taken as fixed, for what it rests on may be farther still.
-        farthest = {placed.brick.id for placed in beyond}
+        around = self._around(states)
+        return around and (self._as_one(around) or self._in_parts(around))
 
-        def with_around(most: int) -> Problem:
-            names = sorted(structure.spread(states.keys(), len(states) + most) - farthest)
-            return structure.problem(names, structure.contacts_of(names))
-
-        return self._as_one(with_around(MOST_FEELING), others) or self._in_parts(
-            with_around(MOST_PRESSED), states.keys(), others
-        )
-
-    def _as_one(self, problem: Problem, others: Sequence[Placed]) -> KnownMotion | None:
+    def _as_one(self, around: "_Around") -> KnownMotion | None:
         if self._coming is None:
             return None
         from stability.motion.toppling import toppling_of  # noqa: PLC0415 -- most that is built stands
 
-        return toppling_of(problem, self._coming, self.gravity, others, self.planes)
+        return toppling_of(around.problem(MOST_FEELING), self._coming, self.gravity, around.near, self.planes)
 
-    def _in_parts(self, problem: Problem, falling: Set[BodyId], others: Sequence[Placed]) -> KnownMotion | None:
+    def _in_parts(self, around: "_Around", states: Mapping[BodyId, BodyState] | None = None) -> KnownMotion | None:
         from stability.motion.frictional_motion import frictional_motion_of  # noqa: PLC0415 -- most that is built stands
 
-        found = frictional_motion_of(problem, falling, self.gravity, others, self.planes, self.friction)
+        found = frictional_motion_of(
+            around.problem(MOST_PRESSED), around.moving, self.gravity, around.near, self.planes, self.friction, states
+        )
         if found is not None:
-            found.look_around = lambda part: self._around(part)[0]
+            found.look_around = lambda part: self._beside(part)[0]
         return found
+
+    def _around(self, moving: Collection[BodyId]) -> "_Around | None":
+        """What moves, where it is now, with what it may touch or press on; None if some of it has no convex shape."""
+        bricks = list(self._placed(moving))
+        if len(bricks) < len(moving):
+            return None
+        near, beyond = self._beside(bricks)
+        structure = Structure(tuple(self.planes), (), self.friction, self.gravity, Tolerances())
+        for placed in (*bricks, *near, *beyond):
+            structure.put(placed)
+        # What lies beyond is taken as fixed, for what it rests on may be farther still.
+        return _Around(structure, set(moving), near, {placed.brick.id for placed in beyond})
 
     def _placed(self, bricks: Collection[BodyId]) -> Iterator[Placed]:
         masses, states = self.world.masses(), self.world.states(bricks)
@@ -181,7 +216,7 @@ class FallingParts:
             if shape is not None:
                 yield Placed(Brick(name, shape, masses[name]), states[name].pose)
 
-    def _around(self, part: Sequence[Placed]) -> tuple[list[Placed], list[Placed]]:
+    def _beside(self, part: Sequence[Placed]) -> tuple[list[Placed], list[Placed]]:
         """The other bricks that a part may touch or reach, and beyond them those that may touch these."""
         surroundings = surroundings_of(part)
         near, beyond = [], []
