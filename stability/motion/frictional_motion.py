@@ -13,7 +13,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence, S
 from copy import copy
 from dataclasses import dataclass, field
 from itertools import islice, product
-from math import isclose
+from math import inf, isclose
 
 import numpy as np
 
@@ -65,8 +65,7 @@ class FrictionalMotion:
     _energy: float = field(init=False)  # of place and motion, at first [J]
     _lands: bool = field(default=False, init=False)  # whether a corner comes down on what it touches elsewhere already
     _deepest: float = field(default=0.0, init=False)  # how far one body is in another, as a gap [m]
-    # In the parts of a step, what is faster falls until it is there, and stops then; other gaps close as in the step.
-    _whole: float = field(default=0.0, init=False)  # how long that step is; 0 in a step that is not taken in parts [s]
+    _falls_by: float = field(default=inf, init=False)  # what is faster falls until it is there, and stops then [m/s]
     _jolted: float = field(default=0.0, init=False)  # by how much landings have moved what stands, at most [m]
     _stirs: bool = field(default=False, init=False)  # whether it moves still
     _opened: Array = field(init=False)  # the gaps that this has left at each point where it rests [m]
@@ -90,9 +89,9 @@ class FrictionalMotion:
             return False
         unseen = self._deepest < finer._deepest - duration * self._drift().max() - self._rounding()
         if self._lands or unseen or finer._stirs:
-            finer._whole = duration
-            if all(finer._steps(part) for _ in range(PARTS_OF_A_LANDING)):
-                vars(self).update(vars(finer), _whole=0.0)
+            finer._falls_by = GENTLY * self.gravity * duration
+            if all(finer._steps(part, left) for left in reversed(range(PARTS_OF_A_LANDING))):
+                vars(self).update(vars(finer), _falls_by=inf)
         return True
 
     def _moving(self) -> list[Placed]:
@@ -105,15 +104,19 @@ class FrictionalMotion:
             self._surroundings = surroundings_of(moving)
             self.place = self.place.with_fixed(self.look_around(moving))
 
-    def _steps(self, duration: float) -> bool:
-        """Take one step of so many seconds; False, and none, if it is not known how."""
+    def _steps(self, duration: float, parts_left: int = 0) -> bool:
+        """Take one step of so many seconds; False, and none, if it is not known how.
+
+        Of the parts of a step energy is asked once they are all taken. The first goes on from the middle of a longer
+        step along a chord, whose end is off what presses by the square of that step: it may be without what presses.
+        """
         found = self.next_velocities(duration)
         if found is None or np.abs(found).max() <= AT_REST * self.gravity * duration:
             return False
         stirs = self._stir(found) > 0.0
         place = self.place.after(duration, found, self.place.bricks if stirs else self.falling)
         touches = None if place is None else self.touching.then(place)
-        if place is None or touches is None or self._gains(found, place):
+        if place is None or touches is None or (not parts_left and self._gains(found, place)):
             return False
         smoothly = not self._lands and isclose(self._last, duration)
         self._velocities = [found, *(self._velocities if smoothly else ())][: max(ONWARD)]
@@ -178,11 +181,8 @@ class FrictionalMotion:
         slips = slip_matrix(cones, self.place) * units.columns / units.speed
         before = (slips @ (self._velocities[0] / units.columns))[0::3]
         gaps = np.concatenate([self.touching.gaps(moving, self.place), self._opened])
-        # A step along a chord leaves a gap that it closes in the next one: a part of it would be without that contact.
-        gaps = np.maximum(gaps / np.where(gaps > 0.0, max(duration, self._whole), duration), -out) / units.speed
-        if self._whole:
-            lands = (gaps > 0.0) & (before * units.speed < -GENTLY * self.gravity * self._whole)
-            gaps[lands] += 10.0 * np.abs(before).max(initial=0.0)
+        gaps = np.maximum(gaps / duration, -out) / units.speed
+        gaps[(gaps > 0.0) & (before * units.speed < -self._falls_by)] += 10.0 * np.abs(before).max(initial=0.0)
         meeting = Meeting(
             slips,
             inverse_mass(bricks) * (units.mass * units.speed**2) / np.outer(units.columns, units.columns),
