@@ -2,10 +2,10 @@
 
 A solver begins a fall wrongly: contact forces start from nothing, so that everything sinks at first, most at the bottom
 of a tall structure, and a tower that hangs over by a millimetre topples in half the time. A part that is proven to turn
-as one body needs no solver: it is a pendulum (toppling.py), and an engine gets its bricks when the proof ends, where
-and as fast as they are then. What slips, or falls in several parts, needs none either until something new is met
-(frictional_motion.py), nor does what drops with nothing under it, and rests where it lands (dropping.py). All other
-bricks that begin to fall are eased in by the engine.
+as one body needs no solver: it is a pendulum (toppling.py). What slips, or falls in several parts, or rocks and rolls
+from one edge to another, needs none either until something new is met (frictional_motion.py): an engine gets its
+bricks then, where and as fast as they are. Nor does what drops with nothing under it, and rests where it lands
+(dropping.py). All other bricks that begin to fall are eased in by the engine.
 """
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, Set
@@ -142,7 +142,7 @@ class FallingParts:
         if not isinstance(known, Toppling) or len(moving) > MOST_PRESSED:
             return None
         around = self._around(moving.keys())
-        return around and self._in_parts(around, moving)
+        return self._in_parts(around, moving) if around is not None else None
 
     @property
     def follows(self) -> bool:
@@ -178,7 +178,7 @@ class FallingParts:
         if len(states) > MOST or any(hypot(*s.velocity_W, *s.angular_velocity_W) > AT_REST for s in states.values()):
             return None
         around = self._around(states)
-        return around and (self._as_one(around) or self._in_parts(around))
+        return None if around is None else self._as_one(around) or self._in_parts(around)
 
     def _as_one(self, around: "_Around") -> KnownMotion | None:
         if self._coming is None:
