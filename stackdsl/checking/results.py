@@ -26,6 +26,7 @@ from stackdsl.systems.systems import SYSTEMS
 from stackdsl.timeline import Move
 from stackdsl.trace import Trace
 from stackdsl.wording import mm
+from stackdsl.work import HINT
 
 STATUSES = {
     TaskStatus.DONE: RunStatus.DONE,
@@ -94,6 +95,9 @@ def _unfinished(case: Case, status: RunStatus, message: str) -> VariantResult:
 
 
 def _in_the_way(case: Case, blocked: Blocked) -> Diagnostic:
+    if blocked.too_much:
+        hint = f"build less, let it go on for less, or ask what statics answers alone; {HINT}"
+        return Diagnostic("SD206", where_placed(blocked.brick, case.scenario, case.source), blocked.too_much, hint)
     if blocked.pressed is not None:
         return _pressed(case, blocked)
     finer = ", at half the step and twice the iterations," if blocked.refined else ""

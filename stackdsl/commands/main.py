@@ -16,6 +16,7 @@ import click
 
 from stackdsl.commands.terminal import occupy_standard_streams, show_error, silence, tell
 from stackdsl.exits import INTERRUPTS, ExitCode
+from stackdsl.work import WorkError, allowed
 
 # What each does, as its own help says in its first sentence. It is `<name>_command` of the module of that name beside
 # this one, which is imported when it is called: `--help` waits for none of them.
@@ -96,6 +97,10 @@ class CommandsOnCall(click.Group):
 @click.version_option(package_name="stackdsl")
 def app() -> None:
     """Play scenarios of stacked bricks, judge them, and compare them with their golden files."""
+    try:
+        allowed()
+    except WorkError as error:
+        raise click.UsageError(str(error)) from error
 
 
 def main() -> None:

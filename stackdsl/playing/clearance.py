@@ -15,7 +15,7 @@ MOST_OVERLAP = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class Blocked:
-    """Why a run cannot go on: a brick is to be placed where another one is by now."""
+    """Why a run cannot go on: a brick is to be placed where another one is by now, or what moves takes too much."""
 
     brick: BodyId
     time: float  # [s]
@@ -24,9 +24,12 @@ class Blocked:
     thrown: bool = False  # whether the brick comes flying, or falls, rather than being set down
     refined: bool = False  # whether that is so only at half the step and twice the iterations
     pressed: BodyId | None = None  # the brick that the hand with the first has pressed into what does not give way
+    too_much: str = ""  # what is more work than a run may take: the brick is one of those that move
 
     def in_words(self) -> str:
         """What cannot go on, and why."""
+        if self.too_much:
+            return self.too_much
         if self.pressed is not None:
             if self.pressed == self.by:
                 behind = f"it is {mm(self.depth, 3)} behind, and what is in its way does not give way"

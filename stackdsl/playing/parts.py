@@ -9,6 +9,7 @@ from stability.model import BodyId, BodyState
 from stability.watching.extension import Extension
 from stackdsl.playing.after_collapse import time_of
 from stackdsl.playing.edges import EdgeWatch
+from stackdsl.playing.effort import Effort
 from stackdsl.playing.event_log import EventLog
 from stackdsl.playing.far_apart import far_apart
 from stackdsl.playing.measuring import Measures
@@ -47,6 +48,7 @@ class Parts:
         except BaseException:
             self.close()
             raise
+        self.effort = Effort(self.system)
         self.split = self.several
         if self.split:
             self._tell_when()
@@ -157,7 +159,11 @@ class Parts:
     # --- who meets whom -----------------------------------------------------------------------------------------------
 
     def look(self, part: Part, states: Mapping[BodyId, BodyState]) -> None:
-        """See where a part may be soon, and let it take in those that it may come near to."""
+        """See where a part may be soon, and let it take in those that it may come near to.
+
+        Raises BlockedPlacementError where what moves takes too much work.
+        """
+        self.effort.look(self.steps, sum(each.one_by_one for each in self.found), part, self.timeline.end)
         if not self.several or part not in self.found:
             return
         part.space.follows(self.measures.watch.made_of, states, self.timeline.world.gravity)

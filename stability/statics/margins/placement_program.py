@@ -7,7 +7,7 @@ gravity do not matter. The rule of recourse and the inequalities are those that 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from stability.statics.solvers.conic_program import ConicProgram, clarabel_solve
 from stability.statics.solvers.wrench_matrix import passed_down
 
 Array: TypeAlias = NDArray[np.float64]
+Sparse: TypeAlias = Any  # by row; scipy's matrices have no types
 
 ACCURACY = 1e-11  # asked of the solver
 BALANCED = 1e-9  # share of what a brick carries that may be left over: rounding
@@ -44,10 +45,11 @@ class Recourse:
     force: Array  # (bricks,) unit of each brick's forces [N]
     length: Array  # (bricks,) unit of its moments' arms [m]
     unit: Array  # (patches, 2) units of each patch's force [N] and of its arms [m]
-    balance: Array  # (3 bricks, 3 patches) vertical force and first moments on a brick, of those of a patch
+    balance: Sparse  # (3 bricks, 3 patches) vertical force and first moments on a brick, of those of a patch
     loads: Array  # (bricks, 3)
     answer: Array  # (3 patches, 3 bricks): `balance @ answer = -1`
-    on_plane: Array  # (bricks, 3 patches) vertical force on a brick from the patches that go with it
+    planar: NDArray[np.bool_]  # (bricks,) which of them patches go with
+    on_plane: Sparse  # (planar bricks, 3 patches) vertical force on such a brick from the patches that go with it
 
 
 def recourse(problem: Problem, patches: Sequence[PlanPatch]) -> Recourse | None:
@@ -59,18 +61,48 @@ def recourse(problem: Problem, patches: Sequence[PlanPatch]) -> Recourse | None:
     force = np.array([carried[name] or heaviest for name in names])
     length = np.array([problem.bricks[name].brick.shape.bounding_radius for name in names])
     unit = np.array([_units(patch, number, force) for patch in patches]).reshape(-1, 2)
-    balance = np.zeros((3 * len(names), 3 * len(patches)))
-    on_plane = np.zeros((len(names), 3 * len(patches)))
+    balance, on_plane = _Entries(), _Entries()
     for k, patch in enumerate(patches):
         for body, sign in ((patch.upper, 1.0), (patch.lower, -1.0)):
             if body in number:
                 i = number[body]
                 block = _block(problem, patch, body, unit[k], (force[i], length[i]))
-                balance[3 * i : 3 * i + 3, 3 * k : 3 * k + 3] = sign * block
-                on_plane[i, 3 * k] = sign * block[0, 0] if patch.moving else 0.0
-    answer = _answer(balance)
+                balance.put(3 * i, 3 * k, sign * block)
+                if patch.moving:
+                    on_plane.put(i, 3 * k, sign * block[:1, :1])
+    columns = 3 * len(patches)
+    rows = balance.matrix(3 * len(names), columns)
+    answer = _answer(rows)
+    if answer is None:
+        return None
+    of_planes = on_plane.matrix(len(names), columns)
+    planar = np.diff(of_planes.indptr) > 0
     loads = _loads(problem, names, force, length)
-    return None if answer is None else Recourse(names, patches, force, length, unit, balance, loads, answer, on_plane)
+    return Recourse(names, patches, force, length, unit, rows, loads, answer, planar, of_planes[planar])
+
+
+class _Entries:
+    """A matrix of a few dense blocks: a brick meets few others, so that nearly all of a large one is nothing."""
+
+    def __init__(self) -> None:
+        self._blocks: list[tuple[int, int, Array]] = []
+
+    def put(self, row: int, column: int, block: Array) -> None:
+        """One more block, with its first row and column."""
+        self._blocks.append((row, column, block))
+
+    def matrix(self, rows: int, columns: int) -> Sparse:
+        """All of them, by row."""
+        from scipy.sparse import csr_matrix  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
+
+        places = [np.indices(block.shape) for _, _, block in self._blocks]
+        of_rows = [row + place[0].ravel() for place, (row, _, _) in zip(places, self._blocks, strict=True)]
+        of_columns = [column + place[1].ravel() for place, (_, column, _) in zip(places, self._blocks, strict=True)]
+        values = [block.ravel() for _, _, block in self._blocks]
+        if not values:
+            return csr_matrix((rows, columns))
+        entries = np.concatenate(values), (np.concatenate(of_rows), np.concatenate(of_columns))
+        return csr_matrix(entries, shape=(rows, columns))
 
 
 def _units(patch: PlanPatch, number: dict[BodyId, int], force: Array) -> tuple[float, float]:
@@ -96,15 +128,20 @@ def _loads(problem: Problem, names: Sequence[BodyId], force: Array, length: Arra
     return loads
 
 
-def _answer(balance: Array) -> Array | None:
+def _answer(balance: Sparse) -> Array | None:
     """Minus the pseudo-inverse; None if some row cannot be answered."""
+    from scipy.sparse.linalg import splu  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
+
+    squared = (balance @ balance.T).tocsc()
+    each = np.eye(len(squared.indptr) - 1)
     try:
-        squared = balance @ balance.T
-        inverse = np.asarray(np.linalg.solve(squared, balance).T, dtype=np.float64)
-    except np.linalg.LinAlgError:
+        factors = splu(squared)
+    except RuntimeError:  # it is singular
         return None
-    answer = -inverse - inverse @ (np.eye(len(balance)) - balance @ inverse)  # once more, for rounding
-    return answer if np.abs(balance @ answer + np.eye(len(balance))).max(initial=0.0) < BALANCED else None
+    inverse = factors.solve(each)
+    inverse += factors.solve(each - squared @ inverse)  # once more, for rounding
+    answer: Array = -(balance.T @ inverse)
+    return answer if np.abs(balance @ answer + each).max(initial=0.0) < BALANCED else None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -112,24 +149,21 @@ class _Edges:
     """The border lines of all patches, inset: what must not be negative."""
 
     patch: NDArray[np.int64]  # (edges,)
-    rows: Array  # (edges, 3 patches) what a patch's force has to spare at a line
+    rows: Sparse  # (edges, 3 patches) what a patch's force has to spare at a line
     of_loads: Array  # (edges,) what displaced loads take from it, by unit of displacement
-    of_planes: Array  # (edges, bricks) what displaced forces of planes take, by unit of displacement and force
+    of_planes: Array  # (edges, planar bricks) what displaced forces of planes take, by unit of displacement and force
 
 
 def _edges(rule: Recourse, error: float) -> _Edges:
     patch = np.concatenate([np.full(len(p.depth), k) for k, p in enumerate(rule.patches)]).astype(np.int64)
-    rows = np.zeros((len(patch), 3 * len(rule.patches)))
-    edge = 0
+    entries, edge = _Entries(), 0
     for k, p in enumerate(rule.patches):
         depth = (p.depth - (0.0 if p.moving else error)) / rule.unit[k, 1]
-        block = np.column_stack([depth, p.inward])
-        rows[edge : edge + len(depth), 3 * k : 3 * k + 3] = block
+        entries.put(edge, 3 * k, np.column_stack([depth, p.inward]))
         edge += len(depth)
+    rows = entries.matrix(len(patch), 3 * len(rule.patches))
     taken = _lengths(rule, rows @ rule.answer)
-    planar = rule.on_plane.any(axis=1)
-    of_loads = taken[:, ~planar] @ np.abs(rule.loads[~planar, 0])
-    return _Edges(patch, rows, of_loads, np.where(planar, taken, 0.0))
+    return _Edges(patch, rows, taken[:, ~rule.planar] @ np.abs(rule.loads[~rule.planar, 0]), taken[:, rule.planar])
 
 
 def _lengths(rule: Recourse, of_moments: Array) -> Array:
@@ -143,8 +177,8 @@ class _Frictional:
     """Forces at the corners of inset patches, in their cones, whatever the displacements: z, x and y each."""
 
     friction: Array  # (corners,)
-    upright: Array  # (3 bricks, 3 corners) vertical force and first moments on the bricks
-    sideways: Array  # (3 bricks, 3 corners) horizontal force and twist
+    upright: Sparse  # (3 bricks, 3 corners) vertical force and first moments on the bricks
+    sideways: Sparse  # (3 bricks, 3 corners) horizontal force and twist
 
 
 def _frictional(rule: Recourse, problem: Problem, error: float) -> _Frictional:
@@ -155,7 +189,7 @@ def _frictional(rule: Recourse, problem: Problem, error: float) -> _Frictional:
         if p.level and p.friction > 0.0
         for x, y in inset(p.corners, error)
     ]
-    upright, sideways = np.zeros((2, 3 * len(rule.names), 3 * len(corners)))
+    upright, sideways = _Entries(), _Entries()
     for column, (k, point) in enumerate(corners):
         patch = rule.patches[k]
         for body, sign in ((patch.upper, 1.0), (patch.lower, -1.0)):
@@ -165,10 +199,13 @@ def _frictional(rule: Recourse, problem: Problem, error: float) -> _Frictional:
             x, y, z = (a - b for a, b in zip(point, problem.bricks[body].pose.position_W, strict=True))
             arm = rule.length[i]
             scale = sign * rule.unit[k, 0] / rule.force[i]
-            here = np.s_[3 * i : 3 * i + 3, 3 * column : 3 * column + 3]
-            upright[here] = scale * np.array([[1.0, 0.0, 0.0], [x / arm, -z / arm, 0.0], [y / arm, 0.0, -z / arm]])
-            sideways[here] = scale * np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, -y / arm, x / arm]])
-    return _Frictional(np.array([rule.patches[k].friction for k, _ in corners]), upright, sideways)
+            up = np.array([[1.0, 0.0, 0.0], [x / arm, -z / arm, 0.0], [y / arm, 0.0, -z / arm]])
+            upright.put(3 * i, 3 * column, scale * up)
+            along = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, -y / arm, x / arm]])
+            sideways.put(3 * i, 3 * column, scale * along)
+    friction = np.array([rule.patches[k].friction for k, _ in corners])
+    rows, columns = 3 * len(rule.names), 3 * len(corners)
+    return _Frictional(friction, upright.matrix(rows, columns), sideways.matrix(rows, columns))
 
 
 def displaced(rule: Recourse, problem: Problem, error: float) -> Answer:
@@ -178,26 +215,25 @@ def displaced(rule: Recourse, problem: Problem, error: float) -> Answer:
     the displacement. What a brick on a plane carries takes the place of its weight, but depends on the answer itself:
     a bound that holds for what it implies holds (the answer is a fixed point within the bound).
     """
-    from scipy.sparse import block_array, csc_matrix  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
+    from scipy.sparse import block_array, csc_matrix, diags  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
 
     edges, frictional = _edges(rule, error), _frictional(rule, problem, error)
-    planar = rule.on_plane.any(axis=1)
-    on_plane = rule.on_plane[planar]
+    planar, on_plane = rule.planar, rule.on_plane
     carried = _lengths(rule, on_plane @ rule.answer)
     by_loads = (carried[:, ~planar] @ np.abs(rule.loads[~planar, 0]))[:, None]
-    by_planes = error * carried[:, planar] - np.eye(len(on_plane))
+    by_planes = error * carried[:, planar] - np.eye(on_plane.shape[0])
     unit = rule.length.max()
     rows = [
         [-rule.balance, -frictional.upright, None, None],
         [None, -frictional.sideways, None, None],
-        [None, -_cone_rows(frictional.friction), None, None],
-        [-edges.rows, None, error * edges.of_planes[:, planar], unit * edges.of_loads[:, None]],
+        [None, -diags(_cone_rows(frictional.friction)), None, None],
+        [-edges.rows, None, error * edges.of_planes, unit * edges.of_loads[:, None]],
         [on_plane, None, by_planes, unit * by_loads],
         [-on_plane, None, by_planes, unit * by_loads],
         [None, None, None, np.array([[1.0]])],
     ]
     loads = rule.loads[planar, 0]
-    offset = [rule.loads.ravel(), np.zeros(3 * len(rule.names) + 3 * len(frictional.friction) + len(edges.rows))]
+    offset = [rule.loads.ravel(), np.zeros(3 * len(rule.names) + 3 * len(frictional.friction) + len(edges.patch))]
     offset += [-loads, loads, np.array([FURTHEST])]
     columns = 3 * len(rule.patches) + 3 * len(frictional.friction) + len(loads) + 1
     cost = np.zeros(columns)
@@ -208,17 +244,17 @@ def displaced(rule: Recourse, problem: Problem, error: float) -> Answer:
         np.concatenate(offset),
         6 * len(rule.names),
         [3] * len(frictional.friction),
-        len(edges.rows) + 2 * len(loads) + 1,
+        len(edges.patch) + 2 * len(loads) + 1,
     )
     point = clarabel_solve(program, ACCURACY)
     return _judged(rule, edges, frictional, error, point.x)
 
 
 def _cone_rows(friction: Array) -> Array:
-    """The matrix that takes forces to what the solver's round cones want: what friction allows, and what it gives."""
+    """What takes forces to what the solver's round cones want: what friction allows, and what it gives."""
     scale = np.ones(3 * len(friction))
     scale[::3] = friction
-    return np.diag(scale)
+    return scale
 
 
 def _judged(rule: Recourse, edges: _Edges, frictional: _Frictional, error: float, x: Array) -> Answer:
@@ -256,13 +292,12 @@ def _share(spare: Array, taken: Array) -> Array:
 
 
 def _carried(rule: Recourse, patches: Array, error: float) -> Array:
-    """(bricks,) a bound on what each brick on a plane carries, wherever it is; infinite if there is none."""
-    planar: NDArray[np.bool_] = np.asarray(rule.on_plane.any(axis=1))
-    bound = np.zeros(len(rule.names))
-    if planar.any():
-        on_plane = rule.on_plane[planar]
+    """(planar bricks,) a bound on what each carries, wherever it is; infinite if there is none."""
+    planar, on_plane = rule.planar, rule.on_plane
+    bound = np.zeros(np.count_nonzero(planar))
+    if len(bound):
         taken = error * _lengths(rule, on_plane @ rule.answer)
         still = np.abs(on_plane @ patches + rule.loads[planar, 0]) + taken[:, ~planar] @ np.abs(rule.loads[~planar, 0])
         feedback = taken[:, planar]
-        bound[planar] = np.linalg.solve(np.eye(len(feedback)) - feedback, still)
-    return bound if (bound >= 0.0).all() else np.full(len(rule.names), inf)
+        bound = np.linalg.solve(np.eye(len(feedback)) - feedback, still)
+    return bound if (bound >= 0.0).all() else np.full(len(bound), inf)
