@@ -29,7 +29,17 @@ LAYERS = {
     ),
     "stackdsl": (
         {"disk"},
-        {"exits", "diagnostics", "entry_points", "measure", "project_file", "proof_margins", "timeline", "wording"},
+        {
+            "exits",
+            "diagnostics",
+            "entry_points",
+            "measure",
+            "project_file",
+            "proof_margins",
+            "timeline",
+            "wording",
+            "work",
+        },
         # A claim judges a trace, so what happened is plain data below the language.
         {"ensemble", "reading", "supervising", "trace"},
         {"language"},
