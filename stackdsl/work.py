@@ -11,7 +11,7 @@ from typing import Final
 VARIABLE: Final = "STACKDSL_WORK"  # of the environment: so many times as much as by default is allowed
 MOST_STEPS: Final = 400_000  # units of a run on exact: one for each moving brick in each step of the engine
 MOST_STEPS_BARE: Final = 4_000_000  # the same where nothing is proven meanwhile, which takes a tenth as long
-STEP: Final = 20  # units of a step, however few bricks move in it
+STEP, STEP_BARE = 20, 1  # units of a step, however few bricks move in it; most is what is asked of an extension
 AHEAD: Final = 1.0  # [s] that what moves goes on for at least, as far as is known: so long a fall is followed
 # Bricks in one program of a margin; what it takes grows with their square, and with their third power.
 MOST_BRICKS: Final = {"placement": 200, "acceleration": 600, "tilt": 600}

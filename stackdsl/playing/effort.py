@@ -24,13 +24,14 @@ class Effort:
 
         Raises BlockedPlacementError, before so many bricks have moved for long.
         """
-        self.done += (steps - self._steps) * (work.STEP + moving)
+        proven = self.system.method is Method.PROVEN
+        most, step = (work.MOST_STEPS, work.STEP) if proven else (work.MOST_STEPS_BARE, work.STEP_BARE)
+        self.done += (steps - self._steps) * (step + moving)
         self._steps = steps
         if not moving or not steps:
             return
         seconds = self._seconds(part, end)
-        ahead = self.done + seconds / part.world.settings.time_step * (work.STEP + moving)
-        most = work.MOST_STEPS if self.system.method is Method.PROVEN else work.MOST_STEPS_BARE
+        ahead = self.done + seconds / part.world.settings.time_step * (step + moving)
         if ahead > most * work.allowed():
             many = f"{moving} brick{'s' if moving != 1 else ''} move{'s' if moving == 1 else ''}"
             said = f"{many} at {part.time:.3g} s, for {seconds:.3g} s and more"
