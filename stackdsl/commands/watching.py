@@ -45,7 +45,8 @@ def _watch(paths: Sequence[Path], on_checked: Callable[[], None] = lambda: None)
     missing = [path for path in paths if not path.exists()]
     if missing:
         raise click.UsageError(f"{missing[0]} is not there to be watched")
-    command = [sys.executable, "-m", "stackdsl", *(word for word in sys.argv[1:] if word != "--watch")]
+    # -P: without it, modules of the folder that is watched would be run in place of our own.
+    command = [sys.executable, "-P", "-m", "stackdsl", *(word for word in sys.argv[1:] if word != "--watch")]
     # A scenario may be made of any file of its project. What does not concern it costs little: the rest is remembered.
     folders = {Path(root_of(str(path / "any" if path.is_dir() else path))) for path in paths}
 

@@ -17,7 +17,7 @@ from stackdsl.reading.characters import unreadable_characters
 
 MAX_IMPORTED: Final = 16 << 20  # [bytes] of one file
 _CORNER: Final = re.compile(r"^v\s+[-+.\d]", re.MULTILINE)  # lines of an OBJ file
-_ROOT: Final = re.compile(r"\A(?:<\?[^>]*>|<!--.*?-->|<![^>]*>|\s)*<(mujoco|robot)\b", re.DOTALL)
+_ROOT: Final = re.compile(r"\A(?:<\?[^>]*>|<!--(?:(?!-->).)*-->|<!(?!--)[^>]*>|\s)*<(mujoco|robot)\b", re.DOTALL)
 _FACE: Final = re.compile(r"^f\s+-?\d", re.MULTILINE)
 
 READERS: Final[Mapping[Format, Callable[[LoadReading, Import], ImportedLoad]]] = {
