@@ -1,4 +1,4 @@
-"""How soon a live page shows what was saved: from the save to the frame that shows it, with verdict and least room.
+"""Measures the delay of a live page: from saving a file to the frame that shows its verdict and least room.
 
 A tower of a hundred planks is saved with another step, again and again, under `stackdsl run --watch`, each time once
 the run before has been played. Debian's Chromium shows it, without a graphics card.

@@ -1,4 +1,4 @@
-"""What `modified`, the like of the publication's second system, makes of its user test and of very fast throws.
+"""Runs the structures of the user test and very fast throws on `modified`, which imitates the second published system.
 
 The two structures of the user test are built until they fall, and a plank is thrown at level 3 of the tower of 13
 levels so fast that the engine's steps are too long for it. Run it with `python -m benchmarks.modified_users`; half a
@@ -36,7 +36,7 @@ def main() -> None:
 
 
 def by_users(scenario: str) -> Row:
-    """What comes of a structure of the user test."""
+    """The level at which a structure of the user test falls, or that it stands."""
     cases = gather([SCENARIOS.parent / "user_test" / f"{scenario}.yaml"]).cases
     timeline = next(case.timeline for case in cases if case.scenario.scenario == f"user-test-{scenario}")
     trace = play_case(timeline, "modified")

@@ -1,4 +1,4 @@
-"""How often do readings of the published equations differ, where they are about piers and about hits?
+"""Counts how often two readings of the published equations give different verdicts, on piers and under hits.
 
 The text leaves open where each part of a load acts that more than two supports share, how high what is handed on acts,
 and which moving bricks are "second impact objects" (`stability/published/readings.py`). Random planks on three to five
@@ -92,7 +92,7 @@ def plank(name: str, x: float, z: float, turned: tuple[float, float, float, floa
 
 
 def judged(piles: list[tuple[Placed, ...]], stands: list[Stability], readings: Readings) -> Row:
-    """How often the model and statics say what of the same stacks."""
+    """The number of stacks for each pair of verdicts: of the published model, and of statics."""
     says = Counter(
         (published_model_says_stable(pile, readings), stability) for pile, stability in zip(piles, stands, strict=True)
     )
@@ -118,13 +118,13 @@ def thrown() -> dict[str, Case]:
 
 
 def struck(case: Case, readings: Readings) -> str:
-    """How many planks of the tower are woken, and how many levels are whole at the end."""
+    """The number of planks of the tower that are woken, and of levels that are whole at the end."""
     trace = play(case.timeline, replace(SYSTEMS["thesis"], readings=readings))
     return f"{woken(trace)}, {levels_standing(trace)}"
 
 
 def woken(trace: Trace) -> int:
-    """How many bricks are woken at least once."""
+    """The number of bricks that are woken at least once."""
     return len({name for event in trace.events if event.kind is EventKind.WOKEN for name in event.bricks})
 
 

@@ -78,7 +78,7 @@ class Solid:
 
     @cached_property
     def ends(self) -> tuple[Array, Array]:
-        """Where each edge begins, and the vector along it [m]."""
+        """The start point of each edge, and the vector along it, in W [m]."""
         begins = self.corners[[a for a, _ in self.edges]]
         return begins, self.corners[[b for _, b in self.edges]] - begins
 

@@ -15,7 +15,7 @@ from functools import cache
 from pathlib import Path
 from typing import Final
 
-SETTINGS: Final = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+SETTING: Final = "OPENBLAS_NUM_THREADS"
 _BROUGHT_BY: Final = ("numpy", "scipy")  # each with a library of its own, as its wheels have it
 _SETTER: Final = "openblas_set_num_threads_local"  # returns what there was
 
@@ -39,15 +39,15 @@ def one_thread() -> Iterator[None]:
 
 def _loading(loaded: Sequence[str]) -> Iterator[None]:
     """Let what is loaded meanwhile begin with one thread, and go on with as many as it would have had."""
-    was = os.environ.get(SETTINGS[0])
-    os.environ[SETTINGS[0]] = "1"
+    was = os.environ.get(SETTING)
+    os.environ[SETTING] = "1"
     try:
         yield
     finally:
         if was is None:
-            del os.environ[SETTINGS[0]]
+            del os.environ[SETTING]
         else:
-            os.environ[SETTINGS[0]] = was
+            os.environ[SETTING] = was
         usual = int(was) if was is not None and was.isascii() and was.isdigit() else os.cpu_count() or 1
         for package in _BROUGHT_BY:
             if package in sys.modules and package not in loaded:

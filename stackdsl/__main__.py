@@ -6,7 +6,7 @@ import sys
 from contextlib import suppress
 from types import FrameType
 
-from stability.blas_threads import SETTINGS
+from stackdsl import THREADS
 
 INTERRUPTED = 130  # ExitCode.INTERRUPTED, which may be just what was not imported in time
 
@@ -14,7 +14,9 @@ INTERRUPTED = 130  # ExitCode.INTERRUPTED, which may be just what was not import
 def main() -> None:
     """Run the command, and import it first."""
     # Read when numpy is loaded, here and in every worker: sums must not depend on how many threads somebody asks for.
-    os.environ.update(dict.fromkeys(SETTINGS, "1"))
+    os.environ.update(dict.fromkeys(THREADS, "1"))
+    # Processes that we start would import modules of the folder that the command is called in, before those of Python.
+    os.environ["PYTHONSAFEPATH"] = "1"
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _end)
     try:

@@ -16,7 +16,6 @@ import click
 
 from stackdsl.commands.terminal import occupy_standard_streams, show_error, silence, tell
 from stackdsl.exits import INTERRUPTS, ExitCode
-from stackdsl.work import WorkError, allowed
 
 # What each does, as its own help says in its first sentence. It is `<name>_command` of the module of that name beside
 # this one, which is imported when it is called: `--help` waits for none of them.
@@ -97,6 +96,8 @@ class CommandsOnCall(click.Group):
 @click.version_option(package_name="stackdsl")
 def app() -> None:
     """Play scenarios of stacked bricks, judge them, and compare them with their golden files."""
+    from stackdsl.work import WorkError, allowed  # noqa: PLC0415 -- `--help` does without
+
     try:
         allowed()
     except WorkError as error:

@@ -3,6 +3,8 @@
 import json
 import os
 import socket
+import subprocess
+import sys
 from hashlib import sha256
 from pathlib import Path
 
@@ -305,3 +307,12 @@ def test_a_pipe_that_nobody_reads_is_not_waited_for(stackdsl: Stackdsl, project:
     os.mkfifo(project / "report.json")
     refused = stackdsl("check", "--format", "json=report.json")
     assert "report.json cannot be written" in refused.err
+
+
+def test_a_module_of_the_project_is_not_run_in_place_of_one_of_python(project: Path) -> None:
+    (project / "multiprocessing.py").write_text("open('ran', 'w').close()\n", encoding="utf-8")
+    command = ["-P", "-m", "stackdsl", "sweep", "scenarios/good.yaml", "--out", "rows.jsonl", "--jobs", "2"]
+    environment = {key: value for key, value in os.environ.items() if key != "PYTHONSAFEPATH"}
+    done = subprocess.run([sys.executable, *command], cwd=project, env=environment, capture_output=True, check=False)
+    assert not (project / "ran").exists()
+    assert done.returncode == 0

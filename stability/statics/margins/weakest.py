@@ -6,12 +6,15 @@ names of their own: the margin of placement and the joint that limits it, and th
 
 from dataclasses import dataclass
 from math import degrees, pi, radians
+from typing import TYPE_CHECKING
 
 from stability.model import BodyId
 from stability.name_order import as_counted, in_order
 from stability.statics.facts import Problem
-from stability.statics.margins.acceleration import AccelerationMargin, acceleration
 from stability.statics.solvers.fall_words import described, really_moving
+
+if TYPE_CHECKING:
+    from stability.statics.margins.acceleration import AccelerationMargin
 
 DIGITS = 6  # of a bearing in degrees, and of heights in metres: beyond, rounding would choose what is named
 
@@ -30,11 +33,13 @@ class Weakest:
 
 def weakest(problem: Problem, gravity: float | None = None) -> Weakest | None:
     """The first mechanism; None of what is held on all sides, or is not proven to stand. See `acceleration`."""
+    from stability.statics.margins.acceleration import acceleration  # noqa: PLC0415 -- it brings numpy
+
     margin = acceleration(problem, gravity=gravity)
     return None if margin is None else weakest_at(problem, margin)
 
 
-def weakest_at(problem: Problem, margin: AccelerationMargin) -> Weakest | None:
+def weakest_at(problem: Problem, margin: "AccelerationMargin") -> Weakest | None:
     """The same, where the margin of acceleration is known already."""
     if margin.motion is None:
         return None
