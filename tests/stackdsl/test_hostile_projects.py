@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from tests.command_line import GOOD, Result, Stackdsl, stackdsl_in, write
+from tests.paths import ROOT
 
 __all__ = ["stackdsl_in"]
 
@@ -309,10 +310,13 @@ def test_a_pipe_that_nobody_reads_is_not_waited_for(stackdsl: Stackdsl, project:
     assert "report.json cannot be written" in refused.err
 
 
-def test_a_module_of_the_project_is_not_run_in_place_of_one_of_python(project: Path) -> None:
-    (project / "multiprocessing.py").write_text("open('ran', 'w').close()\n", encoding="utf-8")
-    command = ["-P", "-m", "stackdsl", "sweep", "scenarios/good.yaml", "--out", "rows.jsonl", "--jobs", "2"]
+def test_a_module_of_the_project_is_not_run_in_place_of_one_of_python(tmp_path: Path, project: Path) -> None:
+    write(project, "open('ran', 'w').close()\n", "multiprocessing.py")
+    # As the installed command: what is found first is beside this script, and not in the project.
+    write(tmp_path, "from stackdsl.__main__ import main\nif __name__ == '__main__':\n    main()\n", "command.py")
+    command = [str(tmp_path / "command.py"), "sweep", "scenarios/good.yaml", "--out", "rows.jsonl", "--jobs", "2"]
     environment = {key: value for key, value in os.environ.items() if key != "PYTHONSAFEPATH"}
+    environment["PYTHONPATH"] = str(ROOT)
     done = subprocess.run([sys.executable, *command], cwd=project, env=environment, capture_output=True, check=False)
     assert not (project / "ran").exists()
     assert done.returncode == 0
