@@ -25,11 +25,11 @@ MEMORY = Path("/proc/self/statm")  # of this process, now: the peak, which `getr
 
 TOWER = "- four_stack: {levels: 10}"
 LOW_TOWER = "- four_stack: {levels: 4}"  # of which a bare engine steps every plank
-# `exact` opens no engine for what stands, nor for what falls freely, so this lets a plank go on its edge.
+# `exact` opens no engine for what stands, falls freely, or turns about an edge, so this lands on a corner.
 TOWER_AND_DROP = (
     TOWER
     + """
-- bricks: [{name: falling, at: [300 mm, 0 mm, 44.33 mm], rotate: [0 deg, 45 deg, 0 deg], drop: true}]"""
+- bricks: [{name: falling, at: [300 mm, 0 mm, 48.3 mm], rotate: [30 deg, 45 deg, 0 deg], drop: true}]"""
 )
 
 
@@ -55,15 +55,15 @@ def what_happened(timeline: Timeline, system: str) -> Trace:
 @pytest.mark.parametrize("times", [20, pytest.param(50, marks=pytest.mark.slow)])
 @pytest.mark.skipif(not MEMORY.exists(), reason="only Linux tells the memory of a process there")
 @pytest.mark.parametrize(
-    ("system", "build", "stepped"),
+    ("system", "build", "engine"),
     [
-        pytest.param("exact", TOWER, 0.0, marks=pytest.mark.slow),
-        ("exact", TOWER_AND_DROP, 0.05),
-        pytest.param("tuned", LOW_TOWER, 0.05, marks=pytest.mark.slow),
+        pytest.param("exact", TOWER, False, marks=pytest.mark.slow),
+        ("exact", TOWER_AND_DROP, True),
+        pytest.param("tuned", LOW_TOWER, True, marks=pytest.mark.slow),
     ],
 )
 def test_a_tower_rebuilt_many_times_repeats_to_the_last_bit_and_leaves_nothing(
-    system: str, build: str, stepped: float, times: int
+    system: str, build: str, engine: bool, times: int
 ) -> None:
     timeline = timeline_of(build, "expect: [{stands: {for: 0.05 s}}]")
     tracemalloc.start()
@@ -76,6 +76,6 @@ def test_a_tower_rebuilt_many_times_repeats_to_the_last_bit_and_leaves_nothing(
         end = size_now()
     finally:
         tracemalloc.stop()
-    assert first.cost.steps == round(stepped / SYSTEMS[system].engine.time_step)
+    assert (first.cost.steps > 0) is engine
     assert end.objects - warm.objects <= MOST_KEPT * (times - WARM)
     assert end.process - warm.process <= MOST_GROWN

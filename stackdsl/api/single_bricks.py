@@ -65,6 +65,7 @@ def imported(
     density: str | None = None,
     up: str | None = None,
     supports: str | None = None,
+    deck: str | Mapping[str, object] | None = None,
     origin: Sequence[str] | None = None,
     ignore: Sequence[str] | None = None,
     when: str | None = None,
@@ -84,11 +85,12 @@ def imported(
     density: of an OBJ or COMPAS file: of all blocks in it
     up: of an OBJ file: which of its axes points up
     supports: of a COMPAS file: `bricks` takes the blocks that it says are fixed as bricks like others
+    deck: the deck of its pallet, of which what overhangs is told; default: what the file says
     origin: shifts the load by [x, y, z]
     ignore: what the file has beside, and is not to be taken: columns, keys, or bodies
     """
     kept = {"file": file, "format": format, "load": load, "settle": settle}
     left_open = {"point": point, "units": units, "density": density, "up": up, "supports": supports}
-    others = {"origin": origin, "ignore": ignore}
+    others = {"deck": deck, "origin": origin, "ignore": ignore}
     step = {"at": when, "after": after, "name": name, "every": every, "place": place, "jitter": jitter}
     return written({"import": written({**kept, **left_open, **others}), **step})

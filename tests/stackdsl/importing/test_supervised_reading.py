@@ -75,7 +75,7 @@ def checking(folder: Path, limit: float) -> subprocess.Popen[str]:
     return subprocess.Popen(
         [sys.executable, "-c", CHECK, str(limit)],
         cwd=folder,
-        env={**os.environ, "PYTHONPATH": paths},
+        env={**os.environ, "PYTHONPATH": paths, "CI": ""},
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,

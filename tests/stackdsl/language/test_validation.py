@@ -196,7 +196,7 @@ def test_the_value_of_an_expression_is_shown_as_an_author_would_write_it() -> No
 
 
 def test_keys_are_known_along_a_path() -> None:
-    assert keys_at(("world",)) == ("gravity", "ground", "walls", "tilt", "shake", "friction")
+    assert keys_at(("world",)) == ("gravity", "ground", "walls", "tilt", "shake", "friction", "touching")
     assert keys_at(("world", "walls", 3)) == ("bearing", "distance", "friction")
     assert keys_at(("expect", 0, "stands")) == ("levels", "bricks", "for", "share")
     assert keys_at(("build", 0, "bricks", 0, "at", 1)) == ()
