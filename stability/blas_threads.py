@@ -1,4 +1,4 @@
-"""One thread of linear algebra meanwhile: sums of several are in another order, and their last digit with them.
+"""Limits linear algebra to one thread, so that the last digit of a sum does not depend on the number of threads.
 
 OpenBLAS decides by the number of its threads, which it takes from the environment or the machine, how it cuts matrices
 into parts. So the same scene could have another last digit under `OPENBLAS_NUM_THREADS=4`, or where somebody else had
@@ -24,7 +24,7 @@ Setter = Callable[[int], int]
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Let linear algebra run on one thread meanwhile, also what is loaded only then."""
+    """Run linear algebra on one thread inside the `with` block, libraries loaded within it included."""
     loaded = [package for package in _BROUGHT_BY if package in sys.modules]
     before = [(set_threads, set_threads(1)) for set_threads in _setters(tuple(loaded))]
     try:
@@ -38,7 +38,7 @@ def one_thread() -> Iterator[None]:
 
 
 def _loading(loaded: Sequence[str]) -> Iterator[None]:
-    """Let what is loaded meanwhile begin with one thread, and go on with as many as it would have had."""
+    """Limit libraries that are loaded inside the block as well; restore their usual number of threads after it."""
     was = os.environ.get(SETTING)
     os.environ[SETTING] = "1"
     try:
@@ -57,7 +57,7 @@ def _loading(loaded: Sequence[str]) -> Iterator[None]:
 
 @cache
 def _setters(packages: tuple[str, ...]) -> tuple[Setter, ...]:
-    """What sets the number of threads of the libraries that packages have loaded, and returns what it was."""
+    """The functions that set the number of threads of the loaded libraries; each returns the previous number."""
     return tuple(setter for package in packages for file in _libraries(package) if (setter := _setter(file)))
 
 
@@ -72,7 +72,7 @@ def _libraries(package: str) -> Iterator[Path]:
 
 
 def _setter(file: Path) -> Setter | None:
-    """That of a library, which is loaded already; None if it has none."""
+    """The function that sets the threads of one loaded library; None if it has none."""
     import ctypes  # noqa: PLC0415 -- likewise
 
     with suppress(OSError, AttributeError):

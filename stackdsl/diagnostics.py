@@ -88,7 +88,7 @@ class Diagnostic:
 
 @dataclass(frozen=True, slots=True)
 class Warned:
-    """What is odd, and fails nothing; and what to do about it."""
+    """A warning: what is odd, and what to do about it. It fails nothing."""
 
     span: Span
     message: str

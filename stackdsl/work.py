@@ -1,4 +1,4 @@
-"""How much work one case may ask for. It is estimated by counts alone, so that it is the same on every machine.
+"""Limits the work of one case. The estimate counts bricks and steps, so it is the same on every machine.
 
 A few lines can ask for hours and for all the memory there is, such as a margin of 1,600 bricks at once. What is beyond
 is refused before it begins, with its place in the file. Whoever runs the command may allow more, never the file itself.

@@ -1,4 +1,4 @@
-"""Numbers as a caller gives them: told what was expected, where they are none, too few, infinite, or out of range."""
+"""Checks numbers that a caller gives: each error says what was expected."""
 
 from collections.abc import Sequence
 from math import isfinite
@@ -10,7 +10,7 @@ TOLD: Final = 80  # [characters] of a value in a message
 
 
 def is_number(value: object) -> TypeGuard[float]:
-    """Whether something is one number, of Python or of numpy; a truth value is none, and an exact fraction neither."""
+    """Whether something is a number of Python or numpy; booleans and fractions are not."""
     if isinstance(value, bool) or not isinstance(value, Real):
         return False
     return isinstance(value, Integral) or not isinstance(value, Rational)
@@ -25,7 +25,7 @@ def is_finite(value: float) -> bool:
 
 
 def told(value: object) -> str:
-    """A value as its author would write it, cut to a bearable length."""
+    """A value as its author would write it, shortened."""
     try:
         text = repr(value)
     except ValueError:  # an integer of more digits than Python writes
@@ -42,7 +42,7 @@ def admit_number(what: str, value: object, remedy: str) -> None:
 
 
 def admit_in_range(what: str, value: object, least: float, most: float, remedy: str) -> None:
-    """Raise TypeError for what is no number, and ValueError for one that is not from the least to the most."""
+    """Raise TypeError for what is not a number, and ValueError for a number out of range."""
     admit_number(what, value, remedy)
     assert is_number(value)
     if not least <= value <= most:  # nor is what is no number

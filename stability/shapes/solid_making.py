@@ -63,7 +63,7 @@ def prism(outline: Sequence[tuple[float, float]], depth: float, centre_of_mass: 
 
 
 def _admitted(points: Sequence[tuple[float, ...]], count: int, what: str, parts: str) -> list[tuple[Any, ...]]:
-    """Points of so many numbers. Raises TypeError for what is none, and ValueError for what is out of range."""
+    """Points with this number of coordinates. Raises TypeError for what is not a point, ValueError if out of range."""
     points = _listed(points, f"{what}, each {parts}")
     for number, point in enumerate(points, start=1):
         _admit_place(f"point {number} is", point, count, f"write {parts}")
@@ -81,7 +81,7 @@ def _admit_place(what: str, point: Sequence[float], count: int, remedy: str) -> 
 
 
 def _listed(given: Iterable[Any], what: str) -> list[Any]:
-    """All of what can be gone through. Raises TypeError, with what was expected, for anything else."""
+    """All items of an iterable. Raises TypeError, with what was expected, for anything else."""
     if not isinstance(given, str):
         try:
             return list(given)

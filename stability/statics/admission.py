@@ -166,7 +166,7 @@ def _admit_plane(plane: Plane) -> None:
 
 
 def listed(given: Iterable[Given], what: str) -> tuple[Given, ...]:
-    """All of what can be gone through. Raises TypeError, with what was expected, for anything else."""
+    """All items of an iterable. Raises TypeError, with what was expected, for anything else."""
     if isinstance(given, str) or not isinstance(given, Iterable):
         raise TypeError(f"expected a collection of {what}, not {told(given)}")
     try:

@@ -47,7 +47,7 @@ class AssemblyState:
 
 @dataclass(slots=True)
 class CountedGaps:
-    """How wide gaps must count as contact for bricks to be STABLE. It is answered when first asked, then remembered.
+    """The question how wide gaps must count as contact for bricks to be STABLE. The answer is found on demand and kept.
 
     Bricks that are measured, or cut of wood, have gaps of some hundredths of a millimetre, and settle: so gaps count as
     contact. A verdict that would be another without them says that it counts on them.
@@ -136,7 +136,7 @@ class Assembly(AssemblyAnswers):
         return make(*arguments)
 
     def __copy__(self) -> "Assembly":
-        """What it is made of is never changed in place, so that both may have it."""
+        """As `copied`: nothing that an assembly holds is changed in place, so copies may share it."""
         return self.copied()
 
     def __deepcopy__(self, memo: dict[int, object]) -> "Assembly":
@@ -177,7 +177,7 @@ class Assembly(AssemblyAnswers):
 
     @contextmanager
     def _changing(self) -> Iterator[Prover]:
-        """Write what takes effect where the journal is told to keep it, and nowhere else.
+        """Make a change that takes effect only when the journal keeps it.
 
         An interrupt that comes while this undoes what was broken off leaves the rest to whoever asks next.
         """

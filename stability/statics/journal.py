@@ -30,21 +30,21 @@ class Journal:
         self._notes = _Notes()
 
     def note(self, undo: Callable[..., object], *arguments: object) -> None:
-        """Note what undoes what is written next, however little of that will be; it must bear to be repeated."""
+        """Note how to undo the next write, complete or not; undoing must be repeatable."""
         self._notes.undo.append((undo, arguments))
 
     def note_order(self, held: dict[K, V]) -> None:
-        """Note in which order a dict holds what it holds, before anything is taken out of it."""
+        """Note the order of the items of a dict before one is removed."""
         if id(held) not in self._notes.ordered:
             self.note(_reorder, held, tuple(held), [])
             self._notes.ordered.add(id(held))
 
     def keep(self) -> None:
-        """Let all that was written take effect."""
+        """Make all writes since the last `keep` permanent."""
         self._notes = _Notes()
 
     def undo(self) -> None:
-        """Let all be as it was when `keep` was called last."""
+        """Undo all writes since the last `keep`."""
         if not self._notes.undo:
             return
         for undo, arguments in reversed(self._notes.undo):

@@ -73,7 +73,7 @@ def _leave_what_matters(reading: LoadReading, whole: Element, kept: Element) -> 
 
 
 def _refuse_made_meshes(reading: LoadReading, scene: Element) -> None:
-    """Tell meshes that MuJoCo makes by itself, of whatever size a few digits say, up to all the memory there is."""
+    """Refuse the meshes that MuJoCo generates: a few digits can ask for all the memory there is."""
     for mesh in scene.all("mesh"):
         for key in sorted({"builtin", "plugin"}.intersection(mesh.attributes)):
             message = f"the mesh is made by MuJoCo, as `{key}` says, and such meshes are not taken"

@@ -1,4 +1,4 @@
-"""Boxes that reach beyond the deck of their pallet: what carries them there is air, and not the ground.
+"""Finds boxes that overhang the deck of their pallet, where nothing carries them.
 
 The deck is where height is 0, and the ground is taken to go on around it, so that statics has such a box on more than
 there is. That is told, as a warning: how far, to which side, and what to do.

@@ -1,4 +1,4 @@
-"""A file of another program, read in a supervised process: a parser that hangs, crashes or eats memory costs that file.
+"""Reads files of other programs in a supervised process, so that a parser that hangs or crashes costs that file alone.
 
 MuJoCo, the parser of URDF and Qhull are given what anybody wrote, so they never run in the process that supervises.
 """

@@ -1,4 +1,4 @@
-"""What falls before the first impact: the impact then meets a ruin, and what is claimed of it says nothing.
+"""Fails a scenario in which something falls before the first impact, unless a claim expects it.
 
 A wall that falls while it is built meets `falls: {count: <= 5}` as well as one that a throw hardly touches. So that is
 a failure of its own, unless a claim expects the fall, such as `collapses` or `verdict: unstable`.

@@ -1,4 +1,4 @@
-"""What a claim comes to that hangs on motion to which the engine had added energy: nobody knows, so it fails."""
+"""Fails claims that depend on motion to which the engine has added energy."""
 
 from math import inf
 
@@ -9,7 +9,7 @@ from stackdsl.wording import energy_fault
 
 
 def hangs_on_fault(stated: ClaimKind, trace: Trace) -> bool:
-    """Whether the engine's fault could make a claim come out otherwise than it should."""
+    """Whether the result of a claim may depend on energy that the engine added."""
     before = trace.before_fault
     if before is None or stated.of_the_engine:
         return False

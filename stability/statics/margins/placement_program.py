@@ -82,7 +82,7 @@ def recourse(problem: Problem, patches: Sequence[PlanPatch]) -> Recourse | None:
 
 
 class _Entries:
-    """A matrix of a few dense blocks: a brick meets few others, so that nearly all of a large one is nothing."""
+    """A sparse matrix of dense blocks: a brick touches few others, so nearly all entries are zero."""
 
     def __init__(self) -> None:
         self._blocks: list[tuple[int, int, Array]] = []

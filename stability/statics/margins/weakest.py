@@ -1,4 +1,4 @@
-"""Where is a structure weakest: which mechanism opens first when it is pulled sideways, and at which acceleration?
+"""Finds the weakest brick: the mechanism that opens at the least horizontal acceleration, and that acceleration.
 
 This is the one measure of weakness. Everything that calls a brick the weakest takes it from here. Other numbers have
 names of their own: the margin of placement and the joint that limits it, and the room of a brick's centre.
