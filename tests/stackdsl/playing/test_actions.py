@@ -130,8 +130,8 @@ def test_exact_proves_at_once_what_is_slid_in_and_what_it_carries_later() -> Non
 
 def test_under_thesis_what_lies_above_gains_a_support_only_when_it_has_been_woken() -> None:
     woken = [event.bricks for event in played(GAP, f"{FILLER}, {LOAD}", "thesis").events if event.kind == "woken"]
-    # Of beam and load, whose centre is 23.5 mm out, each of the three supports is given a third at that place (merge
-    # case 2): mass above of `left` is 5/3 of a plank, with its centre at -14.6 mm, and its contact ends at -28.3 mm.
+    # Beam and load have their centre 23.5 mm out. By merge case 2 each of the three supports is given a third of both,
+    # at that place: `left` carries 5/3 of a plank, 14.6 mm left of the middle, but its contact ends 28.3 mm left.
     assert woken == [("beam", "load"), ("beam", "left", "load")]
     alone = played(GAP, FILLER, "thesis")
     assert ("beam", "filler") not in {(edge.upper, edge.lower) for edge in alone.edges}
