@@ -1,22 +1,27 @@
 """Files and directories as whoever sent a project may have made them: links, pipes, devices and hard links among them.
 
 A path that is written as below a folder stays below it: one that leaves it through a link is refused. Only regular
-files are read, for a pipe may have no writer and a device no end. A file is written in the place of the one that is
-there, so that nothing else that has the same content by a hard link changes. All errors are OSErrors with a `strerror`
-and a `filename`, as those of the system are.
+files are read, for a pipe may have no writer and a device no end. What is opened is found from folder to folder without
+following links, so that none that is put in the way after a path was looked at leads elsewhere. All errors are OSErrors
+with a `strerror` and a `filename`, as those of the system are.
 """
 
 import os
-from contextlib import suppress
-from errno import EINVAL, EISDIR, ELOOP
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from errno import EINVAL, EISDIR, ELOOP, EMLINK
 from pathlib import Path
 from secrets import token_hex
 from stat import S_ISDIR, S_ISLNK, S_ISREG
 from typing import Final
 
 NOT_REGULAR: Final = "it is no regular file"
-STREAMS: Final = ("/dev/fd/", "/dev/stdin", "/proc/self/fd/")  # what a shell puts for `<(command)`, which ends
+# What a shell puts for `<(command)`, which ends, and what stands for the streams of this process.
+STREAMS: Final = ("/dev/fd/", "/dev/stdin", "/dev/stdout", "/dev/stderr", "/proc/self/fd/")
 _NO_WAITING: Final = getattr(os, "O_NONBLOCK", 0)  # of a pipe that nobody writes to or reads from
+_NO_LINK: Final = getattr(os, "O_NOFOLLOW", 0)
+_BINARY: Final = getattr(os, "O_BINARY", 0)
+_INNER_FOLDER: Final = _NO_LINK | getattr(os, "O_DIRECTORY", 0) | getattr(os, "O_PATH", os.O_RDONLY)
 
 
 class LeadsOutsideError(OSError):
@@ -29,7 +34,7 @@ def refuse_outside(path: Path, folder: Path) -> None:
     A path that is written as elsewhere is left to whoever wrote it.
     """
     if is_below(os.path.abspath(path), os.path.abspath(folder)) and leads_outside(path, folder):
-        raise LeadsOutsideError(ELOOP, f"a link leads out of {_shown(folder)}", str(path))
+        raise LeadsOutsideError(ELOOP, f"a link leads out of {called(folder)}", str(path))
 
 
 def leads_outside(path: str | Path, folder: str | Path) -> bool:
@@ -40,6 +45,11 @@ def leads_outside(path: str | Path, folder: str | Path) -> bool:
 def is_below(path: str, folder: str) -> bool:
     """Whether a path without links is a folder without links, or below it."""
     return Path(path).is_relative_to(folder)
+
+
+def is_stream(path: Path) -> bool:
+    """Whether a path stands for a stream of this process rather than for a file."""
+    return str(path).startswith(STREAMS)
 
 
 def unlinked(folder: Path, *parts: str) -> Path:
@@ -53,57 +63,123 @@ def unlinked(folder: Path, *parts: str) -> Path:
     return path
 
 
-def read_file(path: Path, most: int = -1) -> bytes:
-    """The content of a regular file, up to `most` bytes of it. Raises OSError, also for what is no regular file."""
-    if str(path).startswith(STREAMS):
-        with path.open("rb") as stream:
-            return stream.read(most)
-    _refuse_irregular(os.stat(path).st_mode, path)  # first without opening it: a device may obey that
-    descriptor = os.open(path, os.O_RDONLY | _NO_WAITING | getattr(os, "O_BINARY", 0))
-    with os.fdopen(descriptor, "rb") as stream:
-        _refuse_irregular(os.fstat(descriptor).st_mode, path)
+# --- one file, by its true path ---------------------------------------------------------------------------------------
+
+
+@contextmanager
+def _named_in_folder(true: str) -> Iterator[tuple[str, int | None]]:
+    """The name of a file, and the descriptor of its folder; or its path, and None where the system has no such calls.
+
+    `true` is a path without links: where one has come to be a part of it, OSError is raised.
+    """
+    if os.open not in os.supports_dir_fd or not os.path.isabs(true):
+        yield true, None
+        return
+    root, *parts = Path(true).parts
+    folder = os.open(root, _INNER_FOLDER)
+    try:
+        for part in parts[:-1]:
+            outer, folder = folder, os.open(part, _INNER_FOLDER, dir_fd=folder)
+            os.close(outer)
+        yield parts[-1] if parts else ".", folder
+    finally:
+        os.close(folder)
+
+
+def open_regular(true: str, flags: int, *, alone: bool = False) -> int:
+    """The descriptor of a regular file by its path without links. Raises OSError.
+
+    With `alone`, one that has another name as well, by a hard link, is refused: what is written there would change it.
+    """
+    with _named_in_folder(true) as (name, folder):
+        with suppress(FileNotFoundError):  # first without opening it: a device may obey that
+            _refuse_irregular(os.stat(name, dir_fd=folder, follow_symlinks=False), true, alone)
+        descriptor = os.open(name, flags | _NO_LINK | _NO_WAITING | _BINARY, 0o666, dir_fd=folder)
+    try:
+        _refuse_irregular(os.fstat(descriptor), true, alone)
+    except OSError:
+        os.close(descriptor)
+        raise
+    return descriptor
+
+
+def _refuse_irregular(found: os.stat_result, path: str, alone: bool) -> None:
+    if S_ISDIR(found.st_mode):
+        raise IsADirectoryError(EISDIR, os.strerror(EISDIR), path)
+    if not S_ISREG(found.st_mode):
+        raise OSError(EINVAL, NOT_REGULAR, path)
+    if alone and found.st_nlink > 1:
+        raise OSError(EMLINK, "it has another name as well, by a hard link, and is left as it is", path)
+
+
+def read_file(path: Path, most: int = -1, within: str | Path | None = None) -> bytes:
+    """The content of a regular file, up to `most` bytes of it. Raises OSError, also for what is no regular file.
+
+    Raises LeadsOutsideError if it is not truly within that folder, where one is given.
+    """
+    if within is None and is_stream(path):
+        return read_stream(path, most)
+    true = os.path.realpath(path)
+    if within is not None and not is_below(true, os.path.realpath(within)):
+        raise LeadsOutsideError(ELOOP, f"a link leads out of {called(within)}", str(path))
+    return read_true(true, most)
+
+
+def read_stream(path: Path, most: int = -1) -> bytes:
+    """What comes by a stream of this process, up to `most` bytes of it. Raises OSError."""
+    with path.open("rb") as stream:
         return stream.read(most)
 
 
-def _refuse_irregular(mode: int, path: Path) -> None:
-    if S_ISDIR(mode):
-        raise IsADirectoryError(EISDIR, os.strerror(EISDIR), str(path))
-    if not S_ISREG(mode):
-        raise OSError(EINVAL, NOT_REGULAR, str(path))
+def read_true(true: str, most: int = -1) -> bytes:
+    """The content of a regular file by its path without links, up to `most` bytes of it. Raises OSError."""
+    with os.fdopen(open_regular(true, os.O_RDONLY), "rb") as stream:
+        return stream.read(most)
 
 
-def replace_file(path: Path, data: bytes) -> None:
-    """Write a file as a whole: another process, or one that is killed, leaves it as it was, or as it is to be."""
-    fresh = path.with_name(f".{token_hex(8)}.tmp")
-    try:
-        with fresh.open("xb") as stream:
-            stream.write(data)
-        fresh.replace(path)
-    finally:
-        fresh.unlink(missing_ok=True)
+def replace_file(path: Path, data: bytes, *, fresh: str = "", synced: bool = False) -> None:
+    """Write a file as a whole: another process, or one that is killed, leaves it as it was, or as it is to be.
 
-
-def make_asked(folder: Path, project: Path) -> None:
-    """Make a folder that somebody asked for by name. Raises OSError, also where a link leads it out of the project."""
-    refuse_outside(folder, project)
-    folder.mkdir(parents=True, exist_ok=True)
-
-
-def write_asked(path: Path, data: bytes, project: Path) -> None:
-    """Write a file that somebody asked for by name, which may be a pipe or a device. Raises OSError.
-
-    Where it is written as below the project, no link leads it elsewhere, and a hard link is cut first.
+    What is in its place, such as a link, is replaced and not written to. `fresh` is what the file is called until it is
+    whole; `synced`, whether it is on the disk before it has its name.
     """
-    refuse_outside(path, project)
-    with suppress(FileNotFoundError):
-        found = path.stat()
-        if S_ISREG(found.st_mode) and found.st_nlink > 1:
-            path.unlink()
-    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | _NO_WAITING | getattr(os, "O_BINARY", 0), 0o666)
+    fresh = fresh or f".{token_hex(8)}.tmp"
+    true = os.path.join(os.path.realpath(path.parent), path.name)
+    with _named_in_folder(true) as (name, folder):
+        temporary = fresh if folder is not None else os.path.join(os.path.dirname(true), fresh)
+        flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | _NO_LINK | _BINARY
+        try:
+            with suppress(FileNotFoundError):  # what a run that was killed has left
+                os.unlink(temporary, dir_fd=folder)
+            with os.fdopen(os.open(temporary, flags, 0o666, dir_fd=folder), "wb") as stream:
+                stream.write(data)
+                stream.flush()
+                if synced:
+                    os.fsync(stream.fileno())
+            os.replace(temporary, name, src_dir_fd=folder, dst_dir_fd=folder)
+        finally:
+            with suppress(FileNotFoundError):
+                os.unlink(temporary, dir_fd=folder)
+
+
+def write_true(true: str, data: bytes) -> None:
+    """Write a file by its path without links, which may be a pipe or a device; a hard link is cut. Raises OSError."""
+    with _named_in_folder(true) as (name, folder):
+        with suppress(FileNotFoundError):
+            found = os.stat(name, dir_fd=folder, follow_symlinks=False)
+            if S_ISREG(found.st_mode) and found.st_nlink > 1:
+                os.unlink(name, dir_fd=folder)
+        flags = os.O_WRONLY | os.O_CREAT | _NO_LINK | _NO_WAITING | _BINARY
+        descriptor = os.open(name, flags, 0o666, dir_fd=folder)
     with os.fdopen(descriptor, "wb") as stream:
+        if S_ISREG((found := os.fstat(descriptor)).st_mode):
+            _refuse_irregular(found, true, alone=True)
+            os.ftruncate(descriptor, 0)
         os.set_blocking(descriptor, True)
         stream.write(data)
 
 
-def _shown(folder: Path) -> str:
-    return os.path.relpath(folder) if folder != Path() else "this directory"
+def called(folder: str | Path) -> str:
+    """What a folder is called in a message."""
+    seen = os.path.relpath(folder)
+    return "this directory" if seen == os.curdir else seen

@@ -5,18 +5,21 @@ and what is remembered belong to it, wherever the command is called. Else the wo
 """
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from errno import ELOOP
 from pathlib import Path
 from typing import Final
 
-from stackdsl.disk import LeadsOutsideError, refuse_outside, unlinked
+from stackdsl.disk import LeadsOutsideError, called, is_below, read_file, unlinked
 
 GOLDEN: Final = Path("golden")
 SCENARIOS: Final = Path("scenarios")
 OWN_FILE: Final = "stackdsl.toml"
 SHARED_FILE: Final = "pyproject.toml"
+REPOSITORY: Final = ".git"  # marks what somebody sent as a whole
 KEYS: Final = ("golden", "scenarios")
+MOST: Final = 1 << 20  # [bytes] of such a file
 STATE: Final = ".stackdsl"  # what is remembered from call to call; nothing is lost with it
 STATE_PARTS: Final = (("passed",), ("pending",), ("failed.json",), (".gitignore",))  # what is in it
 LINKED: Final = f"remove the link, or mark a folder above as the root by a file {OWN_FILE}"
@@ -44,7 +47,7 @@ class Project:
         """
         golden = asked or self.golden
         try:
-            refuse_outside(golden, self.root or Path())
+            confined(golden, self.root or Path())
         except LeadsOutsideError as error:
             raise ProjectError(f"{golden}: {error.strerror}; {LINKED}") from error
         return golden
@@ -108,11 +111,15 @@ def _settings(folder: Path) -> tuple[Path, Mapping[str, object]] | None:
 
 
 def _read(file: Path) -> Mapping[str, object]:
-    from tomllib import TOMLDecodeError, load  # noqa: PLC0415 -- most directories on the way up have no such file
+    from tomllib import TOMLDecodeError, loads  # noqa: PLC0415 -- most directories on the way up have no such file
 
     try:
-        with file.open("rb") as stream:
-            return load(stream)
+        text = read_file(file, MOST + 1, within=file.parent)
+        if len(text) > MOST:
+            raise ProjectError(f"{_seen(file)} is larger than {MOST >> 20} MiB")
+        return loads(text.decode())
+    except LeadsOutsideError as error:
+        raise ProjectError(f"{_seen(file)}: {error.strerror}; put the file itself there") from error
     except OSError as error:
         raise ProjectError(f"{_seen(file)} cannot be read: {error.strerror}") from error
     except (TOMLDecodeError, UnicodeDecodeError) as error:
@@ -144,6 +151,36 @@ def home_of(folder: Path) -> Path:
         return root_around(folder.absolute()) or folder
     except ProjectError:
         return folder
+
+
+def confined(path: Path, *folders: Path) -> str:
+    """The true path of a file or a directory. Raises LeadsOutsideError if a link leads it out of where it is written.
+
+    That is each project and repository that it is written as inside of, that of the working directory, and the
+    `folders`. One that holds another does count: what a link leads to may be marked as well.
+    """
+    written, true = os.path.abspath(path), os.path.realpath(path)
+    if written == true:
+        return true
+    for folder in (*_around(written), *folders):
+        if is_below(written, os.path.abspath(folder)) and not is_below(true, os.path.realpath(folder)):
+            raise LeadsOutsideError(ELOOP, f"a link leads out of {called(folder)}", str(path))
+    return true
+
+
+def _around(written: str) -> Iterator[Path]:
+    yield home_of(Path())
+    for folder in Path(written).parents:
+        if _is_marked(folder) or (folder / REPOSITORY).exists():
+            yield folder
+
+
+def _is_marked(folder: Path) -> bool:
+    """Whether a folder is marked as the root of a project, or by a file that cannot be read."""
+    try:
+        return _settings(folder) is not None
+    except ProjectError:
+        return True
 
 
 def _seen(path: Path) -> Path:

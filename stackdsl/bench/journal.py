@@ -2,12 +2,13 @@
 
 import os
 from collections.abc import Collection, Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from stackdsl.asked_files import make_asked, open_asked
 from stackdsl.bench.run_record import MalformedRecordError, Record, line_of, record_of
-from stackdsl.disk import make_asked, read_file, refuse_outside, write_asked
-from stackdsl.project_file import home_of
+from stackdsl.disk import read_file, replace_file
 
 NAME = "runs.jsonl"
 ASIDE = "runs.of-other-jobs.jsonl"
@@ -31,16 +32,16 @@ class Journal:
 
     def begin(self) -> None:
         """An empty file; one from before is kept beside it, under its name with `.old`."""
-        make_asked(self.folder, home_of(Path()))
-        if self.path.exists():
+        make_asked(self.folder)
+        with suppress(FileNotFoundError):
             self.path.replace(self.path.with_suffix(".jsonl.old"))
-        self.path.touch()
+        replace_file(self.path, b"")
 
     def add(self, record: Record) -> None:
         """Write one run, and see it on its way to the disk."""
-        refuse_outside(self.path, self.folder)
-        with self.path.open("a", encoding="utf-8") as file:
-            file.write(line_of(record) + "\n")
+        flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND
+        with os.fdopen(open_asked(self.path, flags, self.folder), "ab") as file:
+            file.write(f"{line_of(record)}\n".encode())
             file.flush()
             os.fsync(file.fileno())
 
@@ -53,7 +54,7 @@ class Journal:
 
         Those that nobody wants now are put beside it, and are found there when they are wanted again.
         """
-        make_asked(self.folder, home_of(Path()))
+        make_asked(self.folder)
         held = self.held()
         found = {record.id: record for record in held if record.id in wanted and record.done}
         others = {record.id: record for record in held if record.id not in wanted}
@@ -69,16 +70,14 @@ class Journal:
 
 
 def _rewrite(path: Path, records: Iterable[Record]) -> None:
-    fresh = path.with_suffix(".jsonl.new")
-    write_asked(fresh, "".join(line_of(record) + "\n" for record in records).encode(), path.parent)
-    fresh.replace(path)
+    replace_file(path, "".join(line_of(record) + "\n" for record in records).encode())
 
 
 def _read(path: Path) -> Iterator[Record]:
     """A line that was cut off, or is of another format, is as good as none: its run is done again."""
     if not path.exists():
         return
-    for line in read_file(path).decode(errors="replace").splitlines():
+    for line in read_file(path, within=path.parent).decode(errors="replace").splitlines():
         try:
             yield record_of(line)
         except MalformedRecordError:

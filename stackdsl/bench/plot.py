@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stackdsl.bench.points import MEASURES, Point, fronts_of
+from stackdsl.report.matplotlib_figures import HINT, encoded, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -43,34 +44,26 @@ def shown_at(error: float, floor_at: float) -> float:
     return error if error > floor_at else floor_at / 10.0**0.5
 
 
-def draw(points: Sequence[Point], folder: Path) -> list[Path]:
-    """Write the picture as PNG and SVG; the SVG is the same whenever it is drawn."""
-    try:
-        import matplotlib as mpl  # noqa: PLC0415 -- an optional extra
-    except ImportError as error:
-        message = "no plot: matplotlib is not installed; install it with: pip install 'stackdsl[bench]'"
-        raise PlotMissingError(message) from error
-    mpl.use("agg")
-    mpl.rcParams["svg.hashsalt"] = "stackdsl"
-    from matplotlib import pyplot  # noqa: PLC0415 -- likewise
-
+def drawn(points: Sequence[Point]) -> Mapping[str, bytes]:
+    """The picture as PNG and SVG, by the names of files; none where nothing was measured. Raises PlotMissingError."""
     fronts = fronts_of(points)
     measures = [measure for measure in MEASURES if measure in fronts]
     if not measures:
-        return []
+        return {}
     down = ceil(len(measures) / ACROSS)
     size = (ACROSS * PANEL[0], down * PANEL[1])
-    figure, panels = pyplot.subplots(down, ACROSS, figsize=size, squeeze=False, layout="constrained")
+    try:
+        figure = new_figure(size, "constrained")
+    except ImportError as error:
+        message = f"no plot: matplotlib is not installed; install it with: {HINT}"
+        raise PlotMissingError(message) from error
+    panels = figure.subplots(down, ACROSS, squeeze=False)
     for panel, measure in zip(panels.flat, measures, strict=False):
         _draw_panel(panel, measure, points, fronts[measure])
     for panel in panels.flat[len(measures) :]:
         panel.set_axis_off()
     figure.legend(*panels.flat[0].get_legend_handles_labels(), loc="outside lower center", ncols=6, frameon=False)
-    paths = [folder / name for name in FILES]
-    for path in paths:
-        figure.savefig(path, dpi=120, metadata={"Date": None} if path.suffix == ".svg" else None)
-    pyplot.close(figure)
-    return paths
+    return {name: encoded(figure, Path(name).suffix, dpi=120) for name in FILES}
 
 
 def _draw_panel(panel: "Axes", measure: str, points: Sequence[Point], front: Sequence[Point]) -> None:

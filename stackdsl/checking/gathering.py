@@ -11,13 +11,13 @@ from typing import Final
 
 from stackdsl.compiling.compiler import bricks_at_most, compile_timeline
 from stackdsl.diagnostics import Diagnostic, Span, once
-from stackdsl.disk import leads_outside
+from stackdsl.disk import LeadsOutsideError, leads_outside
 from stackdsl.importing.expansion import whole
 from stackdsl.language.choices import compact
 from stackdsl.language.schema import Scenario
 from stackdsl.language.validation import validate
 from stackdsl.language.variants import Variant, expand
-from stackdsl.project_file import OWN_FILE, home_of
+from stackdsl.project_file import OWN_FILE, confined, home_of
 from stackdsl.reading.characters import visible
 from stackdsl.reading.composing import Library
 from stackdsl.reading.source import MAX_BYTES, Loaded, Source, load, parsed
@@ -169,13 +169,21 @@ def _inside(folder: Path, unreadable: list[Diagnostic]) -> list[Path]:
 
     home = home_of(folder)
 
+    def outside(path: Path) -> None:
+        why, hint = "a link leads out of the project", f"remove it, or mark a folder above as the root by {OWN_FILE}"
+        unreadable.append(_unreadable(path.as_posix(), why, hint))
+
     def is_inside(path: Path) -> bool:
         if not path.is_symlink() or not leads_outside(path, home):
             return True
-        why, hint = "a link leads out of the project", f"remove it, or mark a folder above as the root by {OWN_FILE}"
-        unreadable.append(_unreadable(path.as_posix(), why, hint))
+        outside(path)
         return False
 
+    try:
+        confined(folder)
+    except LeadsOutsideError:
+        outside(folder)
+        return []
     for parent, folders, names in _folders(folder, missed, is_inside):
         # A directory that is called like a scenario is a mistake worth telling.
         # And what begins with an underscore is only there for others to take from.

@@ -9,6 +9,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TypeAlias
 
+from stackdsl.asked_files import read_asked
 from stackdsl.checking.gathering import STDIN, Case, cases_of, files_under, gather, identity_of, loaded_from
 from stackdsl.checking.memory import Memory
 from stackdsl.diagnostics import Diagnostic
@@ -35,15 +36,15 @@ class _Parts(Library):
     root: str = ""
     digests: dict[str, str] = field(default_factory=dict)  # by the path that was asked for, links and all
 
-    def read(self, path: str) -> Loaded:
+    def read(self, path: str, root: str) -> Loaded:
         """What a file holds; that it was asked for is noted."""
-        loaded = super().read(path)
+        loaded = super().read(path, root)
         self.digests[path] = _digest_there(path, self.root, loaded.digest)
         return loaded
 
-    def bytes_of(self, path: str, most: int) -> bytes:
+    def bytes_of(self, path: str, most: int, root: str) -> bytes:
         """What a file of another program holds; that it was asked for is noted."""
-        data = super().bytes_of(path, most)
+        data = super().bytes_of(path, most, root)
         self.digests[path] = _digest_there(path, self.root, sha256(data).hexdigest())
         return data
 
@@ -64,7 +65,7 @@ class _Made:
     @property
     def is_current(self) -> bool:
         """Whether the others are as they were."""
-        now = {path: _digest_there(path, self.root, _digest_of(Path(path))) for path in self.parts}
+        now = {path: _digest_there(path, self.root, _digest_of(Path(path), self.root)) for path in self.parts}
         return now == self.parts and all(now.values())
 
 
@@ -167,12 +168,12 @@ def survey(paths: Sequence[Path], memory: Memory) -> Surveyed:
     return Surveyed(tuple(cases), tuple(dict.fromkeys(diagnostics)), digests)
 
 
-def _digest_of(path: Path) -> str:
+def _digest_of(path: Path, within: str = "") -> str:
     """The digest of a file's text; empty where it cannot be read, or is not to be."""
     if path == STDIN or not path.is_file():  # what a shell gives as a pipe can be read only once
         return ""
     try:
-        data = read_file(path, MAX_IMPORTED + 1)
+        data = read_file(path, MAX_IMPORTED + 1, within) if within else read_asked(path, MAX_IMPORTED + 1)
     except OSError:
         return ""
     return sha256(data).hexdigest()

@@ -6,18 +6,18 @@ from pathlib import Path
 
 import click
 
+from stackdsl.asked_files import write_asked
 from stackdsl.bench.conduct import Bench, Job, Plan, bench, jobs_of
 from stackdsl.bench.entrants import ENTRANTS, entrant_named, installed
 from stackdsl.bench.journal import Journal
 from stackdsl.bench.page import bench_page
-from stackdsl.bench.plot import PlotMissingError, draw
+from stackdsl.bench.plot import PlotMissingError, drawn
 from stackdsl.bench.summary import bench_json
 from stackdsl.bench.table import bench_text
 from stackdsl.checking.gathering import gather
 from stackdsl.checking.selection import Selection, why_nothing
 from stackdsl.commands.options import LONGEST_LIMIT, ON_KEYWORD, ON_TAGS, FilePath, Number, SystemChoice, refuse_missing
 from stackdsl.commands.terminal import paper, progress, tell, write
-from stackdsl.disk import write_asked
 from stackdsl.exits import ExitCode
 from stackdsl.outcome import RunStatus
 from stackdsl.report.diagnostic_text import diagnostic_text
@@ -152,11 +152,13 @@ def _some(names: Sequence[str]) -> str:
 def _write_down(found: Bench, output: Path) -> None:
     write_asked(output / "bench.json", bench_json(found).encode(), output)
     try:
-        drawn = bool(draw(found.points, output))
+        pictures = drawn(found.points)
     except PlotMissingError as error:
-        drawn = False
+        pictures = {}
         tell(str(error))
-    write_asked(output / "speed-against-error.md", bench_page(found, drawn).encode(), output)
+    for name, picture in pictures.items():
+        write_asked(output / name, picture, output)
+    write_asked(output / "speed-against-error.md", bench_page(found, bool(pictures)).encode(), output)
 
 
 def _exit_code(found: Bench, mistakes: bool) -> ExitCode:

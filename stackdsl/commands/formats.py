@@ -8,10 +8,9 @@ from typing import Final, TypeAlias
 
 import click
 
+from stackdsl.asked_files import make_asked, write_asked
 from stackdsl.commands.terminal import paper, write
-from stackdsl.disk import make_asked, write_asked
 from stackdsl.outcome import Report
-from stackdsl.project_file import home_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,8 +98,7 @@ def write_report(report: Report, outputs: Sequence[Output], style: Style) -> Non
             write(text)
             continue
         try:
-            home = home_of(Path())
-            make_asked(output.file.parent, home)
-            write_asked(output.file, text.encode(), home)
+            make_asked(output.file.parent)
+            write_asked(output.file, text.encode())
         except OSError as error:
             raise click.ClickException(f"{output.file} cannot be written: {error.strerror}") from error

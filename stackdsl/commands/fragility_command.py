@@ -9,6 +9,7 @@ from pathlib import Path
 
 import click
 
+from stackdsl.asked_files import write_asked
 from stackdsl.checking.drawn_fragility import Found, Plan, draw
 from stackdsl.checking.gathering import Case
 from stackdsl.checking.memory import Memory
@@ -17,15 +18,13 @@ from stackdsl.commands.check_command import goldens_and_state, project_around
 from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, Number
 from stackdsl.commands.selecting import code_without_runs, complain, selected_of
 from stackdsl.commands.terminal import counted, tell, write
-from stackdsl.disk import refuse_outside
 from stackdsl.exits import ExitCode
 from stackdsl.judging.fragility import Fragility, spaced
 from stackdsl.language.expressions import constant, unit_text
 from stackdsl.language.mistakes import MistakeError
-from stackdsl.project_file import home_of
-from stackdsl.report.fragility_plot import draw as draw_plot
+from stackdsl.report.fragility_plot import drawn as drawn_plot
 from stackdsl.report.fragility_text import fragility_csv, fragility_json, fragility_lines
-from stackdsl.report.survival_plot import HINT
+from stackdsl.report.matplotlib_figures import HINT
 from stackdsl.sampling.intensities import SHAKING, Intensity, Kind, NoIntensityError, intensity_of
 from stackdsl.systems.known_systems import system_named
 from stackdsl.systems.systems import Method
@@ -256,8 +255,7 @@ def _written(curves: Sequence[tuple[str, Fragility]], form: str) -> None:
 
 def _draw(name: str, fragility: Fragility, path: Path) -> None:
     try:
-        refuse_outside(path, home_of(Path()))
-        draw_plot(name, fragility, path)
+        write_asked(path, drawn_plot(name, fragility, path.suffix))
     except ModuleNotFoundError as error:
         raise click.ClickException(f"--plot needs {error.name}, which is not installed; try: {HINT}") from error
     except OSError as error:

@@ -9,6 +9,7 @@ import click
 from pydantic import ValidationError
 
 from stability.friction_law import Rule
+from stackdsl.asked_files import read_asked
 from stackdsl.commands.import_faults import faults
 from stackdsl.commands.options import FilePath, Number
 from stackdsl.commands.terminal import tell, write
@@ -28,6 +29,7 @@ from stackdsl.importing.written_load import digits
 from stackdsl.language.imports import DECKS, FORMATS, Import, Units
 from stackdsl.language.mistakes import MistakeError
 from stackdsl.reading.characters import visible
+from stackdsl.reading.project import root_of
 from stackdsl.report.diagnostic_text import diagnostic_text
 
 HANGS: Final = "SD202"  # of what has nothing under it
@@ -82,15 +84,17 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     of_load = {"format": format_, "load": load, "settle": settle, "point": point, "ignore": ignore, "origin": origin}
     of_file = {"length": length, "mass": mass, "density": density, "up": up, "supports": supports}
     asked = _asked(file=str(file), deck=_deck(deck, overhang), **of_load, **of_file)
+
+    def beside(named: str) -> bytes:
+        return read_file(Path(file_beside(named, str(file))), MAX_IMPORTED, root_of(str(file)))
+
     try:
-        data = read_file(file, MAX_IMPORTED + 1)
+        data = read_asked(file, MAX_IMPORTED + 1)
     except OSError as error:
         raise click.UsageError(f"cannot read {file}: {error.strerror}") from error
     shown = visible(file.as_posix())
     try:
-        read = load_supervised(
-            data, shown, asked, lambda named: read_file(Path(file_beside(named, str(file))), MAX_IMPORTED)
-        )
+        read = load_supervised(data, shown, asked, beside)
         found = _settled(_with_rule(read, Rule(rule) if rule else None), asked)
     except UnreadableLoadError as error:
         for mistake in error.diagnostics:

@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING
 
 import click
 
+from stackdsl.asked_files import write_asked
 from stackdsl.checking.gathering import Case
 from stackdsl.commands.options import FilePath
 from stackdsl.commands.terminal import tell
-from stackdsl.disk import write_asked
 from stackdsl.outcome import VariantResult
-from stackdsl.project_file import home_of
 from stackdsl.trace import Trace
 
 if TYPE_CHECKING:
@@ -89,7 +88,7 @@ class Keeping:
 def write_file(path: Path, data: bytes) -> None:
     """Write a file that was asked for, and say so. Raises a message for people where it cannot be written."""
     try:
-        write_asked(path, data, home_of(Path()))
+        write_asked(path, data)
     except OSError as error:
         raise click.ClickException(f"{path} cannot be written: {error.strerror}") from error
     tell(f"wrote {path}, {max(1, round(len(data) / 1000)):,} kB")

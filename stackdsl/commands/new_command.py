@@ -7,11 +7,10 @@ from typing import Final
 
 import click
 
+from stackdsl.asked_files import make_asked, open_asked
 from stackdsl.checking.gathering import cases_of
 from stackdsl.commands.options import FilePath
 from stackdsl.commands.terminal import write
-from stackdsl.disk import make_asked
-from stackdsl.project_file import home_of
 from stackdsl.reading.source import parse
 
 SCHEMA: Final = "scenario.schema.json"  # what the JSON Schema is called in a project and in the package
@@ -50,7 +49,7 @@ def schema_seen_from(folder: Path) -> str:
 
 def make_folder(folder: Path) -> None:
     try:
-        make_asked(folder, home_of(Path()))
+        make_asked(folder)
     except FileExistsError as error:
         raise click.UsageError(f"{folder} is no directory; write to another one") from error
     except OSError as error:
@@ -59,8 +58,8 @@ def make_folder(folder: Path) -> None:
 
 def write_new(path: Path, text: str) -> None:
     try:
-        with path.open("x", encoding="utf-8") as file:
-            file.write(text)
+        with os.fdopen(open_asked(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL), "wb") as file:
+            file.write(text.encode())
     except FileExistsError as error:
         raise click.UsageError(f"{path} exists already; choose another name") from error
     except OSError as error:

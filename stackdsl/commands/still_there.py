@@ -5,18 +5,21 @@ from pathlib import Path
 
 from stackdsl.checking.memory import Memory
 from stackdsl.checking.survey import survey
+from stackdsl.disk import leads_outside
 from stackdsl.snapshots.pending import Pending, Waiting
 
 
 def no_longer_cases(pending: Sequence[Pending], waiting: Waiting) -> frozenset[str]:
     """The golden files of what waits, as that names them, of which the file of YAML has no such case any more.
 
-    Files are read anew where they have changed; of one with mistakes no case is known.
+    Files are read anew where they have changed; of one with mistakes no case is known. What waits may have been made by
+    whoever sent the project, so no file outside of it is read.
     """
-    files = sorted({each.file for each in pending if each.file})
+    named = {each.file for each in pending if each.file}
+    files = sorted(file for file in named if not leads_outside(waiting.home / file, waiting.home))
     memory = Memory(waiting.state, used=True)
     found = {file: {case.name for case in survey([waiting.home / file], memory).cases} for file in files}
-    return frozenset(each.golden for each in pending if each.file and each.case not in found[each.file])
+    return frozenset(each.golden for each in pending if each.file in found and each.case not in found[each.file])
 
 
 def why_not(pending: Pending, waiting: Waiting) -> str:

@@ -5,16 +5,16 @@ from pathlib import Path
 
 import click
 
+from stackdsl.asked_files import write_asked
 from stackdsl.checking.gathering import Case
 from stackdsl.checking.selection import Selection
 from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, Number
 from stackdsl.commands.selecting import code_without_runs, selected_of, variants_of
 from stackdsl.commands.terminal import counted, tell, write
-from stackdsl.disk import refuse_outside
 from stackdsl.judging.proofs import proofs_of
 from stackdsl.judging.survival import Survival, survival_of
-from stackdsl.project_file import home_of
-from stackdsl.report.survival_plot import HINT, draw
+from stackdsl.report.matplotlib_figures import HINT
+from stackdsl.report.survival_plot import drawn
 from stackdsl.report.survival_text import survival_csv, survival_json, survival_lines
 
 PLOTS = (".svg", ".png")
@@ -89,8 +89,7 @@ def _survival(name: str, case: Case, bearings: int, accuracy: float) -> Survival
 
 def _draw(name: str, survival: Survival, path: Path) -> None:
     try:
-        refuse_outside(path, home_of(Path()))
-        draw(name, survival, path)
+        write_asked(path, drawn(name, survival, path.suffix))
     except ModuleNotFoundError as error:
         raise click.ClickException(f"--plot needs {error.name}, which is not installed; try: {HINT}") from error
     except OSError as error:

@@ -121,13 +121,11 @@ def _taken(source: Source, path: Path, step: dict[str, Plain], library: Library)
     file = _file(asked.file, span)
 
     def beside(named: str) -> bytes:
-        return library.bytes_of(file_beside(named, file), MAX_IMPORTED)
+        return library.bytes_of(file_beside(named, file), MAX_IMPORTED, root_of(file))
 
     try:
-        data = library.bytes_of(file, MAX_IMPORTED)
-        load = load_supervised(
-            data, file, asked, lambda named: library.bytes_of(file_beside(named, file), MAX_IMPORTED)
-        )
+        data = library.bytes_of(file, MAX_IMPORTED, root_of(span.file))
+        load = load_supervised(data, file, asked, beside)
     except UnreadableLoadError as error:
         where = f"imported from {source.key_span_of(here)}"
         told = [replace(each, span=replace(each.span, where=where)) for each in error.diagnostics]

@@ -6,14 +6,22 @@ from pathlib import Path
 
 import pytest
 
-from stackdsl.project_file import Project, ProjectError, project_of
+from stackdsl.project_file import Project, ProjectError, confined, project_of
 
 
 def golden_directory(config: pytest.Config, test: Path) -> Path:
     """The directory of the golden files for a test in this file. Fails the test where the project is mistaken."""
     if named := config.getini("golden_directory"):
-        return config.rootpath / str(named)
-    return _in_project(config, test, lambda project: project.golden)
+        return _confined(config.rootpath / str(named))
+    return _confined(_in_project(config, test, lambda project: project.golden))
+
+
+def _confined(golden: Path) -> Path:
+    try:
+        confined(golden)
+    except OSError as error:
+        pytest.fail(f"{golden}: {error.strerror}", pytrace=False)
+    return golden
 
 
 def scenario_directory(config: pytest.Config, test: Path) -> Path:

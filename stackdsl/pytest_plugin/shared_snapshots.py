@@ -7,7 +7,6 @@ import json
 import os
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -23,8 +22,8 @@ from stackdsl.outcome import GoldenStatus
 from stackdsl.pytest_plugin.golden_directory import golden_directory
 from stackdsl.pytest_plugin.scenario_warnings import OtherEngineWarning
 from stackdsl.snapshots.compact import golden_text
-from stackdsl.snapshots.file_names import golden_file
-from stackdsl.snapshots.golden import judge_text, refuse_in_ci, write_golden
+from stackdsl.snapshots.file_names import directory_of, golden_file
+from stackdsl.snapshots.golden import content_of, judge_text, refuse_in_ci, write_golden
 from stackdsl.snapshots.record import Identity, Snapshot
 
 Golden = Callable[[Identity], SnapshotAssertion]
@@ -85,9 +84,10 @@ class GoldenExtension(JSONSnapshotExtension):
         self, *, snapshot_location: str, snapshot_name: str, session_id: str
     ) -> SerializableData | None:
         # Whatever cannot be decoded makes no JSON either, and is then told as unreadable.
-        with suppress(FileNotFoundError):
-            return Path(snapshot_location).read_text(encoding="utf-8", errors="replace")
-        return None
+        found = content_of(snapshot_location)
+        if isinstance(found, bytes):
+            return found.decode("utf-8", "replace")
+        return None if found.status is GoldenStatus.MISSING else found.note
 
     @classmethod
     def write_snapshot_collection(
@@ -96,7 +96,7 @@ class GoldenExtension(JSONSnapshotExtension):
         refuse_in_ci(os.environ)
         for snapshot in snapshot_collection:
             file = Path(snapshot_collection.location)
-            write_golden(file, str(snapshot.data), file.parent.parent)
+            write_golden(file, str(snapshot.data), directory_of(file))
 
 
 @cache

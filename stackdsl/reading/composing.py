@@ -30,16 +30,16 @@ class Library:
 
     files: dict[str, Loaded] = field(default_factory=dict)  # by their true paths
 
-    def read(self, path: str) -> Loaded:
-        """What a file holds, whatever is wrong with it."""
+    def read(self, path: str, root: str) -> Loaded:
+        """What a file within the root of a project holds, whatever is wrong with it."""
         true = os.path.realpath(path)
         if true not in self.files:
-            self.files[true] = load(FilePath(path))
+            self.files[true] = load(FilePath(path), root)
         return self.files[true]
 
-    def bytes_of(self, path: str, most: int) -> bytes:
-        """What a file of another program holds, up to one byte more than `most`. Raises OSError."""
-        return read_file(FilePath(path), most + 1)
+    def bytes_of(self, path: str, most: int, root: str) -> bytes:
+        """What a file of another program within it holds, up to one byte more than `most`. Raises OSError."""
+        return read_file(FilePath(path), most + 1, root)
 
 
 class _MistakeError(Exception):
@@ -219,6 +219,10 @@ class _Composing:
         hint = "say which: {file: base.yaml, scenario: tower}; what is included stands in a file of its own"
         raise _MistakeError(Diagnostic("SD113", span, f"{file} holds {len(documents)} scenarios", hint))
 
+    @property
+    def _root(self) -> str:
+        return root_of(self.siblings[0].file)
+
     def _file(self, source: Source, written: Plain, span: Span) -> str:
         if not isinstance(written, str) or not written.strip() or "${" in written or "\0" in written:
             raise _MistakeError(Diagnostic("SD103", span, "expected the path of a file", "write such as base.yaml"))
@@ -226,7 +230,7 @@ class _Composing:
             message = f"the path of a file is longer than {LONGEST_PATH} characters"
             raise _MistakeError(Diagnostic("SD113", span, message, "write such as base.yaml"))
         try:
-            return file_in_project(written.strip(), source.file, root_of(self.siblings[0].file))
+            return file_in_project(written.strip(), source.file, self._root)
         except OutsideError as error:
             raise _MistakeError(Diagnostic("SD113", span, error.message, error.hint)) from error
 
@@ -237,7 +241,7 @@ class _Composing:
         if self.read > MAX_BYTES:
             message = f"the files that are taken from have more than {MAX_BYTES >> 20} MiB in all"
             raise _MistakeError(Diagnostic("SD206", span, message, "take from smaller ones"))
-        loaded = self.library.read(file)
+        loaded = self.library.read(file, self._root)
         if loaded.diagnostics:
             raise _MistakeError(*loaded.diagnostics)
         return loaded.sources

@@ -38,12 +38,13 @@ def root_of(file: str) -> str:
 def file_in_project(written: str, beside: str, root: str) -> str:
     """The path of a file that is named in another one, relative to it. Raises OutsideError.
 
-    Links are followed, so that no way leads outside.
+    A `..` takes back the name before it, whether that is a link or not; all other links are followed, so that no way
+    leads outside.
     """
     if os.path.isabs(written) or written.startswith(("~", "\\")) or written[1:2] == ":":
         raise OutsideError(f"'{written}' is an absolute path", "write it as seen from the folder of this file")
     path = os.path.normpath(os.path.join(os.path.dirname(beside), written))
-    true = os.path.realpath(os.path.join(os.path.dirname(beside), written))
+    true = os.path.realpath(path)
     if os.path.commonpath([true, root]) != root:
         message = f"'{written}' leads outside of the project, whose root is {os.path.relpath(root)}"
         raise OutsideError(message, f"keep all files inside, or mark a folder above as the root by a file {OWN_FILE}")

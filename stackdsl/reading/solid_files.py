@@ -12,10 +12,11 @@ FILE: Final = "file"
 MAX_FILES: Final = 1000  # of one scenario
 
 
-def with_solid_files(source: Source, read: Callable[[str, int], bytes]) -> tuple[Source, tuple[Diagnostic, ...]]:
+def with_solid_files(source: Source, read: Callable[[str, int, str], bytes]) -> tuple[Source, tuple[Diagnostic, ...]]:
     """The scenario with the texts of the files of its bricks, each named by its path from here; and what is wrong.
 
-    `read` gives what a file holds, by its path, up to one byte more than is asked for. It may raise OSError.
+    `read` gives what a file within the root of a project holds, by its path, up to one byte more than is asked for. It
+    may raise OSError.
     """
     named = list(_named(source))
     if not named:
@@ -25,11 +26,12 @@ def with_solid_files(source: Source, read: Callable[[str, int], bytes]) -> tuple
     for path, written in named:
         try:
             beside = source.span_of(path).file  # a brick may come from a file that is included
-            file = file_in_project(written.strip(), beside, root_of(source.file))
+            root = root_of(source.file)
+            file = file_in_project(written.strip(), beside, root)
             if file not in texts:
                 if len(texts) == MAX_FILES:
                     raise OutsideError(f"the bricks come from more than {MAX_FILES} files", "take fewer")
-                texts[file] = _text(file, read)
+                texts[file] = _text(file, read, root)
         except OutsideError as error:
             mistakes.append(Diagnostic("SD113", source.span_of(path), error.message, error.hint))
             continue
@@ -37,9 +39,9 @@ def with_solid_files(source: Source, read: Callable[[str, int], bytes]) -> tuple
     return replace(source, values=values, files=texts, parts=(*source.parts, *texts)), tuple(mistakes)
 
 
-def _text(file: str, read: Callable[[str, int], bytes]) -> str:
+def _text(file: str, read: Callable[[str, int, str], bytes], root: str) -> str:
     try:
-        data = read(file, MAX_BYTES)
+        data = read(file, MAX_BYTES, root)
     except OSError as error:
         raise OutsideError(f"cannot read {file}: {error.strerror}", "name a file that can be read") from error
     if len(data) > MAX_BYTES:

@@ -13,6 +13,7 @@ from typing import Final, TypeAlias
 
 import yaml
 
+from stackdsl.asked_files import read_asked
 from stackdsl.diagnostics import Diagnostic, Page, Span, Warned, page_of
 from stackdsl.disk import read_file
 from stackdsl.reading.characters import unreadable_characters, visible
@@ -95,11 +96,17 @@ class Loaded:
     digest: str = ""  # SHA-256 of the bytes that were read; empty where nothing could be
 
 
-def load(path: FilePath) -> Loaded:
-    """Read and parse a file; whatever goes wrong is a diagnostic, never an exception."""
+def load(path: FilePath, within: str = "") -> Loaded:
+    """Read and parse a file; whatever goes wrong is a diagnostic, never an exception.
+
+    One that another file names is `within` a folder, the root of their project; else somebody asks for it by name.
+    """
     file = visible(path.as_posix())
+    if file != path.as_posix():  # what is told under this name, and what it takes from others, could be of another file
+        hidden = "its name has characters that cannot be shown"
+        return _refused(Diagnostic("SD001", Span(file, 1, 1, 1), f"cannot read the file: {hidden}", "rename it"))
     try:
-        data = read_file(path, MAX_BYTES + 1)
+        data = read_file(path, MAX_BYTES + 1, within) if within else read_asked(path, MAX_BYTES + 1)
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         reason = getattr(error, "strerror", None) or str(error)
         missing = isinstance(error, FileNotFoundError)

@@ -1,25 +1,20 @@
 """A fragility curve as a picture: points with their intervals, and the lognormal curve through them."""
 
-from pathlib import Path
-
 from stackdsl.judging.fragility import Fragility, spaced
+from stackdsl.report.matplotlib_figures import encoded, new_figure
 
 SIZE = (6.0, 4.0)  # [inch]
 MOST_TICKS = 8
 SMOOTH = 200  # points that the curve is drawn by
 
 
-def draw(name: str, fragility: Fragility, path: Path) -> None:
-    """Write it as SVG or PNG, by the ending of the path. Raises ModuleNotFoundError without matplotlib."""
-    import matplotlib as mpl  # noqa: PLC0415 -- an optional extra
-
-    mpl.use("agg")
-    mpl.rcParams["svg.hashsalt"] = "stackdsl"
-    from matplotlib import pyplot  # noqa: PLC0415 -- likewise
-    from matplotlib.ticker import NullFormatter  # noqa: PLC0415 -- likewise
+def drawn(name: str, fragility: Fragility, suffix: str) -> bytes:
+    """It as `.svg` or `.png`. Raises ModuleNotFoundError without matplotlib."""
+    figure = new_figure(SIZE)  # before any other module of matplotlib is loaded
+    from matplotlib.ticker import NullFormatter  # noqa: PLC0415 -- an optional extra
 
     shown, unit = fragility.intensity.shown, fragility.intensity.shown_unit
-    figure, axes = pyplot.subplots(figsize=SIZE)
+    axes = figure.subplots()
     known = [point for point in fragility.points if point.count > point.unknown]
     values, shares = [shown(point.value) for point in known], [point.share for point in known]
     below = [max(0.0, point.share - point.within.low) for point in known]
@@ -41,5 +36,4 @@ def draw(name: str, fragility: Fragility, path: Path) -> None:
     axes.set_title(name, fontsize=9)
     axes.legend(fontsize=8)
     figure.tight_layout()
-    figure.savefig(path, metadata={"Date": None} if path.suffix.lower() == ".svg" else None)
-    pyplot.close(figure)
+    return encoded(figure, suffix)

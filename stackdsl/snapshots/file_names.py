@@ -35,6 +35,11 @@ def golden_file(directory: Path, identity: Identity) -> Path:
     return old if not path.exists() and old.exists() else path
 
 
+def directory_of(file: Path) -> Path:
+    """The directory of golden files that one of them is in, by its name."""
+    return file.parent if OLD_NAME.fullmatch(file.name) else file.parent.parent
+
+
 def _variant(chosen: str) -> str:
     slug = chosen.replace("/", "-per-").replace("%", "pct").replace("=", "-").replace(",", "_")
     choices = [f"{name}={_value(value)}" for name, value in _CHOICE.findall(slug)]

@@ -11,13 +11,13 @@ from pathlib import Path
 from secrets import token_hex
 from time import time
 
-from stackdsl.disk import NOT_REGULAR, LeadsOutsideError, read_file, refuse_outside
+from stackdsl.disk import NOT_REGULAR, LeadsOutsideError, read_file, refuse_outside, replace_file
 from stackdsl.outcome import GoldenDifference, GoldenResult, GoldenStatus
 from stackdsl.reading.characters import visible
 from stackdsl.snapshots.canonical import document
 from stackdsl.snapshots.compact import golden_text
 from stackdsl.snapshots.comparison import compare_documents
-from stackdsl.snapshots.file_names import NEW_NAME, OLD_NAME, golden_file
+from stackdsl.snapshots.file_names import NEW_NAME, OLD_NAME, directory_of, golden_file
 from stackdsl.snapshots.keepers import is_kept, is_there, keeper_in
 from stackdsl.snapshots.record import COMPACT_FORMAT, FORMAT, Identity, MalformedSnapshotError, Snapshot
 from stackdsl.snapshots.stamp import differ_in_engine, stamp_note
@@ -97,10 +97,7 @@ def content(path: Path, directory: Path) -> bytes | GoldenResult:
     """All that a golden file in a directory holds, or why it cannot be read."""
     file = path.as_posix()
     try:
-        refuse_outside(path.parent, directory)
-        found = read_file(path)
-        refuse_outside(path, directory)
-        return found
+        return read_file(path, within=directory)
     except FileNotFoundError:
         return GoldenResult(GoldenStatus.MISSING, file)
     except LeadsOutsideError as error:
@@ -108,6 +105,11 @@ def content(path: Path, directory: Path) -> bytes | GoldenResult:
     except OSError as error:
         note = NOT_REGULAR if error.strerror == NOT_REGULAR else f"it cannot be read: {error.strerror}"
         return GoldenResult(GoldenStatus.UNREADABLE, file, note=note)
+
+
+def content_of(file: str) -> bytes | GoldenResult:
+    """All that a golden file holds, or why it cannot be read."""
+    return content(Path(file), directory_of(Path(file)))
 
 
 def text_digest(found: bytes | GoldenResult) -> str:
@@ -169,8 +171,9 @@ def renamed_from(snapshot: Snapshot, files: Iterable[str]) -> str:
     got = document(snapshot)
     own = {key: got[key] for key in ("scenario", "variant", "system")}
     for file in files:
-        with suppress(OSError, ValueError, RecursionError):
-            expected = _parsed(read_file(Path(file)).decode("utf-8"))
+        with suppress(ValueError, RecursionError):
+            found = content_of(file)
+            expected = _parsed(found.decode("utf-8")) if isinstance(found, bytes) else {}
             if expected.get("system") == own["system"] and not compare_documents({**expected, **own}, got):
                 return file
     return ""
@@ -233,15 +236,8 @@ def write_golden(path: Path, text: str, directory: Path) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     _remove_left_over(path.parent)
     # Not the process id: two containers that share a volume may both be number 7.
-    temporary = path.with_name(f".{token_hex(16)}{TEMPORARY}")
-    try:
-        with temporary.open("xb") as file:
-            file.write(text.encode("utf-8"))  # what people write into a file that agrees stays
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    fresh = f".{token_hex(16)}{TEMPORARY}"
+    replace_file(path, text.encode("utf-8"), fresh=fresh, synced=True)  # what people write into one that agrees stays
 
 
 def _remove_left_over(directory: Path) -> None:
@@ -276,7 +272,7 @@ def obsolete(directory: Path, expected: Iterable[str], whole_set: bool, checked:
 def _is_golden(file: Path) -> bool:
     """Whether a file in a directory of a scenario is a golden file: any other is nobody's business here."""
     with suppress(OSError):
-        return NEW_NAME.fullmatch(file.name) is not None and b'"format"' in read_file(file, HEAD)
+        return NEW_NAME.fullmatch(file.name) is not None and b'"format"' in read_file(file, HEAD, file.parent.parent)
     return False
 
 

@@ -58,7 +58,7 @@ def is_there(keeper: str, golden: Path) -> bool:
 def is_kept(file: Path, golden: Path, checked: Collection[str]) -> bool:
     """Whether somebody else keeps a golden file, beside those files, by their true paths, of which all is known."""
     try:
-        keeper = keeper_in(read_file(file))
+        keeper = keeper_in(read_file(file, within=golden))
     except OSError:
         return False
     return is_there(keeper, golden) and os.path.realpath(golden.parent / keeper) not in checked

@@ -28,8 +28,8 @@ def moved_to_new_names(directory: Path) -> Iterator[tuple[Path, Path | None]]:
 
 
 def _identity(file: Path) -> Identity | None:
-    with suppress(ValueError, RecursionError, KeyError, TypeError):
-        value = json.loads(read_file(file))
+    with suppress(OSError, ValueError, RecursionError, KeyError, TypeError):
+        value = json.loads(read_file(file, within=file.parent))
         names = [value[key] for key in ("scenario", "variant", "system")]
         if all(isinstance(name, str) for name in names):
             return Identity(*names)

@@ -4,12 +4,11 @@ import os
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
-from stat import S_ISREG
 from types import TracebackType
 from typing import BinaryIO, Final, Self
 
-from stackdsl.disk import refuse_outside
-from stackdsl.project_file import home_of
+from stackdsl.asked_files import make_asked, open_asked
+from stackdsl.disk import NOT_REGULAR
 from stackdsl.sweeping.file_lock import lock, unlock
 from stackdsl.sweeping.pieces import Kind
 from stackdsl.sweeping.row_text import Counts, RowsError, head_of, header_line, kind_of, number_of, refuse_other
@@ -26,7 +25,7 @@ class JsonLines:
         self.path, self.plan = path, plan
         self._due = b""  # the first line, which comes with the first rows: until then the file is of no sweep
         self.counts = Counts()  # of what is there on opening; whoever writes adds to it
-        descriptor = _opened(path)
+        descriptor = _opened(path) if locked else _opened(path, path.parent)
         self._stream: BinaryIO = os.fdopen(descriptor, "r+b")
         try:
             if locked:
@@ -120,15 +119,12 @@ class JsonLines:
 _MORE: Final = "ask for as many samples as it has, or more; or write to another file"
 
 
-def _opened(path: Path) -> int:
+def _opened(path: Path, *folders: Path) -> int:
     """The descriptor of a file that is left as it is, as it may be of another sweep. Raises RowsError."""
     try:
-        refuse_outside(path, home_of(Path()))
-        path.parent.mkdir(parents=True, exist_ok=True)
-        descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+        make_asked(path.parent)
+        return open_asked(path, os.O_RDWR | os.O_CREAT, *folders)
     except OSError as error:
+        if error.strerror == NOT_REGULAR:
+            raise RowsError(f"{path} is no regular file, so no sweep could go on with it") from error
         raise RowsError(f"{path} cannot be written: {error.strerror}") from error
-    if not S_ISREG(os.fstat(descriptor).st_mode):
-        os.close(descriptor)
-        raise RowsError(f"{path} is no regular file, so no sweep could go on with it")
-    return descriptor

@@ -6,17 +6,19 @@ Where a kill has left rows in both, the tail has them: it says how many rows com
 """
 
 import os
+import re
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import suppress
+from io import BytesIO
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Final, Self
 
-from stackdsl.disk import make_asked
-from stackdsl.project_file import home_of
+from stackdsl.asked_files import make_asked
+from stackdsl.disk import read_file, replace_file
 from stackdsl.sweeping.file_lock import lock, unlock
-from stackdsl.sweeping.json_lines import JsonLines
+from stackdsl.sweeping.json_lines import LONGEST, JsonLines
 from stackdsl.sweeping.pieces import Kind
 from stackdsl.sweeping.row_text import Counts, RowsError, head_of, header_line, number_of, refuse_other, tail_of
 from stackdsl.sweeping.sweep_plan import Plan
@@ -32,6 +34,7 @@ SMALL: Final[dict[str, Any]] = {
     "use_dictionary": ["case", "seed", "verdict", "level", "how"],
     "column_encoding": {"sample": "DELTA_BINARY_PACKED"},  # numbers that follow each other take next to nothing
 }
+PART_NAME: Final = re.compile(r"part-([0-9]{12})\.parquet")
 FRESH: Final = "_fresh"  # what is being written, until it has its name
 
 
@@ -47,7 +50,7 @@ class ParquetFolder:
         self.path, self.plan, self.part = path, plan, part
         self.counts = Counts()
         try:
-            make_asked(path, home_of(Path()))
+            make_asked(path)
             self._folder = os.open(path, os.O_RDONLY)
         except OSError as error:
             raise RowsError(f"{path} cannot be written: {error.strerror}") from error
@@ -103,6 +106,8 @@ class ParquetFolder:
             end = self._taken_over()
         except (OSError, pa.ArrowException) as error:
             raise RowsError(f"{self.path} cannot be read, or written on: {error}") from error
+        except (KeyError, TypeError, ValueError) as error:
+            raise RowsError(f"{self.path} has rows of no such sweep: write to another folder") from error
         if end != after:
             raise RowsError(f"{self.path} lacks the rows from {end} on: write to another folder, or remove this one")
         tail = JsonLines(self.path / TAIL, self.plan, locked=False)
@@ -127,18 +132,17 @@ class ParquetFolder:
     def _after(self) -> int:
         """How many rows the tail says come before its own. Raises RowsError where it is of another sweep."""
         try:
-            with (self.path / TAIL).open("rb") as stream:
-                line = stream.readline()
+            line, end, _ = read_file(self.path / TAIL, LONGEST, self.path).partition(b"\n")
         except FileNotFoundError:
             if any(self.path.iterdir()):
                 told = f"has files and no {TAIL}, so it is no folder of a sweep"
                 raise RowsError(f"{self.path} {told}: write to another folder") from None
             return 0
-        return refuse_other(line, self.plan, self.path / TAIL) if line.endswith(b"\n") else 0
+        return refuse_other(line + end, self.plan, self.path / TAIL) if end else 0
 
     def _parts(self) -> list[int]:
         """The number of the first row of each file."""
-        return sorted(int(file.stem.removeprefix("part-")) for file in self.path.glob("part-*.parquet"))
+        return sorted(int(found[1]) for file in self.path.iterdir() if (found := PART_NAME.fullmatch(file.name)))
 
     def _file(self, first: int) -> Path:
         return self.path / f"part-{first:012}.parquet"
@@ -146,7 +150,7 @@ class ParquetFolder:
     def _table(self, first: int) -> "pa.Table":
         from pyarrow import parquet  # noqa: PLC0415 -- an optional extra
 
-        return parquet.read_table(self._file(first), partitioning=None)
+        return parquet.read_table(BytesIO(read_file(self._file(first), within=self.path)))
 
     def _lines(self, table: "pa.Table") -> Iterator[bytes]:
         entries = {entry.name: entry for entry in self.plan.entries}
@@ -168,13 +172,13 @@ class ParquetFolder:
         from pyarrow import json, parquet  # noqa: PLC0415 -- likewise
 
         try:
-            _, _, rows = (self.path / TAIL).read_bytes().partition(b"\n")
+            _, _, rows = read_file(self.path / TAIL, within=self.path).partition(b"\n")
             options = json.ParseOptions(explicit_schema=_schema(words=pa.string()))
             table = json.read_json(pa.BufferReader(rows), parse_options=options)
-            fresh = self.path / FRESH
             words = pa.dictionary(pa.int32(), pa.string())
-            parquet.write_table(table.cast(_schema(words)), fresh, **SMALL)
-            fresh.replace(self._file(self._tail.after))
+            whole = BytesIO()
+            parquet.write_table(table.cast(_schema(words)), whole, **SMALL)
+            replace_file(self._file(self._tail.after), whole.getvalue(), fresh=FRESH)
             self._tail.close()
             self._begin(self._tail.rows, [])
         except (OSError, pa.ArrowException) as error:
@@ -183,9 +187,7 @@ class ParquetFolder:
 
     def _begin(self, after: int, lines: list[bytes]) -> None:
         """Another tail, at one stroke."""
-        fresh = self.path / FRESH
-        fresh.write_bytes(header_line(self.plan, after) + b"".join(lines))
-        fresh.replace(self.path / TAIL)
+        replace_file(self.path / TAIL, header_line(self.plan, after) + b"".join(lines), fresh=FRESH)
 
 
 def _kind(row: dict[str, Any]) -> Kind:

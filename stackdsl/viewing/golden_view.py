@@ -19,9 +19,11 @@ from stability.geometry.vectors import norm, scale
 from stability.model import BodyId, BodyState, Brick, Plane, Pose, Vec3
 from stability.shapes.box import Box
 from stackdsl.diagnostics import Span
+from stackdsl.disk import read_file
 from stackdsl.outcome import GoldenDifference, GoldenResult
 from stackdsl.recording.recorder import Recorder
 from stackdsl.recording.recording import Recording
+from stackdsl.snapshots.file_names import directory_of
 from stackdsl.snapshots.rubbing import friction_told
 from stackdsl.timeline import Placement, Timeline, World
 from stackdsl.trace import BrickState, BrickTrack, Event, EventKind, Trace
@@ -39,10 +41,9 @@ def golden_view(golden: GoldenResult, now: RunView) -> RunView | None:
     People write golden files as well, so what is in it may be anything.
     """
     try:
-        file = Path(golden.file)
-        if not file.is_file() or file.stat().st_size > LONGEST:
+        text = read_file(file := Path(golden.file), LONGEST + 1, directory_of(file)).decode()
+        if len(text) > LONGEST:
             return None
-        text = file.read_text(encoding="utf-8")
         return _view(json.loads(text), golden, text, now)
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
         return None

@@ -2,16 +2,24 @@
 
 import json
 import os
+import shutil
 import socket
 import subprocess
 import sys
 from hashlib import sha256
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
+from stackdsl import asked_files, disk
+from stackdsl.asked_files import open_asked, read_asked, write_asked
+from stackdsl.bench.journal import Journal
+from stackdsl.commands import bench_command
+from stackdsl.disk import LeadsOutsideError, read_file
 from tests.command_line import GOOD, Result, Stackdsl, stackdsl_in, write
 from tests.paths import ROOT
+from tests.stackdsl.bench.runs import RECORD
 
 __all__ = ["stackdsl_in"]
 
@@ -289,7 +297,8 @@ def test_what_is_no_regular_file_is_refused_by_every_command(
     odd(project / name, kind)
     refused = stackdsl(*arguments)
     assert refused.code in (2, 4)
-    assert "it is no regular file" in refused.text or kind == "directory" or arguments[0] in ("find",)
+    told = "a link leads out of" if kind == "device" else "it is no regular file"  # a link stands for the device
+    assert told in refused.text or kind == "directory" or arguments[0] in ("find",)
 
 
 @KINDS
@@ -320,3 +329,251 @@ def test_a_module_of_the_project_is_not_run_in_place_of_one_of_python(tmp_path: 
     done = subprocess.run([sys.executable, *command], cwd=project, env=environment, capture_output=True, check=False)
     assert not (project / "ran").exists()
     assert done.returncode == 0
+
+
+# --- settings of matplotlib -------------------------------------------------------------------------------------------
+
+# As matplotlib up to 3.10.8 takes its settings when it is loaded, and as all versions draw.
+MATPLOTLIB = """
+import sys
+from pathlib import Path
+from unittest.mock import MagicMock
+
+if Path("matplotlibrc").exists():
+    exec(Path("matplotlibrc").read_text())
+
+
+class Figure(MagicMock):
+    def savefig(self, file, **_):
+        (Path(file).open("wb") if isinstance(file, str | Path) else file).write(b"drawn")
+
+
+use, rcParams = MagicMock(), {}
+for name in ("figure", "pyplot", "ticker"):
+    sys.modules[f"matplotlib.{name}"] = globals()[name] = MagicMock()
+figure.Figure = Figure
+pyplot.subplots = lambda *_, **__: (Figure(), MagicMock())
+"""
+PLOT = ("survive", "scenarios/good.yaml", "--bearings", "4", "--plot")
+
+
+@pytest.fixture
+def drawing(tmp_path: Path, stackdsl_in: Stackdsl, project: Path) -> Stackdsl:
+    """The command, beside such a matplotlib."""
+    write(tmp_path, MATPLOTLIB, "packages/matplotlib/__init__.py")
+
+    def call(*arguments: str) -> Result:
+        beside = f"import sys; sys.path.insert(0, {str(tmp_path / 'packages')!r})"
+        started = f"sys.argv = ['stackdsl', *{[*arguments]!r}]; from stackdsl.__main__ import main; main()"
+        return stackdsl_in(project, program=f"{beside}; {started}")
+
+    return call
+
+
+def test_settings_of_matplotlib_that_a_project_has_are_not_run(drawing: Stackdsl, project: Path) -> None:
+    write(project, "open('ran', 'w').close()", "matplotlibrc")
+    drawn = drawing(*PLOT, "plot.svg")
+    assert not (project / "ran").exists()
+    assert (drawn.code, (project / "plot.svg").read_bytes()) == (0, b"drawn")
+
+
+def test_settings_of_the_installed_matplotlib_are_not_those_of_a_project(stackdsl: Stackdsl, project: Path) -> None:
+    pytest.importorskip("matplotlib")
+    write(project, "axes.titlesize: 99\nsvg.fonttype: none\n", "matplotlibrc")
+    assert stackdsl(*PLOT, "plot.svg").code == 0
+    assert "99" not in (project / "plot.svg").read_text().split("<defs>", 1)[0]
+    (project / "matplotlibrc").unlink()
+    was = (project / "plot.svg").read_bytes()
+    assert stackdsl(*PLOT, "plot.svg").code == 0
+    assert (project / "plot.svg").read_bytes() == was
+
+
+@pytest.mark.parametrize("target", ["home/new.svg", "home/secret.json"])
+def test_a_plot_is_not_written_through_a_link(drawing: Stackdsl, project: Path, target: str) -> None:
+    link(project, "plot.svg", target)
+    assert "plot.svg cannot be written: a link leads out of this directory" in drawing(*PLOT, "plot.svg").err
+
+
+def test_a_plot_cuts_a_hard_link(drawing: Stackdsl, project: Path) -> None:
+    os.link(project.parent / "home" / "secret.json", project / "plot.svg")
+    assert drawing(*PLOT, "plot.svg").code == 0
+    assert (project / "plot.svg").read_bytes() == b"drawn"
+
+
+# --- what is written bit by bit ---------------------------------------------------------------------------------------
+
+
+def test_pictures_of_a_bench_are_not_written_through_a_link(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    link(project, "bench/speed-against-error.svg", "home/secret.json")
+    monkeypatch.setattr(bench_command, "drawn", lambda _: {"speed-against-error.svg": b"<svg/>"})
+    monkeypatch.setattr(bench_command, "bench_json", lambda _: "{}")
+    with pytest.raises(LeadsOutsideError):
+        bench_command._write_down(SimpleNamespace(points=()), project / "bench")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("kind", ["link", "hard link", "dangling"])
+def test_runs_of_a_bench_are_not_written_through_a_link(project: Path, kind: str) -> None:
+    journal = Journal(project / "bench")
+    journal.folder.mkdir()
+    if kind == "hard link":
+        os.link(project.parent / "home" / "secret.json", journal.path)
+    else:
+        link(project, "bench/runs.jsonl", "home/secret.json" if kind == "link" else "home/new")
+    with pytest.raises(OSError, match=r"a link leads out of|by a hard link"):
+        journal.add(RECORD)
+    journal.begin()
+    journal.add(RECORD)
+    assert journal.held() == [RECORD]
+
+
+def test_rows_are_not_written_through_a_hard_link(stackdsl: Stackdsl, project: Path) -> None:
+    (project.parent / "home" / "empty").touch()
+    os.link(project.parent / "home" / "empty", project / "rows.jsonl")
+    refused = stackdsl("sweep", "scenarios/good.yaml", "--out", "rows.jsonl")
+    (project / "rows.jsonl").unlink()
+    assert "rows.jsonl cannot be written: it has another name as well, by a hard link" in refused.err
+    assert (project.parent / "home" / "empty").read_bytes() == b""
+    (project.parent / "home" / "empty").unlink()
+
+
+# --- what a project names outside of itself ---------------------------------------------------------------------------
+
+
+def test_dots_behind_a_link_lead_nowhere_else(stackdsl: Stackdsl, project: Path) -> None:
+    """What is looked at is what is read, wherever the `..` of a path is taken back to."""
+    write(project.parent, GOOD.replace("good", "base"), "secret/base.yaml")
+    (project / "a" / "b" / "c").mkdir(parents=True)
+    (project / "scenarios" / "l").symlink_to("../a/b/c")
+    write(project, "scenario: good\nextends: l/../../../secret/base.yaml\n", "scenarios/good.yaml")
+    write(project, GOOD.replace("good", "base"), "a/secret/base.yaml")  # which the system would take it for
+    refused = stackdsl("check")
+    assert (refused.code, "leads outside of the project" in refused.text) == (2, True)
+
+
+def test_a_file_whose_name_cannot_be_shown_is_not_taken_for_another(stackdsl: Stackdsl, project: Path) -> None:
+    write(project, "scenario: good\nextends: base.yaml\n", "scenarios/a\x1b/good.yaml")
+    write(project, GOOD.replace("good", "base"), "scenarios/a\\x1b/base.yaml")
+    (project / "scenarios/good.yaml").unlink()
+    refused = stackdsl("check")
+    assert (refused.code, "its name has characters that cannot be shown" in refused.text) == (2, True)
+
+
+@pytest.mark.parametrize("marked", [True, False])
+@pytest.mark.parametrize("arguments", [(), ("scenarios",), ("scenarios/secret.yaml",)])
+def test_scenarios_that_a_link_leads_outside_are_not_read(
+    stackdsl: Stackdsl, project: Path, marked: bool, arguments: tuple[str, ...]
+) -> None:
+    write(project.parent, "password: 1234\n", "elsewhere/secret.yaml")
+    write(project.parent, "", "elsewhere/stackdsl.toml")  # what a link leads to may be marked as well
+    shutil.rmtree(project / "scenarios")
+    if not marked:
+        (project / "stackdsl.toml").unlink()
+    link(project, "scenarios", "elsewhere")
+    refused = stackdsl("check", *arguments)
+    assert (refused.code in (2, 4), "a link leads out of" in refused.text) == (True, True)
+    assert "password" not in refused.text
+
+
+def test_whoever_names_a_file_elsewhere_gets_it(stackdsl: Stackdsl, project: Path) -> None:
+    write(project.parent, GOOD, "elsewhere/good.yaml")
+    for name in ("../elsewhere/good.yaml", str(project.parent / "elsewhere")):
+        assert stackdsl("check", name, "--golden", "../elsewhere/golden").code == 0
+    assert stackdsl("run", "../elsewhere/good.yaml", "--html", "../elsewhere/run.html").code == 0
+
+
+@pytest.mark.parametrize("mark", ["stackdsl.toml", ".git/HEAD"])
+def test_links_of_a_project_are_not_followed_from_outside_of_it(
+    stackdsl_in: Stackdsl, project: Path, mark: str
+) -> None:
+    """The project of the files counts, and not only that of the working directory."""
+    (project / "stackdsl.toml").unlink()
+    write(project, "", mark)
+    link(project, "out")
+    for arguments in (
+        ("check", "project/scenarios", "--html", "project/out"),
+        ("check", "project/scenarios", "--format", "json=project/out/report.json"),
+        ("run", "project/scenarios/good.yaml", "--html", "project/out/run.html"),
+        ("new", "tower", "--to", "project/out"),
+        ("init", "project/out"),
+        ("sweep", "project/scenarios/good.yaml", "--out", "project/out/rows.jsonl"),
+        ("check", "project/scenarios", "--golden", "project/out"),
+    ):
+        refused = stackdsl_in(project.parent, *arguments)
+        assert (refused.code != 0, "a link leads out of project" in refused.err) == (True, True), arguments
+
+
+@pytest.mark.usefixtures("waiting")
+def test_no_file_outside_is_looked_into_for_what_waits(stackdsl: Stackdsl, project: Path) -> None:
+    link(project, "l")
+    for file in ("../home/docs/letter.txt", "l/docs/letter.txt", str(project.parent / "home/docs/letter.txt")):
+        forged(project, file=file)
+        assert "has no case" not in stackdsl("golden", "status").out
+        read = stackdsl("golden", "accept", program=READ_BY + str([str(project.parent / "home"), "golden", "status"]))
+        assert read.out.splitlines()[-1] == "[]", file
+
+
+READ_BY = """
+import os, sys
+def told(event, arguments):
+    if event == "open" and "letter" in str(arguments[0]):
+        opened.append(arguments[0])
+opened = []
+sys.addaudithook(told)
+from stackdsl.__main__ import main
+sys.argv = ["stackdsl", "golden", "status"]
+try:
+    main()
+except SystemExit:
+    print(opened)
+#"""
+
+
+@pytest.mark.parametrize("name", ["stackdsl.toml", "pyproject.toml"])
+def test_a_mark_that_is_a_link_to_elsewhere_is_not_read(stackdsl: Stackdsl, project: Path, name: str) -> None:
+    (project / "stackdsl.toml").unlink()
+    write(project.parent, "[tool.stackdsl]\nhunter2 = 1\n", "elsewhere/secret.toml")
+    link(project, name, "elsewhere/secret.toml")
+    refused = stackdsl("check")
+    assert (refused.code, "hunter2" in refused.text) == (4, False)
+    assert f"{name}: a link leads out of" in refused.err
+
+
+# --- links that are put in the way meanwhile --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("swapped", ["out", "out/file"])
+@pytest.mark.parametrize("call", ["write", "append", "read"])
+def test_a_link_that_is_put_in_the_way_after_a_path_was_looked_at_is_not_followed(
+    project: Path, monkeypatch: pytest.MonkeyPatch, swapped: str, call: str
+) -> None:
+    write(project.parent, "precious", "home/file")
+    before = (project.parent / "home").stat()
+    write(project, "own", "out/file")
+    looked_at = asked_files.confined
+
+    def swapping(path: Path, *folders: Path) -> str:
+        true = looked_at(path, *folders)
+        (project / swapped).rename(project / "aside")
+        link(project, swapped, "home" if swapped == "out" else "home/file")
+        return true
+
+    monkeypatch.setattr(asked_files, "confined", swapping)
+    file = project / "out" / "file"
+    calls = {
+        "write": lambda: write_asked(file, b"new"),
+        "append": lambda: open_asked(file, os.O_WRONLY | os.O_APPEND),
+        "read": lambda: read_asked(file),
+    }
+    with pytest.raises(OSError, match=r"Not a directory|Too many levels of symbolic links|it is no regular file"):
+        calls[call]()
+    assert (project.parent / "home" / "file").read_text() == "precious"
+    (project.parent / "home" / "file").unlink()
+    os.utime(project.parent / "home", ns=(before.st_atime_ns, before.st_mtime_ns))
+
+
+def test_a_device_is_not_opened_to_see_what_it_is(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    opened = list[object]()
+    monkeypatch.setattr(disk.os, "open", lambda *arguments, **_: opened.append(arguments))
+    with pytest.raises(OSError, match="it is no regular file"):
+        read_file(Path("/dev/zero"))
+    assert opened == []

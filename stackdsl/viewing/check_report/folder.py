@@ -6,12 +6,11 @@ from pathlib import Path
 from typing import Final
 from urllib.parse import quote
 
+from stackdsl.asked_files import make_asked, write_asked
 from stackdsl.checking.check import Terms
 from stackdsl.checking.gathering import Case
 from stackdsl.checking.one_case import played_or_blocked
-from stackdsl.disk import make_asked, write_asked
 from stackdsl.outcome import Report
-from stackdsl.project_file import home_of
 from stackdsl.supervising.processes import run_supervised
 from stackdsl.supervising.worker import Task, TaskResult
 from stackdsl.systems.known_systems import unplayable
@@ -33,8 +32,7 @@ def write_folder(
 
     All systems that play the same share a page, where any two of them can be seen side by side.
     """
-    home = home_of(Path())
-    make_asked(folder / REPLAYS, home)
+    make_asked(folder / REPLAYS)
     playable = [case for case in cases if case.skip is None and not unplayable(case.system)]
     golden = {result.name: result.golden for result in report.results}
     tasks = [Task(played_or_blocked, (show_case, case, golden.get(case.name)), terms.time_limit) for case in playable]
@@ -46,7 +44,7 @@ def write_folder(
 
     run_supervised(tasks, terms.workers, done, terms.on_wait)
     index = folder / "index.html"
-    write_asked(index, index_page(report, pages.shown, pages.unseen).encode(), home)
+    write_asked(index, index_page(report, pages.shown, pages.unseen).encode(), folder)
     return index
 
 
@@ -79,7 +77,7 @@ class _Pages:
         group = self._groups[page]
         if self._told.keys() >= {*group}:
             told = [text for each in group for text in self._told.pop(each)]
-            write_asked(self.folder / file, page_of(told, page).encode(), home_of(Path()))
+            write_asked(self.folder / file, page_of(told, page).encode(), self.folder)
 
 
 def _page_name(case: Case) -> str:

@@ -216,7 +216,7 @@ def test_a_file_that_cannot_be_read_is_a_diagnostic(tmp_path: Path, name: str) -
 
 
 def test_a_file_that_may_not_be_read_is_a_diagnostic(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(*_: object) -> None:
+    def refuse(*_: object, **__: object) -> None:
         raise PermissionError(13, "Permission denied")
 
     (tmp_path / "a.yaml").touch()

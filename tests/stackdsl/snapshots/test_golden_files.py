@@ -283,7 +283,7 @@ def test_what_a_killed_run_left_is_cleaned_up_and_what_another_writes_is_not(tmp
 def test_a_golden_that_has_no_end_is_not_read(tmp_path: Path, update: bool) -> None:
     place(tmp_path).symlink_to("/dev/zero")
     result = check_golden(STANDS, tmp_path, update=False)
-    assert (result.status, result.note) == (GoldenStatus.UNREADABLE, "it is no regular file")
+    assert (result.status, "a link leads out of" in result.note) == (GoldenStatus.UNREADABLE, True)
     if update:
         assert check_golden(STANDS, tmp_path, update).status is GoldenStatus.WRITTEN
 

@@ -3,6 +3,8 @@
 import os
 import re
 import resource
+from collections.abc import Callable
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
@@ -198,3 +200,35 @@ def test_parquet_that_was_killed_between_two_files_has_no_row_twice(tmp_path: Pa
     (folder / "part-000000000020.parquet").unlink()
     with pytest.raises(RowsError, match="lacks the rows from 20 on"):
         ParquetFolder(folder, asked, part=20)
+
+
+@pytest.mark.parametrize("join", [os.symlink, os.link])
+@pytest.mark.parametrize("name", ["_tail.jsonl", "_fresh", "part-000000000000.parquet"])
+def test_parquet_neither_reads_nor_writes_what_a_link_leads_to(
+    tmp_path: Path, name: str, join: Callable[[Path, Path], None]
+) -> None:
+    pytest.importorskip("pyarrow")
+    asked, folder, elsewhere = plan(samples=50), tmp_path / "rows.parquet", tmp_path / "elsewhere"
+    swept(asked, tmp_path / "rows.jsonl")
+    lines = (tmp_path / "rows.jsonl").read_bytes().splitlines(keepends=True)[1:]
+    with ParquetFolder(folder, asked, part=20) as file:
+        file.write(lines[:30])
+    if name == "_fresh":
+        elsewhere.write_bytes(b"precious")
+    else:
+        (folder / name).rename(elsewhere)
+    before = elsewhere.read_bytes()
+    join(elsewhere, folder / name)
+    # What is replaced as a whole is not written to, and a hard link to what is read is no other than a file.
+    refused = name != "_fresh" and join is os.symlink
+    with (
+        pytest.raises(RowsError, match="a link leads out") if refused else nullcontext(),
+        ParquetFolder(folder, asked, part=20) as file,
+    ):
+        file.write(lines[30:])
+    assert elsewhere.read_bytes() == before
+    (folder / name).unlink(missing_ok=True)
+    if name == "_tail.jsonl":
+        os.mkfifo(folder / name)
+        with pytest.raises(RowsError, match="it is no regular file"):
+            ParquetFolder(folder, asked, part=20)

@@ -38,6 +38,14 @@ def view(folder: Path, text: str, now: RunView, *differences: GoldenDifference) 
     return golden_view(GoldenResult(GoldenStatus.DIFFERENT, file.as_posix(), differences), now)
 
 
+def test_a_file_that_a_link_leads_outside_is_not_shown(tmp_path: Path, tower: RunView, text: str) -> None:
+    (tmp_path / "golden" / "tower").mkdir(parents=True)
+    (tmp_path / "golden" / "tower" / "exact.json").symlink_to("../../exact.json")
+    assert view(tmp_path, text, tower) is not None
+    told = GoldenResult(GoldenStatus.UNREADABLE, (tmp_path / "golden/tower/exact.json").as_posix())
+    assert golden_view(told, tower) is None
+
+
 def test_bricks_are_where_the_file_has_them_and_fall_when_it_says_so(tmp_path: Path, tower: RunView, text: str) -> None:
     told = json.loads(text)
     told["bricks"]["L1.1"]["at_mm"][0] = 25.0  # it ended 25 mm aside

@@ -1,0 +1,35 @@
+"""Files that somebody asks for by a name, which may lie anywhere: a link of a project leads none of them out of it.
+
+Where a path is written as inside a project, it ends inside: whoever calls a command names a place in a project that
+somebody else may have made, and does not see which parts of it are links.
+"""
+
+from pathlib import Path
+
+from stackdsl.disk import is_stream, open_regular, read_stream, read_true, write_true
+from stackdsl.project_file import confined
+
+
+def read_asked(path: Path, most: int = -1) -> bytes:
+    """The content of a regular file, up to `most` bytes of it. Raises OSError."""
+    return read_stream(path, most) if is_stream(path) else read_true(confined(path), most)
+
+
+def make_asked(folder: Path) -> None:
+    """Make a folder. Raises OSError."""
+    confined(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    confined(folder)
+
+
+def write_asked(path: Path, data: bytes, *folders: Path) -> None:
+    """Write a file, which may be a pipe or a device. A hard link is cut first. Raises OSError."""
+    if is_stream(path):
+        path.write_bytes(data)
+    else:
+        write_true(confined(path, *folders), data)
+
+
+def open_asked(path: Path, flags: int, *folders: Path) -> int:
+    """The descriptor of a regular file that is gone on with, and that has no other name. Raises OSError."""
+    return open_regular(confined(path, *folders), flags, alone=True)
