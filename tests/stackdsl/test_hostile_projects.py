@@ -6,17 +6,18 @@ import shutil
 import socket
 import subprocess
 import sys
+from collections.abc import Callable
 from hashlib import sha256
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
-from stackdsl import asked_files, disk
 from stackdsl.asked_files import open_asked, read_asked, write_asked
 from stackdsl.bench.journal import Journal
 from stackdsl.commands import bench_command
 from stackdsl.disk import LeadsOutsideError, read_file
+from stackdsl.project_file import confined
 from tests.command_line import GOOD, Result, Stackdsl, stackdsl_in, write
 from tests.paths import ROOT
 from tests.stackdsl.bench.runs import RECORD
@@ -336,6 +337,7 @@ def test_a_module_of_the_project_is_not_run_in_place_of_one_of_python(tmp_path: 
 # As matplotlib up to 3.10.8 takes its settings when it is loaded, and as all versions draw.
 MATPLOTLIB = """
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from unittest.mock import MagicMock
 
@@ -549,7 +551,7 @@ def test_a_link_that_is_put_in_the_way_after_a_path_was_looked_at_is_not_followe
     write(project.parent, "precious", "home/file")
     before = (project.parent / "home").stat()
     write(project, "own", "out/file")
-    looked_at = asked_files.confined
+    looked_at = confined
 
     def swapping(path: Path, *folders: Path) -> str:
         true = looked_at(path, *folders)
@@ -557,9 +559,9 @@ def test_a_link_that_is_put_in_the_way_after_a_path_was_looked_at_is_not_followe
         link(project, swapped, "home" if swapped == "out" else "home/file")
         return true
 
-    monkeypatch.setattr(asked_files, "confined", swapping)
+    monkeypatch.setattr("stackdsl.asked_files.confined", swapping)
     file = project / "out" / "file"
-    calls = {
+    calls: dict[str, Callable[[], object]] = {
         "write": lambda: write_asked(file, b"new"),
         "append": lambda: open_asked(file, os.O_WRONLY | os.O_APPEND),
         "read": lambda: read_asked(file),
@@ -573,7 +575,7 @@ def test_a_link_that_is_put_in_the_way_after_a_path_was_looked_at_is_not_followe
 
 def test_a_device_is_not_opened_to_see_what_it_is(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     opened = list[object]()
-    monkeypatch.setattr(disk.os, "open", lambda *arguments, **_: opened.append(arguments))
+    monkeypatch.setattr("stackdsl.disk.os.open", lambda *arguments, **_: opened.append(arguments))
     with pytest.raises(OSError, match="it is no regular file"):
         read_file(Path("/dev/zero"))
     assert opened == []

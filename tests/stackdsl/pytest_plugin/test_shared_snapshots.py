@@ -1,5 +1,6 @@
 """Golden files in pytest: the same files, comparison and bytes as in `stackdsl check`."""
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -101,6 +102,29 @@ def test_the_directory_can_be_set(file: Path, pytester: pytest.Pytester) -> None
     pytester.makeini("[pytest]\ngolden_directory = elsewhere/locked")
     pytester.runpytest("--snapshot-update").assert_outcomes(passed=1)
     assert (pytester.path / "elsewhere" / "locked" / golden_name(IDENTITY)).exists()
+
+
+@pytest.mark.parametrize("linked", ["golden", "golden/{}", "golden/{}/{}"])
+def test_golden_files_that_a_link_leads_outside_are_neither_read_nor_written(
+    linked: str, file: Path, pytester: pytest.Pytester
+) -> None:
+    shutil.rmtree(pytester.path / "golden", ignore_errors=True)
+    name = linked.format(*golden_name(IDENTITY).split("/"))
+    outside = pytester.path.parent / f"{pytester.path.name}-outside"
+    (outside / name).parent.mkdir(parents=True)
+    (pytester.path / name).parent.mkdir(parents=True, exist_ok=True)
+    (outside / golden_name(IDENTITY)).parent.mkdir(parents=True, exist_ok=True)
+    (outside / golden_name(IDENTITY)).write_text(TEXT, encoding="utf-8")
+    parts = name.count("/")
+    target = [outside, outside / golden_name(IDENTITY).split("/", maxsplit=1)[0], outside / golden_name(IDENTITY)][
+        parts
+    ]
+    (pytester.path / name).symlink_to(target)
+    pytester.runpytest().assert_outcomes(failed=1)
+    before = (outside / golden_name(IDENTITY)).stat().st_mtime_ns
+    pytester.runpytest("--snapshot-update")
+    assert (outside / golden_name(IDENTITY)).stat().st_mtime_ns == before
+    assert [path.name for path in outside.rglob("*.json")] == [golden_name(IDENTITY).split("/")[1]]
 
 
 def test_two_variants_in_one_test_have_a_file_each(file: Path, pytester: pytest.Pytester) -> None:
