@@ -12,13 +12,13 @@ from stackdsl.project_file import Project, ProjectError, confined, project_of
 def golden_directory(config: pytest.Config, test: Path) -> Path:
     """The directory of the golden files for a test in this file. Fails the test where the project is mistaken."""
     if named := config.getini("golden_directory"):
-        return _confined(config.rootpath / str(named))
-    return _confined(_in_project(config, test, lambda project: project.golden))
+        return _confined(config, config.rootpath / str(named))
+    return _confined(config, _in_project(config, test, lambda project: project.golden))
 
 
-def _confined(golden: Path) -> Path:
+def _confined(config: pytest.Config, golden: Path) -> Path:
     try:
-        confined(golden)
+        confined(golden, config.rootpath)
     except OSError as error:
         pytest.fail(f"{golden}: {error.strerror}", pytrace=False)
     return golden
