@@ -120,9 +120,13 @@ def read_file(path: Path, most: int = -1, within: str | Path | None = None) -> b
     if within is None and is_stream(path):
         return read_stream(path, most)
     true = os.path.realpath(path)
-    if within is not None and not is_below(true, os.path.realpath(within)):
-        raise LeadsOutsideError(ELOOP, f"a link leads out of {called(within)}", str(path))
+    _refuse_beyond(true, path, within)
     return read_true(true, most)
+
+
+def _refuse_beyond(true: str, path: Path, folder: str | Path | None) -> None:
+    if folder is not None and not is_below(true, os.path.realpath(folder)):
+        raise LeadsOutsideError(ELOOP, f"a link leads out of {called(folder)}", str(path))
 
 
 def read_stream(path: Path, most: int = -1) -> bytes:
@@ -137,14 +141,15 @@ def read_true(true: str, most: int = -1) -> bytes:
         return stream.read(most)
 
 
-def replace_file(path: Path, data: bytes, *, fresh: str = "", synced: bool = False) -> None:
+def replace_file(path: Path, data: bytes, within: Path, *, fresh: str = "", synced: bool = False) -> None:
     """Write a file as a whole: another process, or one that is killed, leaves it as it was, or as it is to be.
 
     What is in its place, such as a link, is replaced and not written to. `fresh` is what the file is called until it is
-    whole; `synced`, whether it is on the disk before it has its name.
+    whole; `synced`, whether it is on the disk before it has its name. Raises OSError, and LeadsOutsideError where a
+    link leads to another place than within that folder.
     """
     fresh = fresh or f".{token_hex(8)}.tmp"
-    true = os.path.join(os.path.realpath(path.parent), path.name)
+    true = _place(path, within)
     with _named_in_folder(true) as (name, folder):
         temporary = fresh if folder is not None else os.path.join(os.path.dirname(true), fresh)
         flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | _NO_LINK | _BINARY
@@ -160,6 +165,19 @@ def replace_file(path: Path, data: bytes, *, fresh: str = "", synced: bool = Fal
         finally:
             with suppress(FileNotFoundError):
                 os.unlink(temporary, dir_fd=folder)
+
+
+def remove_file(path: Path, within: Path) -> None:
+    """Remove a file, or a link, where there is one. Raises OSError, and LeadsOutsideError as `replace_file` does."""
+    with suppress(FileNotFoundError), _named_in_folder(_place(path, within)) as (name, folder):
+        os.unlink(name, dir_fd=folder)
+
+
+def _place(path: Path, within: Path) -> str:
+    """Where a file is, whatever it is: the true path of its folder, and its name."""
+    true = os.path.join(os.path.realpath(path.parent), path.name)
+    _refuse_beyond(true, path, within)
+    return true
 
 
 def write_true(true: str, data: bytes) -> None:

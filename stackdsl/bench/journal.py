@@ -35,7 +35,7 @@ class Journal:
         make_asked(self.folder)
         with suppress(FileNotFoundError):
             self.path.replace(self.path.with_suffix(".jsonl.old"))
-        replace_file(self.path, b"")
+        replace_file(self.path, b"", self.folder)
 
     def add(self, record: Record) -> None:
         """Write one run, and see it on its way to the disk."""
@@ -70,7 +70,7 @@ class Journal:
 
 
 def _rewrite(path: Path, records: Iterable[Record]) -> None:
-    replace_file(path, "".join(line_of(record) + "\n" for record in records).encode())
+    replace_file(path, "".join(line_of(record) + "\n" for record in records).encode(), path.parent)
 
 
 def _read(path: Path) -> Iterator[Record]:

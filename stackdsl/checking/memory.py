@@ -18,7 +18,7 @@ from time import time
 from typing import TYPE_CHECKING, Final
 
 from stackdsl.checking.code_digest import code_is_older, program_digest
-from stackdsl.disk import read_file, replace_file, unlinked
+from stackdsl.disk import read_file, remove_file, replace_file, unlinked
 from stackdsl.outcome import UNCHECKED, GoldenStatus, VariantResult
 
 if TYPE_CHECKING:
@@ -48,6 +48,11 @@ class Memory:
         return program_digest()
 
     @property
+    def home(self) -> Path:
+        """What the directory is in, and everything in it."""
+        return self.folder.parent
+
+    @property
     def _records(self) -> Path:
         """The records of this program. Raises LeadsOutsideError where a link is in its place."""
         return unlinked(self.folder, "passed", self.program[:32])
@@ -61,7 +66,7 @@ class Memory:
         if not self.used:
             return None
         with suppress(OSError, ValueError, RecursionError):
-            head, _, text = read_file(unlinked(self._records, f"{key}.json")).partition(b"\n")
+            head, _, text = read_file(unlinked(self._records, f"{key}.json"), within=self.home).partition(b"\n")
             if head.decode() == _digest(key.encode() + text):
                 value: object = json.loads(text)
                 return value
@@ -82,7 +87,8 @@ class Memory:
                 self._prepare(records)
                 for key, value in self._written:
                     text = json.dumps(value).encode()
-                    replace_file(records / f"{key}.json", _digest(key.encode() + text).encode() + b"\n" + text)
+                    digest = _digest(key.encode() + text).encode()
+                    replace_file(records / f"{key}.json", digest + b"\n" + text, self.home)
                 self._forget_others()
         self._written.clear()
 
@@ -90,7 +96,7 @@ class Memory:
         folder.mkdir(parents=True, exist_ok=True)
         ignored = self.folder / ".gitignore"
         if not ignored.exists():
-            replace_file(ignored, IGNORED.encode())
+            replace_file(ignored, IGNORED.encode(), self.home)
 
     def _forget_others(self) -> None:
         """Let go of what other programs remembered long ago."""
@@ -100,12 +106,12 @@ class Memory:
             others = [entry for entry in entries if PROGRAM.fullmatch(entry.name)]
         for entry in others:
             if entry.is_dir(follow_symlinks=False) and time() - entry.stat(follow_symlinks=False).st_mtime > KEPT:
-                _remove_records(unlinked(own.parent, entry.name))
+                _remove_records(unlinked(own.parent, entry.name), self.home)
 
     def failed(self) -> frozenset[str]:
         """The names of the cases that failed when they were last played."""
         with suppress(OSError, ValueError, RecursionError):
-            names = json.loads(read_file(unlinked(self.folder, "failed.json")))
+            names = json.loads(read_file(unlinked(self.folder, "failed.json"), within=self.home))
             if isinstance(names, list):
                 return frozenset(name for name in names if isinstance(name, str))
         return frozenset()
@@ -117,7 +123,7 @@ class Memory:
         if names != before:
             with suppress(OSError):
                 self._prepare(unlinked(self.folder))
-                replace_file(self.folder / "failed.json", json.dumps(sorted(names)).encode())
+                replace_file(self.folder / "failed.json", json.dumps(sorted(names)).encode(), self.home)
 
 
 def may_be_remembered(result: VariantResult) -> bool:
@@ -156,10 +162,10 @@ def _digest(data: bytes) -> str:
     return sha256(data).hexdigest()
 
 
-def _remove_records(folder: Path) -> None:
+def _remove_records(folder: Path, home: Path) -> None:
     """Remove the records in a directory, and it as well unless it holds something else."""
     with suppress(OSError):
         for name in os.listdir(folder):
             if RECORD.fullmatch(name):
-                (folder / name).unlink(missing_ok=True)
+                remove_file(folder / name, home)
         folder.rmdir()

@@ -11,7 +11,7 @@ from pathlib import Path
 from secrets import token_hex
 from time import time
 
-from stackdsl.disk import NOT_REGULAR, LeadsOutsideError, read_file, refuse_outside, replace_file
+from stackdsl.disk import NOT_REGULAR, LeadsOutsideError, read_file, refuse_outside, remove_file, replace_file
 from stackdsl.outcome import GoldenDifference, GoldenResult, GoldenStatus
 from stackdsl.reading.characters import visible
 from stackdsl.snapshots.canonical import document
@@ -237,7 +237,9 @@ def write_golden(path: Path, text: str, directory: Path) -> None:
     _remove_left_over(path.parent)
     # Not the process id: two containers that share a volume may both be number 7.
     fresh = f".{token_hex(16)}{TEMPORARY}"
-    replace_file(path, text.encode("utf-8"), fresh=fresh, synced=True)  # what people write into one that agrees stays
+    replace_file(
+        path, text.encode("utf-8"), directory, fresh=fresh, synced=True
+    )  # what people write into one that agrees stays
 
 
 def _remove_left_over(directory: Path) -> None:
@@ -285,7 +287,7 @@ def remove_obsolete(files: Iterable[str]) -> tuple[str, ...]:
     removed = []
     for file in files:
         with suppress(OSError):
-            Path(file).unlink(missing_ok=True)
+            remove_file(Path(file), directory_of(Path(file)))
             removed.append(file)
         with suppress(OSError):  # one that is not empty stays
             if not OLD_NAME.fullmatch(Path(file).name):

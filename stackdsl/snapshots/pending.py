@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Final
 
 from stability.name_order import as_counted
-from stackdsl.disk import read_file, refuse_outside, replace_file, unlinked
+from stackdsl.disk import read_file, refuse_outside, remove_file, replace_file, unlinked
 from stackdsl.outcome import GoldenDifference, GoldenResult, GoldenStatus
 from stackdsl.project_file import GOLDEN
 from stackdsl.snapshots.file_names import NEW_NAME, OLD_NAME, golden_name, old_name
@@ -89,15 +89,15 @@ class Waiting:
         key = os.path.relpath(golden.file, self.home)
         with suppress(OSError):  # it can be had again
             if golden.status not in OFFERED or not golden.offered:
-                (unlinked(self.state, FOLDER) / self._file(key).name).unlink(missing_ok=True)
+                remove_file(unlinked(self.state, FOLDER) / self._file(key).name, self.home)
                 return
             renamed = os.path.relpath(golden.renamed_from, self.home) if golden.renamed_from else ""
             source = os.path.relpath(file, self.home) if Path(file).is_file() else ""
             kept = Pending(key, case, golden.status.value, golden.digest, renamed, failed, golden.offered, source)
-            write_golden(unlinked(self.state, FOLDER) / self._file(key).name, json.dumps(asdict(kept)), self.state)
+            write_golden(unlinked(self.state, FOLDER) / self._file(key).name, json.dumps(asdict(kept)), self.home)
             ignored = self.state / ".gitignore"
             if not ignored.exists():
-                replace_file(ignored, b"*\n")
+                replace_file(ignored, b"*\n", self.home)
 
     def forget(self, agreeing: Iterable[str]) -> None:
         """Let go of what no longer differs, and of what would take away a golden file that agrees."""
@@ -121,7 +121,7 @@ class Waiting:
         with suppress(OSError):
             for file in unlinked(self.state, FOLDER).glob("[0-9a-f]*.json"):
                 with suppress(OSError, ValueError, TypeError, RecursionError, KeyError):
-                    value = json.loads(read_file(unlinked(file)))
+                    value = json.loads(read_file(unlinked(file), within=self.home))
                     pending = Pending(**{**value, "failed": tuple(value["failed"])})
                     texts = [getattr(pending, field.name) for field in fields(Pending) if field.name != "failed"]
                     is_text = all(isinstance(text, str) for text in (*texts, *pending.failed))
@@ -161,13 +161,13 @@ class Waiting:
             refuse_outside((self.home / name).parent, self.folder)
         write_golden(self.home / pending.golden, pending.text, self.folder)
         if pending.renamed_from:
-            (self.home / pending.renamed_from).unlink(missing_ok=True)
+            remove_file(self.home / pending.renamed_from, self.folder)
         self.reject(pending)
 
     def reject(self, pending: Pending) -> None:
         """Forget it; the golden file stays as it is. Raises OSError."""
         unlinked(self.state, FOLDER)
-        self._file(pending.golden).unlink(missing_ok=True)
+        remove_file(self._file(pending.golden), self.home)
 
     def _file(self, golden: str) -> Path:
         return self.state / FOLDER / f"{sha256(golden.encode('utf-8', 'surrogateescape')).hexdigest()[:32]}.json"

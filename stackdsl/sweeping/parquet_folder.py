@@ -178,7 +178,7 @@ class ParquetFolder:
             words = pa.dictionary(pa.int32(), pa.string())
             whole = BytesIO()
             parquet.write_table(table.cast(_schema(words)), whole, **SMALL)
-            replace_file(self._file(self._tail.after), whole.getvalue(), fresh=FRESH)
+            replace_file(self._file(self._tail.after), whole.getvalue(), self.path, fresh=FRESH)
             self._tail.close()
             self._begin(self._tail.rows, [])
         except (OSError, pa.ArrowException) as error:
@@ -187,7 +187,7 @@ class ParquetFolder:
 
     def _begin(self, after: int, lines: list[bytes]) -> None:
         """Another tail, at one stroke."""
-        replace_file(self.path / TAIL, header_line(self.plan, after) + b"".join(lines), fresh=FRESH)
+        replace_file(self.path / TAIL, header_line(self.plan, after) + b"".join(lines), self.path, fresh=FRESH)
 
 
 def _kind(row: dict[str, Any]) -> Kind:
