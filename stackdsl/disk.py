@@ -79,7 +79,12 @@ def _named_in_folder(true: str) -> Iterator[tuple[str, int | None]]:
     folder = os.open(root, _INNER_FOLDER)
     try:
         for part in parts[:-1]:
-            outer, folder = folder, os.open(part, _INNER_FOLDER, dir_fd=folder)
+            try:
+                outer, folder = folder, os.open(part, _INNER_FOLDER, dir_fd=folder)
+            except NotADirectoryError as error:
+                if S_ISLNK(os.stat(part, dir_fd=folder, follow_symlinks=False).st_mode):
+                    raise OSError(ELOOP, os.strerror(ELOOP), true) from error
+                raise
             os.close(outer)
         yield parts[-1] if parts else ".", folder
     finally:
@@ -154,17 +159,16 @@ def replace_file(path: Path, data: bytes, within: Path, *, fresh: str = "", sync
         temporary = fresh if folder is not None else os.path.join(os.path.dirname(true), fresh)
         flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | _NO_LINK | _BINARY
         try:
-            with suppress(FileNotFoundError):  # what a run that was killed has left
-                os.unlink(temporary, dir_fd=folder)
             with os.fdopen(os.open(temporary, flags, 0o666, dir_fd=folder), "wb") as stream:
                 stream.write(data)
                 stream.flush()
                 if synced:
                     os.fsync(stream.fileno())
             os.replace(temporary, name, src_dir_fd=folder, dst_dir_fd=folder)
-        finally:
-            with suppress(FileNotFoundError):
+        except BaseException:
+            with suppress(OSError):
                 os.unlink(temporary, dir_fd=folder)
+            raise
 
 
 def remove_file(path: Path, within: Path) -> None:

@@ -15,7 +15,7 @@ import click
 from stackdsl.commands.new_command import SCHEMA
 from stackdsl.commands.terminal import write
 from stackdsl.exits import ExitCode
-from stackdsl.project_file import ProjectError, project_of
+from stackdsl.project_file import LINKED, ProjectError, confined, project_of
 from stackdsl.systems.known_systems import KNOWN, needs_of
 
 LIBRARIES: Final = ("stackdsl", "numpy", "scipy", "clarabel", "pydantic", "pyyaml", "click", "rich")
@@ -104,6 +104,11 @@ def _project() -> Iterator[Finding]:
     if not scenarios.is_dir():
         there = "scenarios here" if scenarios == Path("scenarios") else str(scenarios)
         yield Finding(State.NOTE, f"there is no directory {there}; begin one by: stackdsl init")
+        return
+    try:
+        confined(scenarios)
+    except OSError as error:
+        yield Finding(State.WRONG, f"{scenarios}: {error.strerror}; {LINKED}")
         return
     count = sum(path.suffix.lower() in (".yaml", ".yml") for path in scenarios.rglob("*"))
     yield Finding(State.OK, f"{count} files in {scenarios}")

@@ -16,7 +16,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Final, Self
 
 from stackdsl.asked_files import make_asked
-from stackdsl.disk import read_file, replace_file
+from stackdsl.disk import read_file, remove_file, replace_file
 from stackdsl.sweeping.file_lock import lock, unlock
 from stackdsl.sweeping.json_lines import LONGEST, JsonLines
 from stackdsl.sweeping.pieces import Kind
@@ -99,6 +99,7 @@ class ParquetFolder:
         import pyarrow as pa  # noqa: PLC0415 -- an optional extra
 
         try:
+            remove_file(self.path / FRESH, self.path)  # which a run that was killed has left
             after = self._after()
             for first in self._parts():
                 if first >= after:

@@ -111,7 +111,7 @@ def test_what_stands_behind_links_and_under_capitals_belongs_to_the_whole_set(
 def test_goldens_that_the_disk_keeps_stay_obsolete_in_a_whole_report(project: Path) -> None:
     (project / "golden" / "gone[exact].json").touch()
     refused = "def refuse(*_, **__): raise PermissionError(13, 'Permission denied')"
-    code = f"import pathlib\n{refused}\npathlib.Path.unlink = refuse\nfrom stackdsl.commands.main import main\nmain()"
+    code = f"import os\n{refused}\nos.unlink = refuse\nfrom stackdsl.commands.main import main\nmain()"
     done = started(project, "check", "--update", program=("-c", code))
     out, err = done.communicate(timeout=AMPLE)
     assert done.returncode == 3
