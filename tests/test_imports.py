@@ -40,6 +40,7 @@ LAYERS = {
             "wording",
             "work",
         },
+        {"asked_files"},
         # A claim judges a trace, so what happened is plain data below the language.
         {"ensemble", "reading", "supervising", "trace"},
         {"language"},
