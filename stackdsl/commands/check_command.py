@@ -10,6 +10,7 @@ from typing import Final, Unpack
 
 import click
 
+from stackdsl.asked_files import read_asked
 from stackdsl.checking.check import TIME_LIMIT, Terms, check, failed, is_whole_set, recalled
 from stackdsl.checking.gathering import SUFFIXES
 from stackdsl.checking.memory import Memory
@@ -19,7 +20,6 @@ from stackdsl.commands.check_options import Asked, with_options
 from stackdsl.commands.formats import Output, Style, outputs_of, write_report
 from stackdsl.commands.selecting import code_without_runs, warn_of_nothing
 from stackdsl.commands.terminal import progress, tell
-from stackdsl.disk import read_file
 from stackdsl.exits import ExitCode
 from stackdsl.outcome import Report, exit_code
 from stackdsl.project_file import Project, ProjectError, project_of
@@ -177,7 +177,7 @@ def _places(written: Sequence[Path]) -> tuple[tuple[Path, ...], list[tuple[str, 
 def _refuse_beyond(path: Path, line: int | None) -> None:
     """Raise a usage error for a line beyond the end of a file."""
     try:
-        lines = read_file(path, MAX_BYTES).splitlines() if line is not None and path.is_file() else []
+        lines = read_asked(path, MAX_BYTES).splitlines() if line is not None and path.is_file() else []
     except OSError:
         return  # which is told when the file is read for its scenarios
     if lines and line is not None and line > len(lines):

@@ -579,3 +579,9 @@ def test_a_device_is_not_opened_to_see_what_it_is(project: Path, monkeypatch: py
     with pytest.raises(OSError, match="it is no regular file"):
         read_file(Path("/dev/zero"))
     assert opened == []
+
+
+def test_nobody_is_told_how_long_a_file_outside_is(stackdsl: Stackdsl, project: Path) -> None:
+    link(project, "scenarios/more.yaml", "home/secret.json")
+    refused = stackdsl("check", "scenarios/more.yaml:900")
+    assert (refused.code, "has 1 lines" in refused.text, "a link leads out of" in refused.text) == (2, False, True)
