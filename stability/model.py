@@ -136,3 +136,4 @@ class ContactPoint:
     normal_force: float = 0.0  # what the engine's last step pressed with [N]
     friction_W: Vec3 = (0.0, 0.0, 0.0)  # force of b on a along the surfaces in that step [N]
     rounded: tuple[float, float] = (0.0, 0.0)  # by how much the edges of a and b are in the engine [m]; 0 if sharp
+    slid: float = 0.0  # how far a has slid over b since the engine found the point [m]; 0 if it found it in that step

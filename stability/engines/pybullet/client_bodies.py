@@ -7,7 +7,7 @@ from typing import Any
 
 from stability.engines.pybullet.pybullet_binding import pybullet
 from stability.geometry.rotations import inverse, multiply
-from stability.geometry.vectors import add_scaled, scale
+from stability.geometry.vectors import add_scaled, norm, scale, subtract
 from stability.model import AT_REST, BodyId, BodyState, ContactPoint, Pose, Quaternion, Vec3
 
 
@@ -125,12 +125,13 @@ class ClientBodies:
 
     def _contact_point(self, point: Sequence[Any], sign: float) -> ContactPoint:
         a, b = (self.name_of(number) for number in point[1:3])
-        on_b, normal, gap, force, along, way, across, other_way = point[6:14]
+        on_a, on_b, normal, gap, force, along, way, across, other_way = point[5:14]
         along, across = sign * along / self.mass_unit, sign * across / self.mass_unit
         friction_W = add_scaled(scale(along, way), across, other_way)
         on_b_W = scale(1.0 / self.scale, on_b)
         rounded = (0.0, 0.0) if a in self.sharp and b in self.sharp else (self._rounding(a), self._rounding(b))
-        return ContactPoint(a, b, on_b_W, normal, gap / self.scale, force / self.mass_unit, friction_W, rounded)
+        slid = norm(add_scaled(subtract(on_a, on_b), -gap, normal)) / self.scale
+        return ContactPoint(a, b, on_b_W, normal, gap / self.scale, force / self.mass_unit, friction_W, rounded, slid)
 
     def _rounding(self, name: BodyId) -> float:
         return self.margins.get(name, 0.0) / self.scale

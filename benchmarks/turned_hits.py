@@ -1,0 +1,136 @@
+"""Thrown planks that are turned about the vertical, from end-on to broadside, under `exact` and under Moreau's law.
+
+A plank comes at the middle of the long side of the second plank of the top level of a four-stack, which lies flush
+with the ends of the planks below. So what is aimed level meets those too, or does not, by a hair; 0.5 mm higher it
+surely does not. Run it with `python -m benchmarks.turned_hits`.
+"""
+
+from dataclasses import dataclass, replace
+from math import cos, pi, radians, sin
+
+import numpy as np
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+from benchmarks.figures.data import Row
+from benchmarks.figures.recording import parser, record
+from benchmarks.hits import DISTANCE, GRAVITY, THROWN_AT, WATCHED
+from benchmarks.impacts import SHOT
+from benchmarks.moreau.motion import Boxes
+from benchmarks.plank_structures import LENGTH, THICKNESS, WIDTH, four_stack
+from stability.geometry.rotations import about, multiply, rotate
+from stability.model import GROUND, Plane, Pose, Vec3
+from stability.statics.facts import Placed
+from stackdsl.playing.runner import play
+from stackdsl.systems.systems import SYSTEMS
+from stackdsl.timeline import Arrival, Placement, Timeline, World
+
+FRICTION, CLEAR = 0.5, 5e-4  # [m] above level
+UP = (0.0, 0.0, 1.0)
+TURNS, SPEEDS = (90.0, 85.0, 60.0, 45.0, 0.0), (0.5, 1.0, 1.5, 2.0, 3.0, 4.0)  # [deg], [m/s]
+SETTLED, QUIET, AT_REST, LONGEST = 0.01, 0.03, 0.002, 1.0  # [s], [s], [m/s], [s] of the reference
+
+
+@dataclass(frozen=True, slots=True)
+class TurnedHit:
+    """A plank thrown at the long side of the plank of the top level that lies at y > 0."""
+
+    turn: float  # [deg] about the vertical: 0 comes end-on, 90 broadside
+    speed: float  # [m/s]
+    above: float = CLEAR  # [m] of the middle of its aim
+    levels: int = 7  # odd, so that the planks of the top level lie along x
+    scene: float = 0.0  # [deg] by which the whole scene is turned about the vertical
+
+    @property
+    def struck(self) -> int:
+        """The number of the plank that is hit, from 0."""
+        return 2 * self.levels - 1
+
+    def tower(self) -> list[Placed]:
+        """The planks that stand."""
+        return [replace(one, pose=self._in_scene(one.pose)) for one in four_stack(2 * self.levels)]
+
+    def thrown(self) -> tuple[Placed, Vec3]:
+        """The plank and its velocity, with a rise that brings it to its height when it arrives."""
+        yaw = 0.5 * pi + radians(self.turn)
+        nose = 0.5 * LENGTH * abs(sin(yaw)) + 0.5 * WIDTH * abs(cos(yaw))
+        at = (0.0, 0.5 * LENGTH + DISTANCE + nose, (self.levels - 0.5) * THICKNESS + self.above)
+        one = replace(four_stack(1)[0].brick, id=SHOT)
+        way = (0.0, -self.speed, 0.5 * GRAVITY * DISTANCE / self.speed)
+        return Placed(one, self._in_scene(Pose(at, about(UP, yaw)))), rotate(self._turned, way)
+
+    @property
+    def _turned(self) -> tuple[float, float, float, float]:
+        return about(UP, radians(self.scene))
+
+    def _in_scene(self, pose: Pose) -> Pose:
+        return Pose(rotate(self._turned, pose.position_W), multiply(self._turned, pose.orientation))
+
+
+def timeline(hit: TurnedHit) -> Timeline:
+    """A tower that stands, and the plank that is thrown at it."""
+    placed = [Placement(0.0, one.brick, number // 2 + 1, one.pose) for number, one in enumerate(hit.tower())]
+    shot, velocity_W = hit.thrown()
+    thrown = Placement(THROWN_AT, shot.brick, 0, shot.pose, velocity_W=velocity_W, arrival=Arrival.THROWN)
+    ground = Plane(GROUND, (0.0, 0.0, 0.0), UP, FRICTION)
+    return Timeline(World(GRAVITY, FRICTION, (ground,)), (*placed, thrown), hold=WATCHED)
+
+
+def of_exact(hit: TurnedHit) -> float:
+    """How far the plank that is hit moves under `exact` [m]."""
+    tracks = list(play(timeline(hit), SYSTEMS["exact"]).tracks.values())
+    return tracks[hit.struck].shift
+
+
+def by_impact_law(hit: TurnedHit, steps: int) -> float:
+    """How far it moves at most under Moreau's impact law, at so many steps a second [m]."""
+    tower, (shot, velocity_W) = hit.tower(), hit.thrown()
+    boxes, number, duration = Boxes([*tower, shot], GRAVITY, FRICTION), len(tower), 1.0 / steps
+    for _ in range(round(SETTLED * steps)):
+        boxes.step(duration)
+        boxes.put(number, shot.pose.position_W)
+    began, most, quiet = boxes.places.copy(), 0.0, 0.0
+    boxes.throw(number, (*velocity_W[:2], velocity_W[2] + 0.5 * GRAVITY * duration))
+    for step in range(round(LONGEST * steps)):
+        boxes.step(duration)
+        most = max(most, float(np.linalg.norm(boxes.places[hit.struck] - began[hit.struck])))
+        quiet = quiet + duration if boxes.fastest(but=number) < AT_REST else 0.0
+        if quiet > QUIET and step * duration > 3.0 * DISTANCE / hit.speed:
+            break
+    return most
+
+
+def compared(hit: TurnedHit, steps: int) -> Row:
+    """One hit by both."""
+    exact, fine = of_exact(hit), by_impact_law(hit, steps)
+    return {
+        "turn": hit.turn,
+        "speed": hit.speed,
+        "reference_mm": 1000.0 * fine,
+        "exact_mm": 1000.0 * exact,
+        "error_percent": 100.0 * (exact / fine - 1.0),
+    }
+
+
+def main() -> None:
+    """Play, print the table, and keep it if asked to."""
+    arguments = parser(__doc__)
+    arguments.add_argument("--steps", type=int, default=16000, help="of the reference, a second")
+    chosen = arguments.parse_args()
+    hits = [TurnedHit(turn, speed) for turn in TURNS for speed in SPEEDS]
+    found = {
+        f"turn {hit.turn:g}, {hit.speed:g} m per s": compared(hit, chosen.steps)
+        for hit in track(hits, "hits", console=Console(stderr=True))
+    }
+    table = Table(*next(iter(found.values())))
+    for row in found.values():
+        table.add_row(*(f"{cell:.4g}" for cell in row.values()))
+    Console(width=110).print(table)
+    if chosen.write:
+        worst = {"worst_percent": max(abs(float(row["error_percent"] or 0.0)) for row in found.values())}
+        record("turned-hits", "python -m benchmarks.turned_hits --write", {"hits": found, "all": {"all": worst}})
+
+
+if __name__ == "__main__":
+    main()
