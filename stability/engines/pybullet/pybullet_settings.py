@@ -60,7 +60,8 @@ class PyBulletSettings(EngineSettings):
     most_mass_ratio: float | None = None
     most_parts: int = 16
     # Contact forces start from nothing, so that bodies which begin to press fall freely for a step, and the kick by
-    # which that is taken back grows with the step: so many of the first steps are split into so many parts.
+    # which that is taken back grows with the step: so many of the first steps are split into so many parts, and
+    # as many again where what hits something pushes on after them.
     first_steps: int = 0
     first_parts: int = 1
     # [m] While one of them may hit something no body gets further in a part of these, or a corner that has gone in

@@ -26,6 +26,7 @@ Array: TypeAlias = NDArray[np.float64]
 
 MOST_BODIES = 64  # in an engine: to ask what touches in a crowd takes longer than its step (docs/decisions/0074)
 BEYOND = 1.005  # times as much friction as the cone allows: less is let be
+LEVEL = 0.5**0.5  # sine of the angle of a normal from level up to which a contact presses more sideways than down
 SWEEPS = 8  # of Jacobi: with one, planks that are hit at 1 m/s go up to 13 % too far, with four 5 %
 ALONG_AXES = np.eye(3)
 TINY = np.finfo(float).tiny
@@ -57,6 +58,21 @@ def turn_to_sliding(client: int, duration: float) -> None:
         limits = np.array([own[point[A]] * own[point[B]] * point[PRESSES] for point in beyond])
         _project(bodies, beyond, duration, duration * limits)
         bodies.move(client)
+
+
+def presses_sideways(client: int) -> bool:
+    """Whether in the last step a body pressed on another, neither of them held, more sideways than down.
+
+    In a crowd it is not asked, as above.
+    """
+    if pybullet.getNumBodies(physicsClientId=client) > MOST_BODIES:
+        return False
+    return any(
+        point[PRESSES] > 0.0
+        and abs(point[NORMAL][2]) < LEVEL
+        and all(pybullet.getDynamicsInfo(point[end], -1, client)[MASS] > 0.0 for end in (A, B))
+        for point in pybullet.getContactPoints(physicsClientId=client) or ()
+    )
 
 
 @dataclass(frozen=True, slots=True)

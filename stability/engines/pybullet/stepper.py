@@ -9,7 +9,7 @@ from stability.engines.pybullet.free_fall import FreeFall
 from stability.engines.pybullet.parameters import step_parameters
 from stability.engines.pybullet.pybullet_binding import pybullet
 from stability.engines.pybullet.pybullet_settings import PyBulletSettings
-from stability.engines.pybullet.sliding_friction import turn_to_sliding
+from stability.engines.pybullet.sliding_friction import presses_sideways, turn_to_sliding
 from stability.engines.pybullet.stepping import Awake, Stepping, stepping
 
 
@@ -23,7 +23,7 @@ class Stepper:
     presses: Presses = field(default_factory=Presses, init=False)
     time: float = field(default=0.0, init=False)  # [s]
     _fastest: float = field(default=0.0, init=False)  # [m/s]
-    _eased: int = field(default=0, init=False)  # steps to come in which bodies begin to press
+    _eased: int = field(default=0, init=False)  # steps to come in which bodies begin to press, or push on
     _suited: bool = field(default=False, init=False)  # False: something else is awake, look again
     _stepping: Stepping = field(init=False)  # what the engine knows
 
@@ -45,8 +45,11 @@ class Stepper:
         self._fastest, self._suited = fastest, False
 
     def ease_in(self) -> None:
-        """Say that bodies which did not press on each other begin to: split the first steps, as the settings say."""
-        self._eased, self._suited = self.settings.first_steps, False
+        """Say that bodies which did not press on each other begin to: split the first steps, as the settings say.
+
+        What is hit is woken some ten of them before, and may be pushed for twice as many: then as many follow.
+        """
+        self._eased, self._suited = 2 * self.settings.first_steps, False
 
     def look_again(self) -> None:
         """Note that something else is awake than before."""
@@ -82,8 +85,14 @@ class Stepper:
                 turn_to_sliding(self.client, duration * sqrt(self.settings.scale))
         if self._eased:
             self._eased -= 1
+            if self._eased == self.settings.first_steps and not self._pushes_on():
+                self._eased = 0
             self._suited = self._suited and self._eased > 0
         self.time += self.settings.time_step
+
+    def _pushes_on(self) -> bool:
+        """Whether something that was hit is still pushed by what hit it."""
+        return self._stepping.may_hit and presses_sideways(self.client)
 
     def _exert(self, duration: float) -> None:
         """Let what presses on bodies act in the coming engine step of a duration [s].

@@ -71,3 +71,31 @@ def test_nothing_passes_through_a_plank(axis: int, shot: Pose, extent: float, sp
     apart = states["target"].pose.position_W[axis] - states["shot"].pose.position_W[axis]
     assert apart > 0.9 * extent
     assert states["target"].velocity_W[axis] > 0.4 * speed
+
+
+def finely_stepped(beside: float) -> float:
+    """How long steps are fine [s] once a plank flies at one on the edge of a block, and misses it by so much [m]."""
+    #   [hit]  <-[shot]     the block brakes the one, and nothing the other, which pushes while it falls past
+    #   [block] stays
+    world = PyBulletWorld.opened(MOVING, 9.81, 0.5, heaviest=MASS)
+    high = 0.1
+    world.add_brick(Brick("block", Box((LENGTH, 0.2, high)), MASS), Pose((0.0, -0.1, 0.5 * high)))
+    world.freeze("block")
+    height = high + 0.5 * THICKNESS
+    world.add_brick(Brick("hit", Box(SIZE), MASS), Pose((0.0, -0.5 * WIDTH, height)))
+    shot = Pose((beside, 0.5 * WIDTH + 0.005, height))
+    world.add_brick(Brick("shot", Box(SIZE), MASS), shot, (0.0, -1.0, 0.0))
+    world.ease_in()
+    fine = 0
+    for _ in range(2 * MOVING.first_steps + 2):
+        world.limit_travel(1.0)
+        world.step()
+        fine += world.stepper.part <= MOVING.time_step / MOVING.first_parts
+    world.close()
+    return fine * MOVING.time_step
+
+
+def test_steps_stay_fine_for_as_long_again_where_a_plank_still_pushes_what_it_hit() -> None:
+    first = MOVING.first_steps * MOVING.time_step
+    assert finely_stepped(beside=2.0 * LENGTH) == pytest.approx(first)
+    assert finely_stepped(beside=0.0) == pytest.approx(2.0 * first)

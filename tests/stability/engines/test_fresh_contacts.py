@@ -193,15 +193,11 @@ def test_a_plank_that_slides_over_an_edge_tips_as_fast_as_its_equations_of_motio
     with world(friction) as engine:
         engine.add_brick(Brick("block", Box((0.2, 0.2, high)), 1.0), Pose((0.0, 0.1, 0.5 * high)))
         engine.freeze("block")
-        start = (
-            0.0,
-            0.5 * friction * THICKNESS,
-            high + 0.5 * THICKNESS,
-        )
-        engine.add_brick(Brick("plank", Box(SIZE), MASS), Pose(start), (0.0, -speed, 0.0))
+        start = Pose((0.0, 0.5 * friction * THICKNESS, high + 0.5 * THICKNESS))
+        engine.add_brick(Brick("plank", Box(SIZE), MASS), start, (0.0, -speed, 0.0))
         engine.limit_travel(speed)
         spin = 0.0
         for _ in range(round(0.08 / MOVING.time_step)):
             engine.step()
             spin = max(spin, engine.states(["plank"])["plank"].angular_velocity_W[0])
-    assert spin == pytest.approx(spin_after_sliding_over_an_edge(speed, friction), rel=0.07)
+    assert spin == pytest.approx(spin_after_sliding_over_an_edge(speed, friction), rel=0.05)
