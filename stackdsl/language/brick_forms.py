@@ -1,8 +1,9 @@
 """What a brick is made to: its shape, the box around it, and which of its points an author means by its place."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Final, TypeAlias
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 from stability.geometry.vectors import scale, subtract
 from stability.model import ConvexShape, Vec3
@@ -12,8 +13,17 @@ from stability.shapes.off_centre_box import MIDDLE, OffCentreBox
 from stackdsl.language.layouts.registry import BrickSpec
 from stackdsl.language.mistakes import MistakeError
 from stackdsl.language.obj_text import obj_mesh
+from stackdsl.supervising.executors import supervised
+from stackdsl.supervising.memory_limit import memory_limited
+from stackdsl.supervising.worker import Task, TaskStatus
+
+if TYPE_CHECKING:
+    from stability.shapes.solid_making import Made
 
 KEPT: Final = 4096  # forms that are worked out once
+MOST_AT_ONCE: Final = 200  # corners of which a solid is made in milliseconds, whatever they are
+TIME_LIMIT: Final = 20.0  # [s] of wall time for one of more corners; of a thousand that are no solid, Qhull takes two
+MEMORY_LIMIT: Final = 1 << 30  # [bytes] for it
 METRES: Final = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
 
 Outline: TypeAlias = tuple[tuple[float, float], ...]
@@ -58,7 +68,7 @@ def hull_form(points: tuple[Vec3, ...], centre_of_mass: Vec3 | None = None) -> F
     from stability.shapes.solid_making import solid_of_corners  # noqa: PLC0415 -- boxes do without scipy
 
     try:
-        made = solid_of_corners(points, centre_of_mass)
+        made = _solid(solid_of_corners, points, centre_of_mass)
     except NotASolidError as error:
         raise MistakeError("SD104", error.message, error.hint) from error
     return _form(made.shape, made.centre_of_mass)
@@ -71,10 +81,42 @@ def mesh_form(text: str, file: str, unit: str, centre_of_mass: Vec3 | None = Non
 
     mesh = obj_mesh(text, file)
     try:
-        made = solid_of_mesh([scale(METRES[unit], point) for point in mesh.points], mesh.loops, centre_of_mass)
+        points = tuple(scale(METRES[unit], point) for point in mesh.points)
+        made = _solid(solid_of_mesh, points, tuple(mesh.loops), centre_of_mass)
     except NotASolidError as error:
         raise MistakeError("SD104", f"{file}: {error.message}", error.hint) from error
     return _form(made.shape, made.centre_of_mass)
+
+
+def _solid(make: "Callable[..., Made]", points: tuple[Vec3, ...], *others: object) -> "Made":
+    """The solid that a function makes of points. Raises NotASolidError.
+
+    Of many it is made in a supervised process: for points on a circle Qhull takes their square, and no signal ends it.
+    """
+    if len(points) <= MOST_AT_ONCE:
+        return make(points, *others)
+    made = _made_apart(make, points, *others)
+    if isinstance(made, tuple):
+        raise NotASolidError(*made)
+    return made
+
+
+@lru_cache(maxsize=KEPT)
+def _made_apart(make: "Callable[..., Made]", *arguments: object) -> "Made | tuple[str, str, int | None]":
+    done = supervised(Task(_made_or_why, (make, *arguments), TIME_LIMIT))
+    if done.status is TaskStatus.DONE:
+        return done.value  # type: ignore[return-value]  # it is what the function returns
+    broken = "take too long" if done.status is TaskStatus.TIMED_OUT else "break Qhull"
+    return f"its corners {broken}: {done.message}", "write a simpler solid, close to it", None
+
+
+def _made_or_why(make: "Callable[..., Made]", *arguments: object) -> "Made | tuple[str, str, int | None]":
+    """What the worker does: make a solid, or say why there is none."""
+    with memory_limited(MEMORY_LIMIT):
+        try:
+            return make(*arguments)
+        except NotASolidError as error:
+            return error.message, error.hint, error.number
 
 
 def _form(shape: ConvexShape, centre_of_mass: Vec3) -> Form:
