@@ -19,7 +19,7 @@ from tests.paths import ROOT
 LAYERS = {
     "stability": (
         {"model"},
-        {"blas_threads", "garbage", "graph", "geometry", "name_order"},
+        {"blas_threads", "garbage", "graph", "geometry", "name_order", "work_count"},
         {"shapes", "friction_law"},
         {"mechanics"},
         {"statics"},

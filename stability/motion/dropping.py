@@ -20,6 +20,7 @@ from stability.shapes.in_pose import reach_W
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability, Tolerances
 from stability.statics.structure import Structure
+from stability.work_count import COUNT
 
 STRAIGHT = 1e-9  # [m/s]: what differs by less moves alike, or not at all
 WEIGHTLESS = 1e-6  # share of its mass with which a brick that stood is asked whether it bears a blow
@@ -114,6 +115,7 @@ class Dropping:
         if self._proven is not part:
             down = part.lowered(part.room)
             below = [replace(other, brick=_weightless(other)) for other in self.standing.connected(down)]
+            COUNT.landings += len(down) + len(below)
             assembly = Assembly(self.planes, self.friction, self.gravity, overlap=inf)
             verdict = assembly.add_all([*down, *below], names_smallest=False)
             holds = verdict.stability is Stability.STABLE and all(_is_amid(assembly, placed) for placed in down)

@@ -96,7 +96,7 @@ def _unfinished(case: Case, status: RunStatus, message: str) -> VariantResult:
 
 def _in_the_way(case: Case, blocked: Blocked) -> Diagnostic:
     if blocked.too_much:
-        hint = f"build less, let it go on for less, or ask what statics answers alone; {HINT}"
+        hint = f"build less, let hands be faster or all go on for less, or ask what statics answers alone; {HINT}"
         return Diagnostic("SD206", where_placed(blocked.brick, case.scenario, case.source), blocked.too_much, hint)
     if blocked.pressed is not None:
         return _pressed(case, blocked)

@@ -20,6 +20,7 @@ from stackdsl.compiling.frictions import friction_of, mispaired
 from stackdsl.compiling.hands_apart import hands_apart, ways_through_planes
 from stackdsl.compiling.impacts.doing import Done, done
 from stackdsl.compiling.impacts.removals import missing_bricks
+from stackdsl.compiling.margin_limits import too_many_in_margins, too_many_pairs
 from stackdsl.compiling.misfits import crowded
 from stackdsl.compiling.moment import Moment
 from stackdsl.compiling.name_checks import (
@@ -39,7 +40,6 @@ from stackdsl.diagnostics import Diagnostic, Span, first_of
 from stackdsl.language.schema import Scenario
 from stackdsl.reading.source import Source
 from stackdsl.timeline import Action, Arrival, Jitter, Placement, Timeline, World
-from stackdsl.work import HINT, most_bricks
 
 MAX_BRICKS = 50_000  # in all steps together; some seconds of compiling
 MAX_MEETINGS = 600_000  # bricks that each thrown or dropped one may meet, of all of these; some seconds
@@ -47,6 +47,7 @@ MAX_MEETINGS = 600_000  # bricks that each thrown or dropped one may meet, of al
 Check: TypeAlias = Callable[[Built, Scenario, Source], Iterable[Diagnostic]]
 
 CHECKS: Final[Sequence[Check]] = (
+    too_many_pairs,
     shared_names,
     shared_with_missiles,
     lofty_levels,
@@ -117,19 +118,7 @@ def _too_many(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
         message = f"{flying} bricks are thrown or dropped where {bricks} may be in the way of each"
         hint = f"let one times the other be at most {MAX_MEETINGS}"
         yield Diagnostic("SD206", source.key_span_of(("impacts",)), message, hint)
-    yield from _too_dear(scenario, source, bricks)
-
-
-def _too_dear(scenario: Scenario, source: Source, bricks: int) -> Iterator[Diagnostic]:
-    """Claims about the proof of more bricks than one program of it may have."""
-    for key, claims in (("expect", scenario.expect), ("truth", scenario.truth)):
-        for number, claim in enumerate(claims):
-            for margin in sorted(claim.stated.needed_margins):
-                most = most_bricks(margin)
-                if most is not None and bricks > most:
-                    message = f"the margin `{margin}` of up to {bricks} bricks takes too much, and {most} is the most"
-                    hint = f"claim `verdict: stable` or `margin: {{friction: ...}}`, build less, {HINT}"
-                    yield Diagnostic("SD206", source.key_span_of((key, number, claim.kind)), message, hint)
+    yield from too_many_in_margins(bricks, scenario, source)
 
 
 def _world(scenario: Scenario, friction: GivenFriction, planes: tuple[Plane, ...]) -> World:

@@ -71,6 +71,7 @@ class Hands:
     log: EventLog
     planes: Sequence[Plane]
     in_hand: dict[BodyId, None] = field(default_factory=dict, init=False)
+    looks: int = field(default=0, init=False)  # at bricks on their way
     _moving: dict[BodyId, _OnItsWay] = field(default_factory=dict, init=False)
     _told: dict[BodyId, _Told] = field(default_factory=dict, init=False)  # of what is slid
     _brought: set[BodyId] = field(default_factory=set, init=False)  # those that are no part of the structure yet
@@ -90,6 +91,11 @@ class Hands:
     def steps(self) -> bool:
         """Whether a hand needs an engine: one that pushes does, and without an extension all do."""
         return self.push or (bool(self._moving) and self.answers.extension is None)
+
+    def busy_for(self) -> float:
+        """For how long some brick is still on its way [s]."""
+        ends = (one.move.time + one.move.course.duration for one in self._moving.values())
+        return max(0.0, max(ends, default=0.0) - self.world.time())
 
     def still_for(self) -> float:
         """How long no hand needs to be looked at, while nothing else moves [s]."""
@@ -201,6 +207,7 @@ class Hands:
     def look(self) -> None:
         """Put what is lowered where it is by now, and wake what others may reach soon."""
         now = self.world.time()
+        self.looks += len(self._moving)
         for name, one in self._moving.items():
             if self.world.holds(name):
                 self._put(name, one.at(now))

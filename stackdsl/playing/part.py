@@ -37,6 +37,8 @@ class Part:
     log: EventLog
     ticks: int = 0  # time steps that passed while something could move
     steps: int = 0  # of them, those that an engine took
+    known: int = 0  # and those of a motion that is known without one
+    splits: int = 1  # into how many parts the coming steps are split for what is fast
     hit: bool = False  # whether something has hit it
     to_come: deque[tuple[int, float]] = field(default_factory=deque)  # what is done with it: which moment, and when [s]
     seen: Mapping[BodyId, BodyState] = field(default_factory=dict)  # what moved when that was looked at last
@@ -86,6 +88,7 @@ class Part:
         shaken = self.ground.shake()
         passed = self.falling.advance(most, driven=shaken or self.hands.busy)
         self.ticks += passed or 1
+        self.known += passed
         if passed:
             self.answers.landed(self.falling.landed)
             return
@@ -101,7 +104,7 @@ class Part:
 
     def limit_travel(self, states: Mapping[BodyId, BodyState]) -> None:
         """Let it be stepped as finely as what moves asks for, until the next look."""
-        limit_travel(self.world, states, self.ground.pull)
+        self.splits = limit_travel(self.world, states, self.ground.pull)
 
     # --- what is done with it -----------------------------------------------------------------------------------------
 
@@ -134,6 +137,8 @@ class Part:
             self.extension.absorb(other.extension)
         self.answers.absorb(other.answers)
         self.steps += other.steps
+        self.known += other.known
+        self.hands.looks += other.hands.looks
         self.hit = self.hit or other.hit
         self.to_come = deque(sorted([*self.to_come, *other.to_come]))
         self.space.joins(other.space)

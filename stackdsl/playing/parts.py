@@ -163,7 +163,7 @@ class Parts:
 
         Raises BlockedPlacementError where what moves takes too much work.
         """
-        self.effort.look(self.steps, sum(each.one_by_one for each in self.found), part, self.timeline.end)
+        self.effort.look(self.found, part, self.timeline.end)
         if not self.several or part not in self.found:
             return
         part.space.follows(self.measures.watch.made_of, states, self.timeline.world.gravity)

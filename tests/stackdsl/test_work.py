@@ -12,6 +12,29 @@ from tests.command_line import Stackdsl
 
 WALL = "scenario: it\nbuild:\n  - wall: {{bricks: {0}, levels: {0}}}\n{1}"
 PLACEMENT = "expect:\n  - margin: {placement: '>= 1 mm'}\n"
+LATTICE = (
+    "scenario: it\nbrick: {{size: [{1} mm, 90 mm, 30 mm], density: 500 kg/m3}}\nbuild:\n"
+    "  - jenga: {{levels: {0}, bricks: {0}}}\nexpect:\n  - margin: {{{2}}}\n"
+)
+HAND = "scenario: it\nbuild:\n  - column: {levels: 1}\n    place: {speed: 0.5 mm/s}\n"
+FOIL = """\
+scenario: it
+brick_types: {foil: {size: [100 mm, 20 mm, 0.01 mm], density: 500 kg/m3}}
+brick: {size: [400 mm, 400 mm, 100 mm], density: 500 kg/m3}
+build:
+  - bricks: [{name: base, on: ground}, {name: foil, brick: foil, on: base}]
+impacts:
+  - push: {brick: base, impulse: [5 N*s, 0 N*s, 0 N*s]}
+watch: 0.3 s
+"""
+DROPS = """\
+scenario: it
+build:
+  - bricks:
+    - repeat: {k: 1 .. 40}
+      at: [0 mm, 0 mm, "${k * 20 mm}"]
+      drop: true
+"""
 SHAKEN = "world: {shake: {acceleration: 6 m/s2, frequency: 5 Hz, for: 1000 s}}\n"
 
 
@@ -47,6 +70,31 @@ def test_a_thousand_seconds_of_shaking_are_refused_before_they_begin(stackdsl: S
     assert "for 1e+03 s and more" in done.text
 
 
+def test_a_margin_of_a_lattice_is_refused_by_how_many_of_its_bricks_touch(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    (tmp_path / "it.yaml").write_text(LATTICE.format(14, 1400, "placement: '>= 1 mm'"), encoding="utf-8")
+    done = stackdsl("check", "it.yaml")
+    assert done.code == 2
+    # Each of 14 bars lies on each of the 14 below, 13 times.
+    assert "it.yaml:6:5: SD206 the margin `placement` of up to 2548 pairs of bricks that may touch" in done.text
+
+
+COUNTED = {
+    "a hand on its way for minutes": (HAND, 0.05, "a hand is on its way at 0 s, for 75 s and more"),
+    "a foil on what is pushed": (FOIL, 0.05, "SD206 2 bricks move"),
+    "a landing proven on all that landed before": (DROPS, 0.01, "SD206 "),
+}
+
+
+@pytest.mark.parametrize("name", COUNTED)
+def test_what_no_step_of_an_engine_shows_is_counted_as_well(stackdsl: Stackdsl, tmp_path: Path, name: str) -> None:
+    text, allowed_times, told = COUNTED[name]
+    (tmp_path / "it.yaml").write_text(text, encoding="utf-8")
+    done = stackdsl("check", "it.yaml", STACKDSL_WORK=str(allowed_times))
+    assert done.code == 2
+    assert told in done.text
+    assert "or allow more by STACKDSL_WORK" in done.text
+
+
 @pytest.mark.parametrize("said", ["many", "0", "-1", "nan", "inf", "٣", ""])
 def test_how_much_is_allowed_is_a_number(monkeypatch: pytest.MonkeyPatch, said: str) -> None:
     monkeypatch.setenv(work.VARIABLE, said)
@@ -69,6 +117,15 @@ ISSUE = {
     "leaning 1000": "scenario: it\nbuild:\n  - leaning_structure: {levels: 1000}\n",
     "throw at 30 x 30": WALL.format(30, "impacts:\n  - throw: {at: L15.15, from: {bearing: 90 deg}, speed: 5 m/s}\n"),
     "shaken 1000 s": f"scenario: it\nbuild:\n  - column: {{levels: 5}}\n{SHAKEN}",
+    "500 drops": DROPS.replace("40", "500"),
+    "a hand at 0.01 mm/s": HAND.replace("0.5 mm", "0.01 mm"),
+    "a move at 1 mm/s": (
+        "scenario: it\nbuild:\n  - column: {levels: 5}\n"
+        "impacts:\n  - move: {brick: L5.1, by: [200 mm, 0 mm, 0 mm], speed: 1 mm/s, slid: true}\n"
+    ),
+    "a day on tuned": "scenario: it\nbuild:\n  - column: {levels: 5}\nwatch: 86400 s\nsystems: [tuned]\n",
+    "a foil": FOIL,
+    "a lattice": LATTICE.format(11, 1100, "placement: '>= 1 mm'"),
     "acceleration of 40 x 40": WALL.format(40, "expect:\n  - margin: {acceleration: '>= 0.1'}\n"),
 }
 
