@@ -63,6 +63,11 @@ def unlinked(folder: Path, *parts: str) -> Path:
     return path
 
 
+def visible(text: str) -> str:
+    """A text, such as the name of a file, with all that cannot be printed as it would be escaped."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
+
+
 # --- one file, by its true path ---------------------------------------------------------------------------------------
 
 

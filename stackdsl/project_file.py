@@ -5,13 +5,14 @@ and what is remembered belong to it, wherever the command is called. Else the wo
 """
 
 import os
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from errno import ELOOP
 from pathlib import Path
 from typing import Final
 
-from stackdsl.disk import LeadsOutsideError, called, is_below, read_file, unlinked
+from stackdsl.disk import LeadsOutsideError, called, is_below, read_file, unlinked, visible
 
 GOLDEN: Final = Path("golden")
 SCENARIOS: Final = Path("scenarios")
@@ -22,6 +23,7 @@ KEYS: Final = ("golden", "scenarios")
 MOST: Final = 1 << 20  # [bytes] of such a file
 STATE: Final = ".stackdsl"  # what is remembered from call to call; nothing is lost with it
 STATE_PARTS: Final = (("passed",), ("pending",), ("failed.json",), (".gitignore",))  # what is in it
+LONGEST_TOLD: Final = 60  # [characters] of a key
 LINKED: Final = f"remove the link, or mark a folder above as the root by a file {OWN_FILE}"
 
 
@@ -111,19 +113,23 @@ def _settings(folder: Path) -> tuple[Path, Mapping[str, object]] | None:
 
 
 def _read(file: Path) -> Mapping[str, object]:
-    from tomllib import TOMLDecodeError, loads  # noqa: PLC0415 -- most directories on the way up have no such file
+    from tomllib import loads  # noqa: PLC0415 -- most directories on the way up have no such file
 
     try:
         text = read_file(file, MOST + 1, within=file.parent)
         if len(text) > MOST:
             raise ProjectError(f"{_seen(file)} is larger than {MOST >> 20} MiB")
         return loads(text.decode())
+    except ProjectError:
+        raise
     except LeadsOutsideError as error:
         raise ProjectError(f"{_seen(file)}: {error.strerror}; put the file itself there") from error
     except OSError as error:
         raise ProjectError(f"{_seen(file)} cannot be read: {error.strerror}") from error
-    except (TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ProjectError(f"{_seen(file)} is no TOML: {error}") from error
+    except RecursionError as error:
+        raise ProjectError(f"{_seen(file)}: its values are nested too deeply; leave out what is not of use") from error
+    except ValueError as error:  # no TOML, no UTF-8, or a number of thousands of digits
+        raise ProjectError(f"{_seen(file)} is no TOML: {visible(str(error).partition(';')[0])}") from error
 
 
 def _table(holder: Mapping[str, object], key: str, file: Path) -> Mapping[str, object]:
@@ -136,13 +142,37 @@ def _table(holder: Mapping[str, object], key: str, file: Path) -> Mapping[str, o
 def _project(folder: Path, file: Path, settings: Mapping[str, object]) -> Project:
     for key, value in settings.items():
         if key not in KEYS:
-            raise ProjectError(f"{_seen(file)}: unknown key '{key}' of stackdsl; there are {' and '.join(KEYS)}")
+            raise ProjectError(
+                f"{_place(file, key)}: unknown key '{_short(key)}' of stackdsl; there are {' and '.join(KEYS)}"
+            )
+        if isinstance(value, str) and (odd := next((c for c in value if not c.isprintable()), "")):
+            message = f"{key} has the character U+{ord(odd):04X}, which is not seen"
+            raise ProjectError(f"{_place(file, key)}: {message}; write the name of a directory below the file")
         if not isinstance(value, str) or not value or os.path.isabs(value) or ".." in Path(value).parts:
-            raise ProjectError(f'{_seen(file)}: {key} is to be a directory below the file, such as {key} = "{key}"')
+            raise ProjectError(
+                f'{_place(file, key)}: {key} is to be a directory below the file, such as {key} = "{key}"'
+            )
     golden, scenarios = (
         str(settings.get(key, default)) for key, default in zip(KEYS, (GOLDEN, SCENARIOS), strict=True)
     )
     return Project(_seen(folder / golden), _seen(folder / scenarios), _seen(folder))
+
+
+def _short(text: str) -> str:
+    return visible(text[:LONGEST_TOLD]) + ("..." if len(text) > LONGEST_TOLD else "")
+
+
+def _place(file: Path, key: str) -> str:
+    """Where a key is written, as far as a line begins with it as it is: the file, the line and the column."""
+    written = re.compile(rf"""\s*(?:tool\.)?(?:stackdsl\.)?["']?({re.escape(key)})["']?\s*=""")
+    inside = file.name == OWN_FILE
+    for number, line in enumerate(
+        read_file(file, MOST, within=file.parent).decode("utf-8", "replace").splitlines(), start=1
+    ):
+        inside = line.split("#")[0].strip() == "[tool.stackdsl]" if line.lstrip().startswith("[") else inside
+        if (found := written.match(line)) is not None and (inside or "stackdsl." in line):
+            return f"{_seen(file)}:{number}:{found.start(1) + 1}"
+    return f"{_seen(file)}"
 
 
 def home_of(folder: Path) -> Path:

@@ -11,14 +11,13 @@ from typing import Final
 
 from stackdsl.compiling.compiler import bricks_at_most, compile_timeline
 from stackdsl.diagnostics import Diagnostic, Span, once
-from stackdsl.disk import LeadsOutsideError, leads_outside
+from stackdsl.disk import LeadsOutsideError, leads_outside, visible
 from stackdsl.importing.expansion import whole
 from stackdsl.language.choices import compact
 from stackdsl.language.schema import Scenario
 from stackdsl.language.validation import validate
 from stackdsl.language.variants import Variant, expand
 from stackdsl.project_file import OWN_FILE, confined, home_of
-from stackdsl.reading.characters import visible
 from stackdsl.reading.composing import Library
 from stackdsl.reading.source import MAX_BYTES, Loaded, Source, load, parsed
 from stackdsl.reading.uncollected import uncollected

@@ -13,10 +13,9 @@ from stackdsl.asked_files import read_asked
 from stackdsl.checking.gathering import STDIN, Case, cases_of, files_under, gather, identity_of, loaded_from
 from stackdsl.checking.memory import Memory
 from stackdsl.diagnostics import Diagnostic
-from stackdsl.disk import read_file
+from stackdsl.disk import read_file, visible
 from stackdsl.importing.expansion import whole
 from stackdsl.importing.load_formats import MAX_IMPORTED
-from stackdsl.reading.characters import visible
 from stackdsl.reading.composing import Library
 from stackdsl.reading.project import root_of
 from stackdsl.reading.source import Loaded
@@ -192,8 +191,11 @@ def _recalled(value: object, path: Path, own: str) -> list[Entry]:
     """The cases that a record tells of, if what they took from other files is as it was; none if it tells of none."""
     if not isinstance(value, dict):
         return []
-    file = _File(path, _Made(own, root_of(str(path)), value["parts"]))
-    return list(_entries(value["cases"], file)) if file.made.is_current else []
+    try:
+        file = _File(path, _Made(own, root_of(str(path)), value["parts"]))
+        return list(_entries(value["cases"], file)) if file.made.is_current else []
+    except (AssertionError, LookupError, TypeError, ValueError):  # whoever sent the project may have written it
+        return []
 
 
 def _entries(records: Iterable[list[object]], file: _File) -> Iterator[Entry]:

@@ -11,6 +11,7 @@ import click
 from stackdsl.asked_files import make_asked, write_asked
 from stackdsl.commands.terminal import paper, write
 from stackdsl.outcome import Report
+from stackdsl.reading.characters import harmless
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +35,7 @@ def _of(name: str) -> Renderer:
     def render(report: Report, _: Style) -> str:
         module = import_module(f"stackdsl.report.{name}")
         text: str = getattr(module, f"report_{name}")(report)
-        return text
+        return harmless(text)
 
     return render
 

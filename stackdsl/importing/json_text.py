@@ -1,6 +1,7 @@
 """JSON in which every value knows where it stands: the standard library's parser, with a place noted beside each."""
 
 import json
+import re
 from bisect import bisect_right
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ from stackdsl.diagnostics import Page, Span
 from stackdsl.importing.load import LoadReading, UnreadableLoadError
 
 LONGEST_TOLD: Final = 40  # [characters] of a number
+_HALF: Final = re.compile("[\ud800-\udfff]")
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,12 +35,12 @@ class Node:
 _Scan: TypeAlias = Callable[[str, int], tuple[Any, int]]
 
 
-class _TwiceError(ValueError):
-    """A key of an object is written twice."""
+class _WrongError(ValueError):
+    """What the parser takes and a load does not: where it is, what is wrong, and what to do."""
 
-    def __init__(self, key: str, start: int) -> None:
-        super().__init__(key)
-        self.key, self.start = key, start
+    def __init__(self, start: int, message: str, hint: str) -> None:
+        super().__init__(message)
+        self.start, self.message, self.hint = start, message, hint
 
 
 class _Decoder(json.JSONDecoder):
@@ -57,16 +59,27 @@ class _Decoder(json.JSONDecoder):
 
     def _located(self, text: str, start: int) -> tuple[Node, int]:
         value, end = self._plain(text, start)
+        if isinstance(value, str):
+            _refuse_halves(value, start)
         return Node(value, start), end
 
 
 def _each_once(pairs: "list[tuple[str, Node]]") -> "dict[str, Node]":
     found: dict[str, Node] = {}
     for key, node in pairs:
+        _refuse_halves(key, node.start)
         if key in found:
-            raise _TwiceError(key, node.start)
+            raise _WrongError(node.start, f"'{key}' is written twice in one object", "keep one of them")
         found[key] = node
     return found
+
+
+def _refuse_halves(text: str, start: int) -> None:
+    """Refuse half of a character (a lone surrogate), which an escape can say and no file can hold."""
+    if (half := _HALF.search(text)) is not None:
+        escape = f"\\u{ord(half.group()):04x}"
+        message = f"{escape} is half of a character, whose other half is not beside it"
+        raise _WrongError(start, message, "write the whole character, or leave it out")
 
 
 def _no_number(word: str) -> None:
@@ -129,8 +142,8 @@ def json_text(reading: LoadReading) -> JsonText:
         return JsonText(reading, _Decoder().decode(text), starts)
     except json.JSONDecodeError as error:
         start, message, hint = error.pos, f"this is no JSON: {error.msg}", "save the file anew as JSON"
-    except _TwiceError as error:
-        start, message, hint = error.start, f"'{error.key}' is written twice in one object", "keep one of them"
+    except _WrongError as error:
+        start, message, hint = error.start, error.message, error.hint
     except RecursionError:
         start, message, hint = 0, "the JSON is nested too deeply", "save the load by itself"
     except ValueError as error:  # of `_no_number`

@@ -37,6 +37,8 @@ _HARMLESS: Final = frozenset(
 _LOOKS: Final = frozenset({"material", "rgba", "group"})  # attributes
 FRICTION: Final = "friction"
 _CONTACTS: Final = frozenset({"condim", "priority", "margin", "gap", "contype", "conaffinity"})
+# Of a compiler: what is fixed to what it is in stays a body, which is told like any other that is not free.
+_FUSES: Final = "fusestatic"
 _FOLDERS: Final = ("meshdir", "assetdir", "texturedir")
 
 
@@ -125,7 +127,7 @@ def _compiled(reading: LoadReading, scene: Element, files: dict[str, bytes]) -> 
 
     def attributes(element: Element) -> dict[str, str]:
         ignored = (FRICTION,) if FRICTION in reading.ignored else ()
-        left_out = (*_LOOKS, *_CONTACTS, *ignored, *(_FOLDERS if element.tag == "compiler" else ()))
+        left_out = (*_LOOKS, *_CONTACTS, *ignored, *((*_FOLDERS, _FUSES) if element.tag == "compiler" else ()))
         return {key: value for key, value in element.attributes.items() if key not in left_out}
 
     try:

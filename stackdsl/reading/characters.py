@@ -7,6 +7,7 @@ from functools import cache
 from typing import Final
 
 from stackdsl.diagnostics import Diagnostic, Page, Span
+from stackdsl.disk import visible
 
 # What turns the direction of text, or takes no room: with it a line reads otherwise than it is.
 UNSEEN: Final = (
@@ -19,6 +20,10 @@ JOINERS: Final = "\u200c\u200d\ufe00-\ufe0f"
 # and line breaks, and what is unseen.
 COMMANDING = re.compile(f"[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029{UNSEEN}]|(?<![^\x00-\x7f])[{JOINERS}]")
 
+# The same in a text of many lines, which may end as those of CSV do; besides, byte order marks, and halves of
+# characters, which no file holds.
+_IN_LINES = re.compile(f"\r(?!\n)|(?!\r){COMMANDING.pattern}|[\ufeff\ud800-\udfff]")
+
 UNSEEN_PATTERN = re.compile(f"[{UNSEEN}{JOINERS}]")
 
 
@@ -28,9 +33,11 @@ def commanding_character(text: str) -> str:
     return _name(found.group()) if found else ""
 
 
-def visible(text: str) -> str:
-    """A text, such as the name of a file, with all that cannot be printed as it would be escaped."""
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
+def harmless(text: str) -> str:
+    """A text of many lines, such as a report, in which nothing turns the text, steers a terminal or has no UTF-8."""
+    if text.isascii() and not _IN_LINES.search(text):
+        return text
+    return _IN_LINES.sub(lambda found: visible(found.group()), text)
 
 
 def unreadable_characters(page: Page) -> Iterator[Diagnostic]:

@@ -15,8 +15,8 @@ import yaml
 
 from stackdsl.asked_files import read_asked
 from stackdsl.diagnostics import Diagnostic, Page, Span, Warned, page_of
-from stackdsl.disk import read_file
-from stackdsl.reading.characters import unreadable_characters, visible
+from stackdsl.disk import read_file, visible
+from stackdsl.reading.characters import unreadable_characters
 from stackdsl.reading.nodes import (
     BEGIN,
     MAX_DEPTH,

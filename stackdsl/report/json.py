@@ -34,7 +34,8 @@ def report_json(report: Report) -> str:
         "accept": report.accept or None,
         "not_played": report.left,
     }
-    return json.dumps(whole, indent=2, sort_keys=True, allow_nan=False) + "\n"
+    text = json.dumps(whole, indent=2, sort_keys=True, allow_nan=False)
+    return text.replace("\x7f", "\\u007f") + "\n"  # the only character that ASCII has and a terminal obeys
 
 
 def _number(value: float | None) -> float | None:

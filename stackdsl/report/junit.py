@@ -7,8 +7,8 @@ import re
 from itertools import groupby
 from xml.etree import ElementTree as ET
 
+from stackdsl.disk import visible
 from stackdsl.outcome import UNCHECKED, Report, RunStatus, VariantResult
-from stackdsl.reading.characters import visible
 from stackdsl.report.outcome_text import unchecked_text
 from stackdsl.report.worst_first import findings_of
 

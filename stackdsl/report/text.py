@@ -4,8 +4,8 @@ from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
+from stackdsl.disk import visible
 from stackdsl.outcome import GOLDEN_FAILURES, REFERENCE_SYSTEM, GoldenStatus, Outcome, Report, RunStatus, VariantResult
-from stackdsl.reading.characters import visible
 from stackdsl.report.blocks import Block, Row, Table, blocks_text, line, table, titled
 from stackdsl.report.change_text import change_text
 from stackdsl.report.diagnostic_text import GUTTER, diagnostic_text

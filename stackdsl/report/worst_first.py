@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 from stackdsl.diagnostics import Span
+from stackdsl.disk import visible
 from stackdsl.outcome import Report, RunStatus, VariantResult
-from stackdsl.reading.characters import visible
 from stackdsl.report.outcome_text import TO_CLAIM, outcome_text, unchecked_text
 from stackdsl.report.why_text import cause_text
 

@@ -7,6 +7,7 @@ identities share a file, and no file is called otherwise because of what other v
 
 import re
 from hashlib import sha256
+from os.path import exists
 from pathlib import Path
 from typing import Final
 
@@ -32,7 +33,7 @@ def golden_name(identity: Identity) -> str:
 def golden_file(directory: Path, identity: Identity) -> Path:
     """The file of a snapshot: under its name, or under the one that earlier versions gave it, if it is there alone."""
     path, old = directory / golden_name(identity), directory / old_name(identity)
-    return old if not path.exists() and old.exists() else path
+    return old if not exists(path) and exists(old) else path
 
 
 def directory_of(file: Path) -> Path:

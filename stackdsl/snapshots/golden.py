@@ -11,9 +11,8 @@ from pathlib import Path
 from secrets import token_hex
 from time import time
 
-from stackdsl.disk import NOT_REGULAR, LeadsOutsideError, read_file, refuse_outside, remove_file, replace_file
+from stackdsl.disk import NOT_REGULAR, LeadsOutsideError, read_file, refuse_outside, remove_file, replace_file, visible
 from stackdsl.outcome import GoldenDifference, GoldenResult, GoldenStatus
-from stackdsl.reading.characters import visible
 from stackdsl.snapshots.canonical import document
 from stackdsl.snapshots.compact import golden_text
 from stackdsl.snapshots.comparison import compare_documents

@@ -103,6 +103,17 @@ def test_a_link_in_place_of_a_record_is_no_record_and_is_not_written_through(sta
     assert "remembered" not in stackdsl("check").out
 
 
+@pytest.mark.parametrize(
+    "value", ['{"cases": []}', '{"parts": [5], "cases": []}', '{"parts": {}, "cases": [[1, 2, 3, 4, 5]]}']
+)
+def test_a_record_of_cases_that_is_forged_is_no_record(stackdsl: Stackdsl, project: Path, value: str) -> None:
+    stackdsl("check")
+    for record in (project / ".stackdsl" / "passed").rglob("*.json"):
+        digest = sha256(record.stem.encode() + value.encode()).hexdigest()
+        record.write_text(f"{digest}\n{value}", encoding="utf-8")
+    assert stackdsl("check").code == 0
+
+
 @pytest.mark.parametrize("kind", ["link", "hard link", "dangling"])
 def test_the_file_that_keeps_git_off_is_not_written_through_a_link(
     stackdsl: Stackdsl, project: Path, kind: str

@@ -10,6 +10,7 @@ from importlib.resources import files
 from typing import Final
 
 from stackdsl.outcome import UNCHECKED, Outcome, Report, VariantResult
+from stackdsl.reading.characters import harmless
 from stackdsl.report.outcome_text import outcome_text, significant, unchecked_text
 from stackdsl.report.text import closing_line
 from stackdsl.viewing.check_report.charts import charts
@@ -29,25 +30,24 @@ def index_page(report: Report, shown: Mapping[str, ShownCase], unseen: Mapping[s
     found = sorted(report.results, key=lambda result: (result.conclusion == "passed", result.conclusion == UNCHECKED))
     head = "".join(f"<th>{name}</th>" for name in COLUMNS)
     rows = "\n".join(_row(result, shown.get(result.name), unseen.get(result.name, "")) for result in found)
-    return "\n".join(
-        [
-            "<!DOCTYPE html>",
-            '<html lang="en"><head><meta charset="utf-8">',
-            f'<meta http-equiv="Content-Security-Policy" content="{policy}">',
-            '<meta name="viewport" content="width=device-width, initial-scale=1">',
-            f"<title>{escape(closing_line(report))}</title><style>{style}</style></head><body>",
-            f"<h1>{escape(closing_line(report))}</h1>",
-            *(f'<p class="failed">{escape(str(d.span))}: {escape(d.message)}</p>' for d in report.diagnostics),
-            charts(report.results),
-            '<p class="filter" hidden>',
-            '<input type="search" id="search" placeholder="words of a case" aria-label="filter">',
-            '<label><input type="checkbox" id="only"> only what did not pass</label></p>',
-            f'<table id="cases"><thead><tr>{head}</tr></thead><tbody>',
-            rows,
-            "</tbody></table>",
-            f"<script>{script}</script></body></html>",
-        ]
-    )
+    lines = [
+        "<!DOCTYPE html>",
+        '<html lang="en"><head><meta charset="utf-8">',
+        f'<meta http-equiv="Content-Security-Policy" content="{policy}">',
+        '<meta name="viewport" content="width=device-width, initial-scale=1">',
+        f"<title>{escape(closing_line(report))}</title><style>{style}</style></head><body>",
+        f"<h1>{escape(closing_line(report))}</h1>",
+        *(f'<p class="failed">{escape(str(d.span))}: {escape(d.message)}</p>' for d in report.diagnostics),
+        charts(report.results),
+        '<p class="filter" hidden>',
+        '<input type="search" id="search" placeholder="words of a case" aria-label="filter">',
+        '<label><input type="checkbox" id="only"> only what did not pass</label></p>',
+        f'<table id="cases"><thead><tr>{head}</tr></thead><tbody>',
+        rows,
+        "</tbody></table>",
+        f"<script>{script}</script></body></html>",
+    ]
+    return harmless("\n".join(lines))
 
 
 def _row(result: VariantResult, shown: ShownCase | None, unseen: str) -> str:

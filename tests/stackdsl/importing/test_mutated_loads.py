@@ -102,3 +102,16 @@ def test_a_mutated_file_is_told_in_its_place_or_read_whole(format_: Format) -> N
 def test_so_are_many_mutated_files(format_: Format) -> None:
     accepted = [nothing_is_lost(format_, seed) for seed in range(MANY)]
     assert 0 < sum(accepted) < MANY
+
+
+@pytest.mark.parametrize("half", [r"\ud800", r"\uDFFF", r"\udc00\ud800"])
+@pytest.mark.parametrize("format_", ["table", "pallet-sim", "compas"])
+def test_half_of_a_character_is_told_where_it_stands(format_: Format, half: str) -> None:
+    text = '[{"a": 1,\n  "odd%s": 2}]' if format_ == "table" else '{"a": [1,\n  "odd%s"]}'
+    found = told(format_, text % half)
+    assert not isinstance(found, ImportedLoad)
+    (mistake,) = found
+    assert (mistake.code, mistake.span.line) == ("SD114", 2)
+    assert f"{half[:6].lower()} is half of a character" in mistake.message
+    whole = told(format_, text % r"\ud83e\uddf1")
+    assert isinstance(whole, ImportedLoad) or not any("half" in each.message for each in whole)

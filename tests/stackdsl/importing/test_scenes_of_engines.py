@@ -62,6 +62,15 @@ def test_a_density_of_mujoco_comes_to_a_mass() -> None:
     assert float(ramp.mass) == pytest.approx(500.0 * 0.5 * 0.3 * 0.3 * 0.2, rel=1e-6)
 
 
+def test_a_scene_that_lets_mujoco_fuse_what_is_fixed_is_read_body_by_body() -> None:
+    fusing = put(MJCF, "  <worldbody>", '  <compiler fusestatic="true"/>')
+    assert [box.name for box in read(fusing).boxes] == ["base", "crate", "ramp"]
+    shelf = '<body name="shelf" pos="2 0 1"><geom type="box" size=".1 .1 .1"/></body>'
+    (found,) = mistakes(put(fusing, "  </worldbody>", shelf))
+    assert "'shelf' is fixed, and bricks are free" in found.message
+    assert [box.name for box in read(put(fusing, "  </worldbody>", shelf), {"ignore": ["shelf"]}).boxes][-1] == "ramp"
+
+
 BODY = '<body name="odd" pos="2 0 1">{}</body>'
 BOX = '<geom type="box" size=".1 .1 .1"/>'
 IN_MJCF = {

@@ -10,12 +10,14 @@ from xml.etree import ElementTree as ET
 import jsonschema
 import pytest
 
+from stackdsl.commands.formats import FORMATS, Style
 from stackdsl.outcome import GoldenStatus, RunStatus
 from stackdsl.report.csv import report_csv
 from stackdsl.report.github import report_github
 from stackdsl.report.json import report_json
 from stackdsl.report.junit import report_junit
 from stackdsl.report.markdown import report_markdown
+from stackdsl.viewing.check_report.index_page import index_page
 from tests.command_line import GOOD, Stackdsl, stackdsl_in_folder, write
 from tests.paths import ROOT
 from tests.stackdsl.report.reports import CRASHED, FAILED, FULL, MISTAKE, PASSED, TUNED, report, with_golden
@@ -90,6 +92,26 @@ def test_no_text_of_an_author_is_a_command_of_github() -> None:
     told = replace(MISTAKE, message="unknown key 'a\n::stop-commands::b'")
     lines = report_github(report(diagnostics=(told,) * 12)).splitlines()
     assert not [line for line in lines if line.lstrip().startswith("::") and not line.startswith("::error")]
+
+
+@pytest.mark.parametrize("form", sorted(FORMATS))
+def test_no_report_turns_its_text_or_commands_a_terminal_or_lacks_utf_8(form: str) -> None:
+    odd = "".join(map(chr, (*range(9), *range(11, 32), *range(127, 160), 0x61C, 0x200B, 0x200E, 0x200F, 0x2028)))
+    odd += "".join(map(chr, (0x2029, *range(0x202A, 0x202F), *range(0x2066, 0x206A), 0xFEFF, 0xDFFF, 0xD800)))
+    golden = replace(with_golden(GoldenStatus.DIFFERENT), file=odd)
+    mistake = replace(MISTAKE, message=odd, hint=odd)
+    whole = report(replace(CRASHED, message=odd, file=odd, parameters=((odd, odd),)), golden, diagnostics=(mistake,))
+    shown = FORMATS[form](whole, Style()).replace("\r\n", "\n")
+    shown.encode()
+    assert sorted(set(shown) & set(odd)) == []
+    if form == "json":
+        assert odd in json.loads(shown)["diagnostics"][0]["message"]
+
+
+def test_the_page_of_a_report_turns_no_text_and_has_utf_8() -> None:
+    page = index_page(report(replace(CRASHED, message="a\u202eb\ud800c\x1bd")), {}, {})
+    assert r"a\u202eb\ud800c\x1bd" in page
+    page.encode()
 
 
 def test_junit_counts_what_failed_what_crashed_and_what_is_wrong() -> None:
