@@ -1,8 +1,24 @@
 """`python -m stackdsl` is `stackdsl`. The imports take longest, so an interrupt must end them as it ends the rest."""
 
-import os
-import signal
+# ruff: noqa: E402 -- before anything is imported from there
+import os  # which Python has imported itself
 import sys
+
+
+def _drop_working_directory() -> None:
+    """Let no module of it come before others, as `-m` does, unless we are read from there ourselves."""
+    try:
+        put_there = not sys.flags.safe_path and sys.path[0] == os.getcwd()
+    except OSError:  # it is gone
+        return
+    if put_there and os.path.realpath(sys.path[0]) != os.path.dirname(os.path.dirname(os.path.realpath(__file__))):
+        del sys.path[0]
+
+
+if __name__ == "__main__":  # whoever sent the project of that directory may have put some there
+    _drop_working_directory()
+
+import signal
 from contextlib import suppress
 from types import FrameType
 

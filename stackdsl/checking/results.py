@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from shlex import quote
 
 from stackdsl.checking.gathering import STDIN_SHOWN, Case
 from stackdsl.checking.why import why_of
@@ -36,7 +37,7 @@ STATUSES = {
 }
 REMEDIES = {
     TaskStatus.DONE: "",
-    TaskStatus.CRASHED: "to see where, play it alone: STACKDSL_DEBUG=1 stackdsl run {file} -k '{name}'",
+    TaskStatus.CRASHED: "to see where, play it alone: STACKDSL_DEBUG=1 stackdsl run {file} -k {name}",
     TaskStatus.TIMED_OUT: "allow more by --time-limit, or let it build less or be watched for less",
     TaskStatus.NOT_RUN: "",
 }  # for what ended so
@@ -68,7 +69,7 @@ def checked(case: Case, result: TaskResult, goldens: Goldens, must_claim: bool =
         return held_up(case, result.value)
     if isinstance(result.value, Diagnostic):  # of a sample that has a value which may not be written
         return replace(_unfinished(case, RunStatus.BLOCKED, result.value.message), mistake=result.value)
-    remedy = REMEDIES[result.status].format(file=case.source.file, name=case.name)
+    remedy = REMEDIES[result.status].format(file=quote(case.source.file), name=quote(case.name))
     return _unfinished(case, STATUSES[result.status], "; ".join(filter(None, [result.message, remedy])))
 
 

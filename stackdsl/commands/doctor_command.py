@@ -8,6 +8,7 @@ from enum import StrEnum
 from importlib.metadata import PackageNotFoundError, version
 from importlib.resources import files
 from pathlib import Path
+from shlex import quote
 from typing import Final
 
 import click
@@ -16,6 +17,7 @@ from stackdsl.commands.new_command import SCHEMA
 from stackdsl.commands.terminal import write
 from stackdsl.exits import ExitCode
 from stackdsl.project_file import LINKED, ProjectError, confined, project_of
+from stackdsl.reading.characters import visible
 from stackdsl.systems.known_systems import KNOWN, needs_of
 
 LIBRARIES: Final = ("stackdsl", "numpy", "scipy", "clarabel", "pydantic", "pyyaml", "click", "rich")
@@ -49,7 +51,7 @@ class Finding:
 def doctor_command(context: click.Context) -> None:
     """Tell what is installed, what is missing and how to get it, and whether this directory is in order."""
     findings = [*_libraries(), *_engines(), *_optional(), *_reading(), *_project()]
-    write("\n".join(f"{each.state:5}  {each.text}" for each in findings))
+    write("\n".join(f"{each.state:5}  {visible(each.text)}" for each in findings))
     context.exit(ExitCode.FAILED if any(each.state is State.WRONG for each in findings) else ExitCode.OK)
 
 
@@ -118,7 +120,9 @@ def _project() -> Iterator[Finding]:
         yield Finding(State.NOTE, "there are no golden files yet; write them by: stackdsl check")
     current = files("stackdsl").joinpath(SCHEMA).read_text(encoding="utf-8")
     if schema.is_file() and schema.read_text(encoding="utf-8", errors="replace") != current:
-        yield Finding(State.NOTE, f"{schema} is of another version; write it anew by: stackdsl schema > {schema}")
+        yield Finding(
+            State.NOTE, f"{schema} is of another version; write it anew by: stackdsl schema > {quote(str(schema))}"
+        )
 
 
 def _version(distribution: str) -> str:

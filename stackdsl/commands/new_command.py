@@ -3,6 +3,7 @@
 import os
 from importlib.resources import files
 from pathlib import Path
+from shlex import quote
 from typing import Final
 
 import click
@@ -27,7 +28,7 @@ def new_command(name: str, folder: Path) -> None:
         raise click.UsageError(f"{mistake.message}; {mistake.hint}")
     make_folder(folder)
     write_new(path, text)
-    write(f"wrote {path}; next: stackdsl check {path}")
+    write(f"wrote {path}; next: stackdsl check {quote(str(path))}")
 
 
 def first_text(name: str, schema: str) -> str:

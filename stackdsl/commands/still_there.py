@@ -3,9 +3,10 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from stackdsl.checking.gathering import STDIN
 from stackdsl.checking.memory import Memory
 from stackdsl.checking.survey import survey
-from stackdsl.disk import leads_outside
+from stackdsl.disk import is_stream, leads_outside
 from stackdsl.snapshots.pending import Pending, Waiting
 
 
@@ -16,10 +17,16 @@ def no_longer_cases(pending: Sequence[Pending], waiting: Waiting) -> frozenset[s
     whoever sent the project, so no file outside of it is read.
     """
     named = {each.file for each in pending if each.file}
-    files = sorted(file for file in named if not leads_outside(waiting.home / file, waiting.home))
+    files = sorted(file for file in named if _is_own(file, waiting.home))
     memory = Memory(waiting.state, used=True)
     found = {file: {case.name for case in survey([waiting.home / file], memory).cases} for file in files}
     return frozenset(each.golden for each in pending if each.file in found and each.case not in found[each.file])
+
+
+def _is_own(file: str, home: Path) -> bool:
+    """Whether a name may be that of a file below a folder: "-" is the input, and a `..` or a link may lead outside."""
+    path = home / file
+    return path != STDIN and not is_stream(path) and not leads_outside(path, home)
 
 
 def why_not(pending: Pending, waiting: Waiting) -> str:

@@ -5,6 +5,7 @@ import io
 from collections.abc import Iterator, Sequence
 from typing import Any, Final
 
+from stackdsl.reading.characters import visible
 from stackdsl.report.ensemble_text import levels_told
 from stackdsl.sweeping.swept import SweptCase
 
@@ -20,7 +21,11 @@ FEW: Final = 3  # reasons of failures that are told
 
 
 def sweep_lines(cases: Sequence[SweptCase]) -> Iterator[str]:
-    """A line a case; below it how that is known, and what failed."""
+    """A line a case; below it how that is known, and what failed. Rows may be of whoever sent the project."""
+    yield from map(visible, _lines(cases))
+
+
+def _lines(cases: Sequence[SweptCase]) -> Iterator[str]:
     for each in cases:
         if not each.rows:
             continue

@@ -13,7 +13,7 @@ from errno import ENAMETOOLONG
 from pathlib import Path
 from typing import Final
 
-from stackdsl.disk import read_file
+from stackdsl.disk import leads_outside, read_file
 
 ELSEWHERE: Final = "elsewhere"  # in the place of a file that is not below the project, or is none, as in a notebook
 LINE: Final = re.compile(rb'^  "kept_by": ("(?:[^"\\\n]|\\.)*"),?\r?$', re.MULTILINE)
@@ -28,8 +28,8 @@ def keeper_of(file: str, golden: Path, scenarios: Path) -> str:
     ways = [(Path(way(file)), Path(way(scenarios)), Path(way(golden.parent))) for way in (_absolute, os.path.realpath)]
     if any(own.is_relative_to(folder) for own, folder, _ in ways):
         return ""
-    inside = [own.relative_to(home).as_posix() for own, _, home in ways if own.is_relative_to(home) and own.is_file()]
-    return inside[0] if inside else ELSEWHERE
+    inside = [own.relative_to(home).as_posix() for own, _, home in ways if own.is_relative_to(home)]
+    return next((name for name in inside if is_there(name, golden)), ELSEWHERE)
 
 
 def _absolute(path: str | Path) -> str:
@@ -46,11 +46,11 @@ def keeper_in(content: object) -> str:
 
 
 def is_there(keeper: str, golden: Path) -> bool:
-    """Whether who keeps a file of a directory is still there, as far as one can know."""
+    """Whether who keeps a file of a directory is still there, as far as one knows; outside of the project is nobody."""
     if keeper in ("", ELSEWHERE):
         return bool(keeper)
     try:
-        return (golden.parent / keeper).is_file()
+        return not leads_outside(golden.parent / keeper, golden.parent) and (golden.parent / keeper).is_file()
     except OSError as error:  # where one may not look, it may be there
         return error.errno != ENAMETOOLONG
 

@@ -18,6 +18,7 @@ from stackdsl.bench.journal import Journal
 from stackdsl.commands import bench_command
 from stackdsl.disk import LeadsOutsideError, read_file
 from stackdsl.project_file import confined
+from stackdsl.supervising.worker import Task
 from tests.command_line import GOOD, Result, Stackdsl, stackdsl_in, write
 from tests.paths import ROOT
 from tests.stackdsl.bench.runs import RECORD
@@ -343,6 +344,29 @@ def test_a_module_of_the_project_is_not_run_in_place_of_one_of_python(tmp_path: 
     assert done.returncode == 0
 
 
+def run_by_python(project: Path, *arguments: str) -> "subprocess.CompletedProcess[str]":
+    """Python, called in the project by somebody whose own settings let it import modules from there."""
+    environment = {key: value for key, value in os.environ.items() if key != "PYTHONSAFEPATH"}
+    command, environment = [sys.executable, *arguments], environment | {"PYTHONPATH": str(ROOT)}
+    return subprocess.run(command, cwd=project, env=environment, capture_output=True, check=False, text=True)
+
+
+@pytest.mark.parametrize("name", ["yaml.py", "signal.py", "click/__init__.py"])
+def test_a_module_of_the_project_is_not_run_by_the_module_switch(project: Path, name: str) -> None:
+    write(project, "open('ran', 'w').close()\n", name)
+    done = run_by_python(project, "-m", "stackdsl", "explain", "scenarios/good.yaml")
+    assert (done.returncode, (project / "ran").exists()) == (0, False)
+
+
+def test_a_worker_of_the_library_runs_no_module_of_the_project(tmp_path: Path, project: Path) -> None:
+    write(project, "open('ran', 'w').close()\n", "multiprocessing.py")
+    call = "print(supervised(Task(len, ('ab',), 60.0)).value, os.environ.get('PYTHONSAFEPATH'))"
+    program = f"import os\nfrom stackdsl.supervising.executors import supervised\nfrom {Task.__module__} import Task\n"
+    write(tmp_path, f"{program}if __name__ == '__main__':\n    {call}\n", "own.py")
+    done = run_by_python(project, str(tmp_path / "own.py"))
+    assert (done.stdout, (project / "ran").exists()) == ("2 None\n", False)
+
+
 # --- settings of matplotlib -------------------------------------------------------------------------------------------
 
 # As matplotlib up to 3.10.8 takes its settings when it is loaded, and as all versions draw.
@@ -539,6 +563,26 @@ try:
 except SystemExit:
     print(opened)
 #"""
+
+
+@pytest.mark.usefixtures("waiting")
+@pytest.mark.parametrize("name", ["-", "./-", "/dev/stdin"])
+def test_the_input_is_not_taken_for_the_file_of_what_waits(stackdsl_in: Stackdsl, project: Path, name: str) -> None:
+    forged(project, file=name)
+    asked = stackdsl_in(project, "golden", "status", keys="scenario: [")
+    assert ("has no case" in asked.out, "1 waiting" in asked.out) == (False, True)
+
+
+@pytest.mark.parametrize("kept_by", ["../home/secret.json", "l/secret.json"])
+def test_nobody_outside_keeps_a_golden_file(stackdsl: Stackdsl, project: Path, kept_by: str) -> None:
+    """Else a project could learn which files there are elsewhere."""
+    assert stackdsl("check").code == 0
+    link(project, "l")
+    (golden,) = (project / "golden").rglob("*.json")
+    said = json.dumps({"kept_by": kept_by} | json.loads(golden.read_text()), indent=2)
+    golden.write_text(said)
+    write(project, GOOD.replace("scenario: good", "scenario: other"), "scenarios/good.yaml")
+    assert "obsolete: " in stackdsl("golden", "prune", "--dry-run").out
 
 
 @pytest.mark.parametrize("name", ["stackdsl.toml", "pyproject.toml"])
