@@ -53,6 +53,8 @@ def is_there(keeper: str, golden: Path) -> bool:
         return not leads_outside(golden.parent / keeper, golden.parent) and (golden.parent / keeper).is_file()
     except OSError as error:  # where one may not look, it may be there
         return error.errno != ENAMETOOLONG
+    except ValueError:  # a name that no file has
+        return False
 
 
 def is_kept(file: Path, golden: Path, checked: Collection[str]) -> bool:

@@ -15,7 +15,7 @@ import sys
 import threading
 import traceback
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from enum import Enum, StrEnum
 from functools import partial
@@ -26,13 +26,11 @@ from time import monotonic
 from stackdsl.exits import INTERRUPTS
 from stackdsl.supervising.memory_limit import limit_memory
 
-SAFE_PATH = "PYTHONSAFEPATH"
 TOKEN = 16  # [bytes]
 LENGTH = 8  # [bytes] of the length of a message, big-endian
 LONGEST_MESSAGE = 2_000  # [characters] of the error of a task, and ten times as many of its traceback
 BEGUN = b"begun"  # a worker's word that it has all it needs and calls the function now
 _STARTING = threading.Lock()
-_SAFELY = threading.Lock()
 _OURS: set[Connection] = set()  # the ends of pipes to workers that this process has open
 START_LIMIT = 120.0  # [s] for a worker to start and import what a task needs, before the task's own limit counts
 
@@ -96,7 +94,7 @@ class Worker:
         ours, theirs = multiprocessing.Pipe()
         _OURS.add(ours)
         process = _process(start, imported, theirs)
-        with _may_have_children(), nullcontext() if start is Start.COPY else _no_modules_from_here():
+        with _may_have_children():
             process.start()
         # As long as this end is open here, the death of the worker would not end the stream.
         theirs.close()
@@ -167,21 +165,6 @@ def _may_have_children() -> Iterator[None]:
         finally:
             if was:
                 own.daemon = True
-
-
-@contextmanager
-def _no_modules_from_here() -> Iterator[None]:
-    """Let Python that is started import no modules of the working directory, which may be of whoever sent a project."""
-    with _SAFELY:
-        was = os.environ.get(SAFE_PATH)
-        os.environ[SAFE_PATH] = "1"
-        try:
-            yield
-        finally:
-            if was is None:
-                del os.environ[SAFE_PATH]
-            else:
-                os.environ[SAFE_PATH] = was
 
 
 def _process(start: Start, imported: Sequence[str], connection: Connection) -> BaseProcess:

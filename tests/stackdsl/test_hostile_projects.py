@@ -18,7 +18,6 @@ from stackdsl.bench.journal import Journal
 from stackdsl.commands import bench_command
 from stackdsl.disk import LeadsOutsideError, read_file
 from stackdsl.project_file import confined
-from stackdsl.supervising.worker import Task
 from tests.command_line import GOOD, Result, Stackdsl, stackdsl_in, write
 from tests.paths import ROOT
 from tests.stackdsl.bench.runs import RECORD
@@ -358,15 +357,6 @@ def test_a_module_of_the_project_is_not_run_by_the_module_switch(project: Path, 
     assert (done.returncode, (project / "ran").exists()) == (0, False)
 
 
-def test_a_worker_of_the_library_runs_no_module_of_the_project(tmp_path: Path, project: Path) -> None:
-    write(project, "open('ran', 'w').close()\n", "multiprocessing.py")
-    call = "print(supervised(Task(len, ('ab',), 60.0)).value, os.environ.get('PYTHONSAFEPATH'))"
-    program = f"import os\nfrom stackdsl.supervising.executors import supervised\nfrom {Task.__module__} import Task\n"
-    write(tmp_path, f"{program}if __name__ == '__main__':\n    {call}\n", "own.py")
-    done = run_by_python(project, str(tmp_path / "own.py"))
-    assert (done.stdout, (project / "ran").exists()) == ("2 None\n", False)
-
-
 # --- settings of matplotlib -------------------------------------------------------------------------------------------
 
 # As matplotlib up to 3.10.8 takes its settings when it is loaded, and as all versions draw.
@@ -570,7 +560,7 @@ except SystemExit:
 def test_the_input_is_not_taken_for_the_file_of_what_waits(stackdsl_in: Stackdsl, project: Path, name: str) -> None:
     forged(project, file=name)
     asked = stackdsl_in(project, "golden", "status", keys="scenario: [")
-    assert ("has no case" in asked.out, "1 waiting" in asked.out) == (False, True)
+    assert ("is gone" in asked.out, "1 waiting" in asked.out) == (False, True)
 
 
 @pytest.mark.parametrize("kept_by", ["../home/secret.json", "l/secret.json"])
