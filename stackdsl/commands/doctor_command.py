@@ -15,9 +15,9 @@ import click
 
 from stackdsl.commands.new_command import SCHEMA
 from stackdsl.commands.terminal import write
+from stackdsl.disk import visible
 from stackdsl.exits import ExitCode
 from stackdsl.project_file import LINKED, ProjectError, confined, project_of
-from stackdsl.reading.characters import visible
 from stackdsl.systems.known_systems import KNOWN, needs_of
 
 LIBRARIES: Final = ("stackdsl", "numpy", "scipy", "clarabel", "pydantic", "pyyaml", "click", "rich")

@@ -5,7 +5,7 @@ import io
 from collections.abc import Iterator, Sequence
 from typing import Any, Final
 
-from stackdsl.reading.characters import visible
+from stackdsl.disk import visible
 from stackdsl.report.ensemble_text import levels_told
 from stackdsl.sweeping.swept import SweptCase
 
