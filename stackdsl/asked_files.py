@@ -6,7 +6,7 @@ somebody else may have made, and does not see which parts of it are links.
 
 from pathlib import Path
 
-from stackdsl.disk import is_stream, open_regular, read_stream, read_true, write_true
+from stackdsl.disk import is_stream, make_true, open_regular, read_stream, read_true, write_true
 from stackdsl.project_file import confined
 
 
@@ -17,9 +17,7 @@ def read_asked(path: Path, most: int = -1) -> bytes:
 
 def make_asked(folder: Path) -> None:
     """Make a folder. Raises OSError."""
-    confined(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    confined(folder)
+    make_true(confined(folder))
 
 
 def write_asked(path: Path, data: bytes, *folders: Path) -> None:

@@ -2,14 +2,15 @@
 
 A path that is written as below a folder stays below it: one that leaves it through a link is refused. Only regular
 files are read, for a pipe may have no writer and a device no end. What is opened is found from folder to folder without
-following links, so that none that is put in the way after a path was looked at leads elsewhere. All errors are OSErrors
-with a `strerror` and a `filename`, as those of the system are.
+following links, so that none that is put in the way after a path was looked at leads elsewhere. Where a folder truly is
+counts as it was when this process first asked: one that is replaced by a link meanwhile does not vouch for itself. All
+errors are OSErrors with a `strerror` and a `filename`, as those of the system are.
 """
 
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from errno import EINVAL, EISDIR, ELOOP, EMLINK
+from errno import EEXIST, EINVAL, EISDIR, ELOOP, EMLINK
 from pathlib import Path
 from secrets import token_hex
 from stat import S_ISDIR, S_ISLNK, S_ISREG
@@ -22,6 +23,9 @@ _NO_WAITING: Final = getattr(os, "O_NONBLOCK", 0)  # of a pipe that nobody write
 _NO_LINK: Final = getattr(os, "O_NOFOLLOW", 0)
 _BINARY: Final = getattr(os, "O_BINARY", 0)
 _INNER_FOLDER: Final = _NO_LINK | getattr(os, "O_DIRECTORY", 0) | getattr(os, "O_PATH", os.O_RDONLY)
+
+
+_HELD: Final[dict[str, str]] = {}  # the true paths of folders that something is to be within, by their absolute ones
 
 
 class LeadsOutsideError(OSError):
@@ -39,7 +43,13 @@ def refuse_outside(path: Path, folder: Path) -> None:
 
 def leads_outside(path: str | Path, folder: str | Path) -> bool:
     """Whether a path, however it is written, ends outside of a folder. Where there is no file, its place counts."""
-    return not is_below(os.path.realpath(path), os.path.realpath(folder))
+    return not is_below(os.path.realpath(path), true_folder(folder))
+
+
+def true_folder(folder: str | Path, true: str = "") -> str:
+    """The true path of a folder as this process first knew it: `true`, where that was looked at just now."""
+    written = os.path.abspath(folder)
+    return _HELD.setdefault(written, true or os.path.realpath(written))
 
 
 def is_below(path: str, folder: str) -> bool:
@@ -72,12 +82,15 @@ def visible(text: str) -> str:
 
 
 @contextmanager
-def _named_in_folder(true: str) -> Iterator[tuple[str, int | None]]:
+def _named_in_folder(true: str, *, made: bool = False) -> Iterator[tuple[str, int | None]]:
     """The name of a file, and the descriptor of its folder; or its path, and None where the system has no such calls.
 
-    `true` is a path without links: where one has come to be a part of it, OSError is raised.
+    `true` is a path without links: where one has come to be a part of it, OSError is raised. With `made`, folders that
+    are not there are made.
     """
     if os.open not in os.supports_dir_fd or not os.path.isabs(true):
+        if made:
+            os.makedirs(os.path.dirname(true), exist_ok=True)
         yield true, None
         return
     root, *parts = Path(true).parts
@@ -85,6 +98,9 @@ def _named_in_folder(true: str) -> Iterator[tuple[str, int | None]]:
     try:
         for part in parts[:-1]:
             try:
+                if made and not _is_there(part, folder):
+                    with suppress(FileExistsError):  # another process may make it
+                        os.mkdir(part, dir_fd=folder)
                 outer, folder = folder, os.open(part, _INNER_FOLDER, dir_fd=folder)
             except NotADirectoryError as error:
                 if S_ISLNK(os.stat(part, dir_fd=folder, follow_symlinks=False).st_mode):
@@ -94,6 +110,32 @@ def _named_in_folder(true: str) -> Iterator[tuple[str, int | None]]:
         yield parts[-1] if parts else ".", folder
     finally:
         os.close(folder)
+
+
+def _is_there(name: str, folder: int) -> bool:
+    try:
+        os.stat(name, dir_fd=folder, follow_symlinks=False)
+    except FileNotFoundError:
+        return False
+    return True
+
+
+def make_true(true: str) -> None:
+    """Make a folder by its path without links, and those that it is in, where they are not there. Raises OSError."""
+    try:
+        with _named_in_folder(os.path.join(true, "any"), made=True):
+            pass
+    except NotADirectoryError as error:
+        if os.path.lexists(true):
+            raise FileExistsError(EEXIST, os.strerror(EEXIST), true) from error
+        raise
+
+
+def make_folder(folder: Path, within: Path) -> None:
+    """Make a folder likewise. Raises OSError, and LeadsOutsideError where a link leads out of that other folder."""
+    true = os.path.realpath(folder)
+    _refuse_beyond(true, folder, within)
+    make_true(true)
 
 
 def open_regular(true: str, flags: int, *, alone: bool = False) -> int:
@@ -135,7 +177,7 @@ def read_file(path: Path, most: int = -1, within: str | Path | None = None) -> b
 
 
 def _refuse_beyond(true: str, path: Path, folder: str | Path | None) -> None:
-    if folder is not None and not is_below(true, os.path.realpath(folder)):
+    if folder is not None and not is_below(true, true_folder(folder)):
         raise LeadsOutsideError(ELOOP, f"a link leads out of {called(folder)}", str(path))
 
 
@@ -180,6 +222,21 @@ def remove_file(path: Path, within: Path) -> None:
     """Remove a file, or a link, where there is one. Raises OSError, and LeadsOutsideError as `replace_file` does."""
     with suppress(FileNotFoundError), _named_in_folder(_place(path, within)) as (name, folder):
         os.unlink(name, dir_fd=folder)
+
+
+def remove_folder(path: Path, within: Path) -> None:
+    """Remove a folder that is empty. Raises OSError as `remove_file` does."""
+    with _named_in_folder(_place(path, within)) as (name, folder):
+        os.rmdir(name, dir_fd=folder)
+
+
+def move_file(path: Path, to: Path, within: Path) -> None:
+    """Give a file, or a link, another name. Raises OSError as `remove_file` does."""
+    with (
+        _named_in_folder(_place(path, within)) as (name, folder),
+        _named_in_folder(_place(to, within)) as (other, there),
+    ):
+        os.rename(name, other, src_dir_fd=folder, dst_dir_fd=there)
 
 
 def _place(path: Path, within: Path) -> str:

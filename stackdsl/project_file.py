@@ -12,7 +12,7 @@ from errno import ELOOP
 from pathlib import Path
 from typing import Final
 
-from stackdsl.disk import LeadsOutsideError, called, is_below, read_file, unlinked, visible
+from stackdsl.disk import LeadsOutsideError, called, is_below, read_file, true_folder, unlinked, visible
 
 GOLDEN: Final = Path("golden")
 SCENARIOS: Final = Path("scenarios")
@@ -49,7 +49,7 @@ class Project:
         """
         golden = asked or self.golden
         try:
-            confined(golden, self.root or Path())
+            true_folder(golden, confined(golden, self.root or Path()))
         except LeadsOutsideError as error:
             raise ProjectError(f"{golden}: {error.strerror}; {LINKED}") from error
         return golden
@@ -193,7 +193,7 @@ def confined(path: Path, *folders: Path) -> str:
     if written == true:
         return true
     for folder in (*_around(written), *folders):
-        if is_below(written, os.path.abspath(folder)) and not is_below(true, os.path.realpath(folder)):
+        if is_below(written, os.path.abspath(folder)) and not is_below(true, true_folder(folder)):
             raise LeadsOutsideError(ELOOP, f"a link leads out of {called(folder)}", str(path))
     return true
 

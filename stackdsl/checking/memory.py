@@ -18,7 +18,7 @@ from time import time
 from typing import TYPE_CHECKING, Final
 
 from stackdsl.checking.code_digest import code_is_older, program_digest
-from stackdsl.disk import read_file, remove_file, replace_file, unlinked
+from stackdsl.disk import make_folder, read_file, remove_file, remove_folder, replace_file, unlinked
 from stackdsl.outcome import UNCHECKED, GoldenStatus, VariantResult
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ class Memory:
         self._written.clear()
 
     def _prepare(self, folder: Path) -> None:
-        folder.mkdir(parents=True, exist_ok=True)
+        make_folder(folder, self.home)
         ignored = self.folder / ".gitignore"
         if not ignored.exists():
             replace_file(ignored, IGNORED.encode(), self.home)
@@ -168,4 +168,4 @@ def _remove_records(folder: Path, home: Path) -> None:
         for name in os.listdir(folder):
             if RECORD.fullmatch(name):
                 remove_file(folder / name, home)
-        folder.rmdir()
+        remove_folder(folder, home)

@@ -11,7 +11,16 @@ from pathlib import Path
 from secrets import token_hex
 from time import time
 
-from stackdsl.disk import NOT_REGULAR, LeadsOutsideError, read_file, refuse_outside, remove_file, replace_file, visible
+from stackdsl.disk import (
+    NOT_REGULAR,
+    LeadsOutsideError,
+    make_folder,
+    read_file,
+    remove_file,
+    remove_folder,
+    replace_file,
+    visible,
+)
 from stackdsl.outcome import GoldenDifference, GoldenResult, GoldenStatus
 from stackdsl.snapshots.canonical import document
 from stackdsl.snapshots.compact import golden_text
@@ -231,9 +240,8 @@ def write_golden(path: Path, text: str, directory: Path) -> None:
 
     Raises OSError, and LeadsOutsideError where a link leads it out of the directory.
     """
-    refuse_outside(path.parent, directory)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    _remove_left_over(path.parent)
+    make_folder(path.parent, directory)
+    _remove_left_over(path.parent, directory)
     # Not the process id: two containers that share a volume may both be number 7.
     fresh = f".{token_hex(16)}{TEMPORARY}"
     replace_file(
@@ -241,12 +249,12 @@ def write_golden(path: Path, text: str, directory: Path) -> None:
     )  # what people write into one that agrees stays
 
 
-def _remove_left_over(directory: Path) -> None:
+def _remove_left_over(folder: Path, directory: Path) -> None:
     """Remove the temporary files of runs that were killed: no write takes as long as these are old."""
-    for file in directory.glob(f".*{TEMPORARY}"):
+    for file in folder.glob(f".*{TEMPORARY}"):
         with suppress(OSError):  # another run may do the same
             if LEFT_NAME.fullmatch(file.name) and time() - file.stat(follow_symlinks=False).st_mtime > LEFT_OVER:
-                file.unlink()
+                remove_file(file, directory)
 
 
 def obsolete(directory: Path, expected: Iterable[str], whole_set: bool, checked: Iterable[str] = ()) -> tuple[str, ...]:
@@ -290,5 +298,5 @@ def remove_obsolete(files: Iterable[str]) -> tuple[str, ...]:
             removed.append(file)
         with suppress(OSError):  # one that is not empty stays
             if not OLD_NAME.fullmatch(Path(file).name):
-                Path(file).parent.rmdir()
+                remove_folder(Path(file).parent, directory_of(Path(file)))
     return tuple(removed)

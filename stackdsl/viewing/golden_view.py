@@ -21,6 +21,7 @@ from stability.shapes.box import Box
 from stackdsl.diagnostics import Span
 from stackdsl.disk import read_file
 from stackdsl.outcome import GoldenDifference, GoldenResult
+from stackdsl.project_file import confined
 from stackdsl.recording.recorder import Recorder
 from stackdsl.recording.recording import Recording
 from stackdsl.snapshots.file_names import directory_of
@@ -41,7 +42,8 @@ def golden_view(golden: GoldenResult, now: RunView) -> RunView | None:
     People write golden files as well, so what is in it may be anything.
     """
     try:
-        text = read_file(file := Path(golden.file), LONGEST + 1, directory_of(file)).decode()
+        confined(file := Path(golden.file))  # this process may be a new one, which knows no folder from before
+        text = read_file(file, LONGEST + 1, directory_of(file)).decode()
         if len(text) > LONGEST:
             return None
         return _view(json.loads(text), golden, text, now)

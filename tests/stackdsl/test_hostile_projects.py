@@ -15,9 +15,13 @@ import pytest
 
 from stackdsl.asked_files import open_asked, read_asked, write_asked
 from stackdsl.bench.journal import Journal
+from stackdsl.checking.memory import Memory
 from stackdsl.commands import bench_command
 from stackdsl.disk import LeadsOutsideError, read_file
-from stackdsl.project_file import confined
+from stackdsl.outcome import GoldenResult
+from stackdsl.project_file import confined, project_of
+from stackdsl.snapshots.golden import content, remove_obsolete, write_golden
+from stackdsl.snapshots.moving import moved_to_new_names
 from tests.command_line import GOOD, Result, Stackdsl, stackdsl_in, write
 from tests.paths import ROOT
 from tests.stackdsl.bench.runs import RECORD
@@ -616,6 +620,39 @@ def test_a_link_that_is_put_in_the_way_after_a_path_was_looked_at_is_not_followe
     assert (project.parent / "home" / "file").read_text() == "precious"
     (project.parent / "home" / "file").unlink()
     os.utime(project.parent / "home", ns=(before.st_atime_ns, before.st_mtime_ns))
+
+
+def test_a_directory_of_goldens_that_becomes_a_link_is_no_way_out(project: Path, stackdsl: Stackdsl) -> None:
+    assert stackdsl("check").code == 0
+    golden = project_of([project / "scenarios"]).goldens()
+    out = project.parent / "out"
+    shutil.copytree(golden, out)
+    (out / "good" / "exact.json").rename(out / "good[exact].json")
+    (out / "good").rmdir()
+    write(out, "{}", f".{'0' * 32}.golden.tmp")
+    os.utime(out / f".{'0' * 32}.golden.tmp", (0.0, 0.0))
+    (out / "good[empty]").mkdir()
+    before = sorted(out.rglob("*"))
+    golden.rename(project / "g0")
+    link(project, "golden", "out")
+    file = golden / "good[exact].json"
+    assert isinstance(content(file, golden), GoldenResult)
+    for written in (file, golden / "new" / "exact.json"):
+        with pytest.raises(LeadsOutsideError):
+            write_golden(written, "new", golden)
+    assert list(moved_to_new_names(golden)) == [(file, None)]
+    assert remove_obsolete([str(file), str(golden / "good[empty]" / "gone.json")]) == ()
+    assert sorted(out.rglob("*")) == before
+
+
+def test_a_root_that_becomes_a_link_is_no_place_to_remember_in(project: Path) -> None:
+    memory = Memory(project / ".stackdsl")
+    memory.keep_failed(["a"], ["a"])
+    project.rename(project.parent / "p0")
+    (project.parent / "out").mkdir()
+    project.symlink_to(project.parent / "out")
+    memory.keep_failed(["a"], ["a"])
+    assert list((project.parent / "out").iterdir()) == []
 
 
 def test_a_device_is_not_opened_to_see_what_it_is(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
