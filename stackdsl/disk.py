@@ -8,6 +8,7 @@ errors are OSErrors with a `strerror` and a `filename`, as those of the system a
 """
 
 import os
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from errno import EEXIST, EINVAL, EISDIR, ELOOP, EMLINK
@@ -20,6 +21,7 @@ NOT_REGULAR: Final = "it is no regular file"
 # What a shell puts for `<(command)`, which ends, and what stands for the streams of this process.
 STREAMS: Final = ("/dev/fd/", "/dev/stdin", "/dev/stdout", "/dev/stderr", "/proc/self/fd/")
 _NO_WAITING: Final = getattr(os, "O_NONBLOCK", 0)  # of a pipe that nobody writes to or reads from
+_COMMAND: Final = re.compile(r"(^\s*)::", re.MULTILINE)  # also behind blanks, as its runner reads lines
 _NO_LINK: Final = getattr(os, "O_NOFOLLOW", 0)
 _BINARY: Final = getattr(os, "O_BINARY", 0)
 _INNER_FOLDER: Final = _NO_LINK | getattr(os, "O_DIRECTORY", 0) | getattr(os, "O_PATH", os.O_RDONLY)
@@ -76,6 +78,11 @@ def unlinked(folder: Path, *parts: str) -> Path:
 def visible(text: str) -> str:
     """A text, such as the name of a file, with all that cannot be printed as it would be escaped."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
+
+
+def without_commands(text: str) -> str:
+    """A text of many lines of which GitHub, which reads what is printed there, takes none for a command."""
+    return _COMMAND.sub(r"\1./::", text).replace("##[", "# #[")
 
 
 # --- one file, by its true path ---------------------------------------------------------------------------------------

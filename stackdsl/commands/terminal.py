@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Protocol, TextIO
 
 import click
 
+from stackdsl.disk import without_commands
+
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.progress import Progress, TaskID
@@ -74,7 +76,7 @@ def write(text: str) -> None:
 def tell(text: str) -> None:
     """Print on the error stream, as long as that takes anything."""
     try:
-        click.echo(text, err=True)
+        click.echo(without_commands(text), err=True)
     except OSError:
         silence(sys.stderr)
 

@@ -22,6 +22,7 @@ from stackdsl.judging.shares import Interval
 Array = NDArray[np.float64]
 
 ROUNDING = 1e-9  # of logarithms: samples that differ by less are alike
+LEVEL = 1e-7  # of a slope in deviations: less than one sample of millions that falls or stands changes it
 FEWEST_POINTS = 2
 STEEP = "and the points do not say how steeply; take closer ones there"
 FEWEST = 3  # samples whose intensities are known, to say how they are spread
@@ -75,7 +76,8 @@ def through_fates(values: Array, fell: Array, confidence: float) -> Lognormal:
     inverse = np.linalg.inv(information)
     covariance = inverse @ (scores.T @ scores) @ inverse
     deviations = float(ndtri(0.5 + 0.5 * confidence))
-    if abs(found[1]) <= deviations * sqrt(covariance[1, 1]):
+    # Where the same samples fall at all intensities, neither the slope nor what is known of it is but rounding.
+    if abs(found[1]) <= LEVEL or abs(found[1]) <= deviations * sqrt(covariance[1, 1]):
         raise UndeterminedError("the share of collapse does not change with it beyond chance")
     # ln median = middle - width a / b, and dispersion = width / |b|: both by the first derivatives.
     a, b = found

@@ -6,6 +6,7 @@ from io import StringIO
 from typing import TYPE_CHECKING, TypeAlias
 from unicodedata import combining, east_asian_width
 
+from stackdsl.disk import without_commands
 from stackdsl.trace import NUMERICAL_COLLAPSE, UNRELIABLE
 
 if TYPE_CHECKING:
@@ -62,7 +63,8 @@ def table(rows: Sequence[Row], left: Sequence[str]) -> Table:
 
 
 def _safe(text: str) -> str:
-    return "".join(character if character.isprintable() or character == "\n" else "\ufffd" for character in text)
+    shown = (character if character.isprintable() or character == "\n" else "\ufffd" for character in text)
+    return without_commands("".join(shown))
 
 
 def titled(title: str, lines: Sequence[str]) -> Block:

@@ -13,6 +13,7 @@ from stability.geometry.vectors import scale
 from stability.model import GROUND, BodyId, Brick, Vec3
 from stackdsl.checking.gathering import Case
 from stackdsl.compiling.fitting import Fit, Sited, fits
+from stackdsl.disk import without_commands
 from stackdsl.judging.knobs import Knobs
 from stackdsl.judging.proofs import proofs_of
 from stackdsl.report.modified_text import modified_text
@@ -30,7 +31,7 @@ AXES: tuple[Vec3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 def explanation_text(cases: Sequence[Case], extent: Extent = Extent()) -> str:  # noqa: B008 -- frozen
     """One scenario in one variant; `cases` are its systems."""
-    return "\n".join(_lines(cases, extent)) + "\n"
+    return without_commands("\n".join(_lines(cases, extent)) + "\n")
 
 
 def _lines(cases: Sequence[Case], extent: Extent) -> Iterator[str]:
@@ -38,7 +39,7 @@ def _lines(cases: Sequence[Case], extent: Extent) -> Iterator[str]:
     chosen = ", ".join(f"{name} = {text}" for name, text in cases[0].variant.parameters)
     yield f"{scenario.scenario}{f' ({chosen})' if chosen else ''}, from {cases[0].source.span_of(('scenario',))}"
     if scenario.description:
-        yield f"  {scenario.description}"
+        yield f"  {' '.join(scenario.description.split())}"
     yield from _world(timeline)
     count, levels = sum(not placement.hits for placement in timeline.placements), timeline.levels
     what = f"{count} brick{'s' * (count > 1)} on {levels} level{'s' * (levels > 1)}"

@@ -114,3 +114,10 @@ def test_points_that_nobody_chose_go_to_where_samples_fall_apart() -> None:
     assert found.points[1].fell == 0
     assert found.points[-1].fell == 20
     assert sum(0 < point.fell < 20 for point in found.points) >= 6
+
+
+def test_where_the_same_samples_fall_at_all_intensities_the_share_does_not_change() -> None:
+    for count in (2, 3):
+        fell = np.repeat([[1.0]] * 3 + [[0.0]] * 7, count, axis=1)
+        with pytest.raises(UndeterminedError, match="does not change"):
+            through_fates(np.geomspace(0.3, 0.9, count), fell, 0.95)

@@ -94,6 +94,17 @@ def test_no_text_of_an_author_is_a_command_of_github() -> None:
     assert not [line for line in lines if line.lstrip().startswith("::") and not line.startswith("::error")]
 
 
+@pytest.mark.parametrize("reason", ["::add-mask::e", "later\\n ::add-mask::e", "##[add-mask]e"])
+def test_no_text_of_an_author_is_a_command_in_what_people_read(stackdsl: Stackdsl, tmp_path: Path, reason: str) -> None:
+    text = GOOD.replace("scenario: good", f'scenario: good\ndescription: "{reason}"\nskip: "{reason}"')
+    write(tmp_path, text, "::add-mask::e.yaml")
+    write(tmp_path, "scenario: [", "::add-mask::f.yaml")
+    for command in (("check", "."), ("explain", "::add-mask::e.yaml"), ("check", "::add-mask::f.yaml")):
+        said = stackdsl(*command).text
+        assert "add-mask" in said
+        assert not [line for line in said.splitlines() if line.strip().startswith("::") or "##[" in line]
+
+
 @pytest.mark.parametrize("form", sorted(FORMATS))
 def test_no_report_turns_its_text_or_commands_a_terminal_or_lacks_utf_8(form: str) -> None:
     odd = "".join(map(chr, (*range(9), *range(11, 32), *range(127, 160), 0x61C, 0x200B, 0x200E, 0x200F, 0x2028)))
