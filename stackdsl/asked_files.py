@@ -4,6 +4,8 @@ Where a path is written as inside a project, it ends inside: whoever calls a com
 somebody else may have made, and does not see which parts of it are links.
 """
 
+import os
+from errno import EEXIST
 from pathlib import Path
 
 from stackdsl.disk import is_stream, make_true, open_regular, read_stream, read_true, write_true
@@ -30,4 +32,7 @@ def write_asked(path: Path, data: bytes, *folders: Path) -> None:
 
 def open_asked(path: Path, flags: int, *folders: Path) -> int:
     """The descriptor of a regular file that is gone on with, and that has no other name. Raises OSError."""
-    return open_regular(confined(path, *folders), flags, alone=True)
+    true = confined(path, *folders)
+    if flags & os.O_EXCL and path.is_symlink():  # what is to be new is not made where a link leads
+        raise FileExistsError(EEXIST, os.strerror(EEXIST), str(path))
+    return open_regular(true, flags, alone=True)

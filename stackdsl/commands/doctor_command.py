@@ -15,7 +15,7 @@ import click
 
 from stackdsl.commands.new_command import SCHEMA
 from stackdsl.commands.terminal import write
-from stackdsl.disk import visible
+from stackdsl.disk import read_file, visible
 from stackdsl.exits import ExitCode
 from stackdsl.project_file import LINKED, ProjectError, confined, project_of
 from stackdsl.systems.known_systems import KNOWN, needs_of
@@ -118,11 +118,18 @@ def _project() -> Iterator[Finding]:
         yield Finding(State.WRONG, f"{golden} cannot be written, so --update cannot accept anything; let it be written")
     elif not golden.is_dir():
         yield Finding(State.NOTE, "there are no golden files yet; write them by: stackdsl check")
-    current = files("stackdsl").joinpath(SCHEMA).read_text(encoding="utf-8")
-    if schema.is_file() and schema.read_text(encoding="utf-8", errors="replace") != current:
-        yield Finding(
-            State.NOTE, f"{schema} is of another version; write it anew by: stackdsl schema > {quote(str(schema))}"
-        )
+    if os.path.lexists(schema):
+        yield from _schema(schema)
+
+
+def _schema(schema: Path) -> Iterator[Finding]:
+    current = files("stackdsl").joinpath(SCHEMA).read_bytes()
+    try:
+        if read_file(schema, len(current) + 1, within=schema.parent) != current:
+            anew = f"stackdsl schema > {quote(str(schema))}"
+            yield Finding(State.NOTE, f"{schema} is of another version; write it anew by: {anew}")
+    except OSError as error:
+        yield Finding(State.WRONG, f"{schema}: {error.strerror}; remove it")
 
 
 def _version(distribution: str) -> str:

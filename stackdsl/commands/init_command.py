@@ -1,5 +1,6 @@
 """`stackdsl init`: writes what a new project needs."""
 
+import os
 from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
@@ -57,7 +58,7 @@ def init_command(directory: Path) -> None:
     """Write what a new project in DIRECTORY (default: this one) needs; never over an existing file."""
     told = []
     for path, text in _texts(directory).items():
-        if path.exists():
+        if os.path.lexists(path):  # a link that leads nowhere counts: what is written there would be elsewhere
             told.append(f"left   {path}, which is there already")
             continue
         make_folder(path.parent)

@@ -3,6 +3,7 @@
 So it is always the code on the disk that plays, and what is remembered says what need not be played again.
 """
 
+import os
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
@@ -12,6 +13,8 @@ import click
 
 from stackdsl.checking.gathering import SUFFIXES
 from stackdsl.commands.terminal import tell
+from stackdsl.disk import leads_outside, true_folder
+from stackdsl.project_file import confined
 from stackdsl.reading.project import root_of
 
 WATCHED = (*SUFFIXES, ".obj")  # not loads in CSV and JSON: reports that a check itself writes may be those
@@ -28,11 +31,20 @@ def watch(paths: Sequence[Path], html: Path | None) -> int:
     from stackdsl.viewing.live.sites import Folder  # noqa: PLC0415 -- likewise
 
     try:
+        true_folder(html, confined(html))
         with showing(Folder(html)) as page:
             tell(f"open {page.url}")
             return _watch(paths, lambda: page.put("written", None))
     except OSError as error:
         raise click.ClickException(f"no page can be shown: {error.strerror or error}") from error
+
+
+def _refuse_links_out(folder: Path) -> None:
+    """Raise UsageError if there is a link to a folder outside: the library would watch what it leads to as well."""
+    for parent, names, _ in os.walk(folder):
+        for path in (Path(parent, name) for name in names):
+            if path.is_symlink() and leads_outside(path, folder):
+                raise click.UsageError(f"{os.path.relpath(path)} is a link out of what is watched; remove it")
 
 
 def _watch(paths: Sequence[Path], on_checked: Callable[[], None] = lambda: None) -> int:
@@ -49,6 +61,8 @@ def _watch(paths: Sequence[Path], on_checked: Callable[[], None] = lambda: None)
     command = [sys.executable, "-P", "-m", "stackdsl", *(word for word in sys.argv[1:] if word != "--watch")]
     # A scenario may be made of any file of its project. What does not concern it costs little: the rest is remembered.
     folders = {Path(root_of(str(path / "any" if path.is_dir() else path))) for path in paths}
+    for folder in folders:
+        _refuse_links_out(folder)
 
     def is_meant(_: object, name: str) -> bool:
         path = Path(name)

@@ -6,19 +6,23 @@ from pathlib import Path
 
 import pytest
 
+from stackdsl.disk import true_folder
 from stackdsl.project_file import Project, ProjectError, confined, project_of
 
 
 def golden_directory(config: pytest.Config, test: Path) -> Path:
     """The directory of the golden files for a test in this file. Fails the test where the project is mistaken."""
     if named := config.getini("golden_directory"):
-        return _confined(config, config.rootpath / str(named))
+        golden = Path(os.path.normpath(config.rootpath / str(named)))
+        if not golden.is_relative_to(config.rootpath):
+            raise pytest.UsageError(f"golden_directory = {named} leads out of {config.rootpath}; name one below")
+        return _confined(config, golden)
     return _confined(config, _in_project(config, test, lambda project: project.golden))
 
 
 def _confined(config: pytest.Config, golden: Path) -> Path:
     try:
-        confined(golden, config.rootpath)
+        true_folder(golden, confined(golden, config.rootpath))
     except OSError as error:
         pytest.fail(f"{golden}: {error.strerror}", pytrace=False)
     return golden

@@ -22,6 +22,7 @@ from stackdsl.outcome import GoldenResult
 from stackdsl.project_file import confined, project_of
 from stackdsl.snapshots.golden import content, remove_obsolete, write_golden
 from stackdsl.snapshots.moving import moved_to_new_names
+from stackdsl.viewing.live.sites import Folder
 from tests.command_line import GOOD, Result, Stackdsl, stackdsl_in, write
 from tests.paths import ROOT
 from tests.stackdsl.bench.runs import RECORD
@@ -667,3 +668,31 @@ def test_nobody_is_told_how_long_a_file_outside_is(stackdsl: Stackdsl, project: 
     link(project, "scenarios/more.yaml", "home/secret.json")
     refused = stackdsl("check", "scenarios/more.yaml:900")
     assert (refused.code, "has 1 lines" in refused.text, "a link leads out of" in refused.text) == (2, False, True)
+
+
+@pytest.mark.parametrize("arguments", [("init",), ("new", "mine")])
+def test_nothing_new_is_made_where_a_dangling_link_leads(
+    stackdsl: Stackdsl, project: Path, arguments: tuple[str, ...]
+) -> None:
+    there = project.parent / "elsewhere"
+    (there / "scenarios").mkdir(parents=True)
+    for name in ("stackdsl.toml", "scenarios/mine.yaml"):
+        (there / name).symlink_to(project.parent / "new.txt")
+    stackdsl(*arguments, *([str(there)] if arguments == ("init",) else ["--to", str(there / "scenarios")]))
+    assert not (project.parent / "new.txt").exists()
+
+
+def test_no_schema_outside_is_read_nor_advised_to_be_written_over(stackdsl: Stackdsl, project: Path) -> None:
+    link(project, "scenario.schema.json", "home/secret.json")
+    told = stackdsl("doctor").out
+    assert ("scenario.schema.json: a link leads out of" in told, "stackdsl schema >" in told) == (True, False)
+
+
+def test_no_page_outside_is_served_and_no_link_out_is_watched(stackdsl: Stackdsl, project: Path) -> None:
+    write(project.parent, "secret", "pages/index.html")
+    link(project, "report", "pages")
+    assert Folder(project / "report").page("index.html") is None
+    refused = stackdsl("check", "--watch", "--html", "report")
+    assert (refused.code != 0, "a link leads out of" in refused.err, "open http" in refused.text) == (True, True, False)
+    refused = stackdsl("check", "--watch")
+    assert (refused.code, "report is a link out of what is watched" in refused.err) == (4, True)

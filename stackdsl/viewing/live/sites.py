@@ -1,9 +1,12 @@
 """What is served: a page that plays runs, or the pages of a folder. Nothing else of this machine can be asked for."""
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Protocol
 
+from stackdsl.disk import read_file
+from stackdsl.project_file import confined
 from stackdsl.viewing.replay.replay_page import hash_of
 
 EVENTS: Final = "events"  # where a page hears of changes
@@ -47,9 +50,9 @@ class Folder:
         if not path:
             return _frame().encode()
         try:
-            root, file = self.root.resolve(), (self.root / path).resolve()
-            inside = file.is_relative_to(root) and file.suffix == ".html" and file.is_file()
-            return file.read_bytes() if inside else None
+            file = self.root / path
+            confined(file)
+            return read_file(file, within=self.root) if Path(os.path.realpath(file)).suffix == ".html" else None
         except (OSError, ValueError):  # a name that no file system takes
             return None
 

@@ -104,6 +104,18 @@ def test_the_directory_can_be_set(file: Path, pytester: pytest.Pytester) -> None
     assert (pytester.path / "elsewhere" / "locked" / golden_name(IDENTITY)).exists()
 
 
+@pytest.mark.parametrize("named", ["../{}-out", "/tmp/{}-out"])
+def test_a_directory_outside_of_the_root_of_the_tests_is_refused(
+    named: str, file: Path, pytester: pytest.Pytester
+) -> None:
+    outside = pytester.path / (named := named.format(pytester.path.name))
+    pytester.makeini(f"[pytest]\ngolden_directory = {named}")
+    result = pytester.runpytest("--snapshot-update")
+    assert result.ret != 0
+    assert "leads out of" in result.stdout.str() + result.stderr.str()
+    assert not outside.exists()
+
+
 @pytest.mark.parametrize("linked", ["golden", "golden/{}", "golden/{}/{}"])
 def test_golden_files_that_a_link_leads_outside_are_neither_read_nor_written(
     linked: str, file: Path, pytester: pytest.Pytester
