@@ -104,11 +104,11 @@ def test_the_directory_can_be_set(file: Path, pytester: pytest.Pytester) -> None
     assert (pytester.path / "elsewhere" / "locked" / golden_name(IDENTITY)).exists()
 
 
-@pytest.mark.parametrize("named", ["../{}-out", "/tmp/{}-out"])
+@pytest.mark.parametrize("named", ["../{name}-out", "{parent}/{name}-out"])
 def test_a_directory_outside_of_the_root_of_the_tests_is_refused(
     named: str, file: Path, pytester: pytest.Pytester
 ) -> None:
-    outside = pytester.path / (named := named.format(pytester.path.name))
+    outside = pytester.path / (named := named.format(name=pytester.path.name, parent=pytester.path.parent))
     pytester.makeini(f"[pytest]\ngolden_directory = {named}")
     result = pytester.runpytest("--snapshot-update")
     assert result.ret != 0
