@@ -15,13 +15,18 @@ import pytest
 
 from stackdsl.asked_files import open_asked, read_asked, write_asked
 from stackdsl.bench.journal import Journal
+from stackdsl.checking.gathering import cases_of
 from stackdsl.checking.memory import Memory
+from stackdsl.checking.results import Goldens, checked
 from stackdsl.commands import bench_command
 from stackdsl.disk import LeadsOutsideError, read_file
 from stackdsl.outcome import GoldenResult
 from stackdsl.project_file import confined, project_of
+from stackdsl.reading.source import parse
+from stackdsl.report.sweep_text import sweep_lines
 from stackdsl.snapshots.golden import content, remove_obsolete, write_golden
 from stackdsl.snapshots.moving import moved_to_new_names
+from stackdsl.supervising.worker import TaskResult, TaskStatus
 from stackdsl.viewing.live.sites import Folder
 from tests.command_line import GOOD, Result, Stackdsl, stackdsl_in, write
 from tests.paths import ROOT
@@ -696,3 +701,16 @@ def test_no_page_outside_is_served_and_no_link_out_is_watched(stackdsl: Stackdsl
     assert (refused.code != 0, "a link leads out of" in refused.err, "open http" in refused.text) == (True, True, False)
     refused = stackdsl("check", "--watch")
     assert (refused.code, "report is a link out of what is watched" in refused.err) == (4, True)
+
+
+def test_what_is_advised_of_a_file_is_quoted_for_a_shell() -> None:
+    (case,), _ = cases_of(parse(GOOD, "x;touch PWNED;.yaml"))
+    told = checked(case, TaskResult(TaskStatus.CRASHED, message="it ended"), Goldens(None)).message
+    assert "stackdsl run 'x;touch PWNED;.yaml' -k" in told
+
+
+def test_what_a_forged_row_of_a_sweep_says_steers_no_terminal() -> None:
+    kind = SimpleNamespace(verdict="stands", level=None, how="\x1b]0;pwn\x07")
+    entry = SimpleNamespace(name="good", case=SimpleNamespace(is_sampled=False))
+    (told,) = sweep_lines([SimpleNamespace(rows=1, entry=entry, kinds=[kind])])  # type: ignore[list-item]
+    assert told == r"good: stands (\x1b]0;pwn\x07)"
