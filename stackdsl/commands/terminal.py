@@ -13,8 +13,6 @@ from typing import TYPE_CHECKING, Protocol, TextIO
 
 import click
 
-from stackdsl.disk import without_commands
-
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.progress import Progress, TaskID
@@ -76,6 +74,8 @@ def write(text: str) -> None:
 def tell(text: str) -> None:
     """Print on the error stream, as long as that takes anything."""
     try:
+        from stackdsl.disk import without_commands  # noqa: PLC0415 -- help does without
+
         click.echo(without_commands(text), err=True)
     except OSError:
         silence(sys.stderr)
