@@ -86,11 +86,16 @@ def root_around(folder: Path) -> Path | None:
 
 
 def _marked(start: Path) -> tuple[Path, Path, Mapping[str, object]] | None:
-    """The nearest folder upwards that is marked as the root of a project, the file that says so, and its settings."""
+    """The nearest folder upwards that is marked as the root of a project, the file that says so, and its settings.
+
+    A repository is sent as a whole, so one without a mark belongs to no project around it.
+    """
     for folder in (start, *start.parents):
         found = _settings(folder)
         if found is not None:
             return folder, *found
+        if (folder / REPOSITORY).exists():
+            return None
     return None
 
 

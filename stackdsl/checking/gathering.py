@@ -204,8 +204,8 @@ def _folders(
                 continue
             seen.add(true)
             yield parent, folders, names
-            links = [link for name in sorted(folders) if (link := Path(parent, name)).is_symlink()]
-            waiting += [link for link in links if is_inside(link)]
+            links = [link for name in sorted(folders) if os.path.islink(link := os.path.join(parent, name))]
+            waiting += [path for link in links if is_inside(path := Path(link))]
 
 
 def _can_be_read(file: Path, unreadable: list[Diagnostic]) -> bool:

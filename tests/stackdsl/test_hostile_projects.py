@@ -539,6 +539,30 @@ def test_links_of_a_project_are_not_followed_from_outside_of_it(
         assert (refused.code != 0, "a link leads out of project" in refused.err) == (True, True), arguments
 
 
+def test_a_repository_inside_of_a_project_reaches_nothing_of_it(stackdsl_in: Stackdsl, project: Path) -> None:
+    write(project, GOOD.replace("good", "password"), "private.yaml")
+    write(project, "", "clone/.git/HEAD")
+    write(project, "extends: ../private.yaml\nscenario: t\n", "clone/t.yaml")
+    write(project, GOOD, "clone/scenarios/good.yaml")
+    refused = stackdsl_in(project / "clone", "check", "t.yaml")
+    assert (refused.code, "leads outside of the project" in refused.text) == (2, True)
+    assert stackdsl_in(project / "clone", "check", "--update").code == 0
+    assert (project / "clone/golden/good").is_dir()
+    assert not (project / "golden").exists()
+
+
+def test_folders_too_deep_to_be_read_are_told(
+    stackdsl: Stackdsl, project: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(project / "scenarios")
+    for _ in range(25):
+        os.mkdir("d" * 200)
+        os.chdir("d" * 200)
+    refused = stackdsl("check")
+    assert (refused.code, "cannot read the directory: File name too long" in refused.text) == (2, True)
+    assert "1 files in scenarios" in stackdsl("doctor").text
+
+
 @pytest.mark.usefixtures("waiting")
 def test_no_file_outside_is_looked_into_for_what_waits(stackdsl: Stackdsl, project: Path) -> None:
     link(project, "l")
