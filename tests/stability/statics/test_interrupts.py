@@ -84,6 +84,8 @@ def interrupted(after: int, within: str = "stability") -> Iterator[list[int]]:
                 raise KeyboardInterrupt
         return trace
 
+    # Python 3.12 tells of instructions only if some frame has asked for them before tracing begins.
+    sys._getframe().f_trace_opcodes = True
     before = sys.gettrace()
     sys.settrace(trace)
     try:
