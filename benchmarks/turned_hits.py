@@ -78,13 +78,13 @@ def timeline(hit: TurnedHit) -> Timeline:
 
 
 def of_exact(hit: TurnedHit) -> float:
-    """How far the plank that is hit moves under `exact` [m]."""
+    """The shift of the struck plank on `exact` [m]."""
     tracks = list(play(timeline(hit), SYSTEMS["exact"]).tracks.values())
     return tracks[hit.struck].shift
 
 
 def by_impact_law(hit: TurnedHit, steps: int) -> float:
-    """How far it moves at most under Moreau's impact law, at so many steps a second [m]."""
+    """The largest shift of the struck plank by Moreau's impact law [m], at `steps` time steps per second."""
     tower, (shot, velocity_W) = hit.tower(), hit.thrown()
     boxes, number, duration = Boxes([*tower, shot], GRAVITY, FRICTION), len(tower), 1.0 / steps
     for _ in range(round(SETTLED * steps)):

@@ -6,7 +6,7 @@ import sys
 
 
 def _drop_working_directory() -> None:
-    """Let no module of it come before others, as `-m` does, unless we are read from there ourselves."""
+    """Remove the working directory, which `python -m` adds, from the module path, unless this package is in it."""
     try:
         put_there = not sys.flags.safe_path and sys.path[0] == os.getcwd()
     except OSError:  # it is gone

@@ -1,7 +1,7 @@
-"""Files that somebody asks for by a name, which may lie anywhere: a link of a project leads none of them out of it.
+"""Reads and writes the files that a user names. They may lie anywhere.
 
-Where a path is written as inside a project, it ends inside: whoever calls a command names a place in a project that
-somebody else may have made, and does not see which parts of it are links.
+A path that is written inside a project must end inside it: somebody else may have made the project, and the user does
+not see which parts of the path are links.
 """
 
 import os
@@ -31,7 +31,7 @@ def write_asked(path: Path, data: bytes, *folders: Path) -> None:
 
 
 def open_asked(path: Path, flags: int, *folders: Path) -> int:
-    """The descriptor of a regular file that is gone on with, and that has no other name. Raises OSError."""
+    """Open a regular file to append to it, and return its descriptor. Raises OSError, also for a hard link."""
     true = confined(path, *folders)
     if flags & os.O_EXCL and path.is_symlink():  # what is to be new is not made where a link leads
         raise FileExistsError(EEXIST, os.strerror(EEXIST), str(path))

@@ -8,7 +8,6 @@ errors are OSErrors with a `strerror` and a `filename`, as those of the system a
 """
 
 import os
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from errno import EEXIST, EINVAL, EISDIR, ELOOP, EMLINK
@@ -21,7 +20,6 @@ NOT_REGULAR: Final = "it is no regular file"
 # What a shell puts for `<(command)`, which ends, and what stands for the streams of this process.
 STREAMS: Final = ("/dev/fd/", "/dev/stdin", "/dev/stdout", "/dev/stderr", "/proc/self/fd/")
 _NO_WAITING: Final = getattr(os, "O_NONBLOCK", 0)  # of a pipe that nobody writes to or reads from
-_COMMAND: Final = re.compile(r"(^\s*)::", re.MULTILINE)  # also behind blanks, as its runner reads lines
 _NO_LINK: Final = getattr(os, "O_NOFOLLOW", 0)
 _BINARY: Final = getattr(os, "O_BINARY", 0)
 _INNER_FOLDER: Final = _NO_LINK | getattr(os, "O_DIRECTORY", 0) | getattr(os, "O_PATH", os.O_RDONLY)
@@ -49,7 +47,7 @@ def leads_outside(path: str | Path, folder: str | Path) -> bool:
 
 
 def true_folder(folder: str | Path, true: str = "") -> str:
-    """The true path of a folder as this process first knew it: `true`, where that was looked at just now."""
+    """The true path that a folder had when this process first asked. `true` is that path, where it is known."""
     written = os.path.abspath(folder)
     return _HELD.setdefault(written, true or os.path.realpath(written))
 
@@ -73,16 +71,6 @@ def unlinked(folder: Path, *parts: str) -> Path:
             if S_ISLNK(path.lstat().st_mode):
                 raise LeadsOutsideError(ELOOP, "it is a link, and nothing of this kind is followed", str(path))
     return path
-
-
-def visible(text: str) -> str:
-    """A text, such as the name of a file, with all that cannot be printed as it would be escaped."""
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
-
-
-def without_commands(text: str) -> str:
-    """A text of many lines of which GitHub, which reads what is printed there, takes none for a command."""
-    return _COMMAND.sub(r"\1./::", text).replace("##[", "# #[")
 
 
 # --- one file, by its true path ---------------------------------------------------------------------------------------
@@ -139,7 +127,7 @@ def make_true(true: str) -> None:
 
 
 def make_folder(folder: Path, within: Path) -> None:
-    """Make a folder likewise. Raises OSError, and LeadsOutsideError where a link leads out of that other folder."""
+    """Make a folder inside another one. Raises OSError, and LeadsOutsideError if a link leads out of that one."""
     true = os.path.realpath(folder)
     _refuse_beyond(true, folder, within)
     make_true(true)

@@ -12,7 +12,8 @@ from errno import ELOOP
 from pathlib import Path
 from typing import Final
 
-from stackdsl.disk import LeadsOutsideError, called, is_below, read_file, true_folder, unlinked, visible
+from stackdsl.disk import LeadsOutsideError, called, is_below, read_file, true_folder, unlinked
+from stackdsl.shown_text import visible
 
 GOLDEN: Final = Path("golden")
 SCENARIOS: Final = Path("scenarios")
@@ -86,9 +87,9 @@ def root_around(folder: Path) -> Path | None:
 
 
 def _marked(start: Path) -> tuple[Path, Path, Mapping[str, object]] | None:
-    """The nearest folder upwards that is marked as the root of a project, the file that says so, and its settings.
+    """The nearest folder upwards that is marked as the root of a project, the file that marks it, and its settings.
 
-    A repository is sent as a whole, so one without a mark belongs to no project around it.
+    The search ends at the root of a repository: a clone that is not marked belongs to no project around it.
     """
     for folder in (start, *start.parents):
         found = _settings(folder)
@@ -168,7 +169,7 @@ def _short(text: str) -> str:
 
 
 def _place(file: Path, key: str) -> str:
-    """Where a key is written, as far as a line begins with it as it is: the file, the line and the column."""
+    """The file, line and column of a key; the file alone if no line begins with the key."""
     written = re.compile(rf"""\s*(?:tool\.)?(?:stackdsl\.)?["']?({re.escape(key)})["']?\s*=""")
     inside = file.name == OWN_FILE
     for number, line in enumerate(
@@ -189,10 +190,10 @@ def home_of(folder: Path) -> Path:
 
 
 def confined(path: Path, *folders: Path) -> str:
-    """The true path of a file or a directory. Raises LeadsOutsideError if a link leads it out of where it is written.
+    """The true path of a file or a directory. Raises LeadsOutsideError if a link leads it out of a folder around it.
 
-    That is each project and repository that it is written as inside of, that of the working directory, and the
-    `folders`. One that holds another does count: what a link leads to may be marked as well.
+    Such folders are every project and repository that the path is written inside of, the project of the working
+    directory, and `folders`. Outer projects count too: the target of a link may be marked as a project itself.
     """
     written, true = os.path.abspath(path), os.path.realpath(path)
     if written == true:

@@ -19,7 +19,7 @@ from tests.paths import ROOT
 LAYERS = {
     "stability": (
         {"model"},
-        {"blas_threads", "garbage", "graph", "geometry", "name_order", "work_count"},
+        {"blas_threads", "garbage", "graph", "geometry", "name_order"},
         {"shapes", "friction_law"},
         {"mechanics"},
         {"statics"},
@@ -28,7 +28,7 @@ LAYERS = {
         {"published", "exact"},
     ),
     "stackdsl": (
-        {"disk"},
+        {"disk", "shown_text"},
         {
             "exits",
             "diagnostics",

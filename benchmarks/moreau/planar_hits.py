@@ -28,7 +28,7 @@ SWEEPS, SOLVED, RECOVERY = 400, 1e-9, 0.002  # at most, [m/s], [m/s] by which an
 
 
 def shift(speed: float, above: float = 2e-5, floor: bool = True, thrown: float = WIDTH, step: float = STEP) -> float:
-    """How far the struck plank moves [m]; `above`: how much higher the other is when it arrives [m].
+    """The shift of the struck plank [m]; `above`: height of the thrown plank above level when it arrives [m].
 
     `floor`: whether what carries the struck plank may carry the thrown one too; `thrown`: its length along its way [m].
     """
@@ -37,7 +37,7 @@ def shift(speed: float, above: float = 2e-5, floor: bool = True, thrown: float =
 
 
 def falls_past(speed: float) -> float:
-    """How far a plank moves that one of its weight pushes while it falls past, without turning [m].
+    """The shift [m] of a plank that is pushed by an equal one which falls past it and does not turn: a closed form.
 
     After a plastic impact both have half of the speed; N = mu m g / (2 - mu^2) slows the thrown one, whose fall mu N
     slows in turn, until it is below by a thickness; from then on the struck one slides alone.

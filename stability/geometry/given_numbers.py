@@ -1,16 +1,18 @@
-"""Checks numbers that a caller gives: each error says what was expected."""
+"""Checks numbers and lists that a caller gives: each error says what was expected."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from math import isfinite
 from numbers import Integral, Rational, Real
-from typing import Final, TypeGuard
+from typing import Final, TypeGuard, TypeVar
+
+Given = TypeVar("Given")
 
 SHORTEST, LONGEST = 1e-9, 1e9  # [m] of sides and distances: beyond, their squares and products lose their digits
 TOLD: Final = 80  # [characters] of a value in a message
 
 
 def is_number(value: object) -> TypeGuard[float]:
-    """Whether something is a number of Python or numpy; booleans and fractions are not."""
+    """True for a number of Python or numpy; False for booleans and fractions."""
     if isinstance(value, bool) or not isinstance(value, Real):
         return False
     return isinstance(value, Integral) or not isinstance(value, Rational)
@@ -66,3 +68,13 @@ def _parts(value: object) -> Sequence[float] | None:
         return list(value)
     except TypeError:  # an array of numpy without an axis
         return None
+
+
+def listed(given: Iterable[Given], what: str) -> tuple[Given, ...]:
+    """All items of an iterable. Raises TypeError, with what was expected, for anything else."""
+    if isinstance(given, str) or not isinstance(given, Iterable):
+        raise TypeError(f"expected a collection of {what}, not {told(given)}")
+    try:
+        return tuple(given)
+    except TypeError as error:  # an array of numpy without an axis
+        raise TypeError(f"expected a collection of {what}, not {told(given)}") from error

@@ -7,7 +7,7 @@ weights, so a proof that the heap stands where it lands is one that it stops the
 and its weight is no help against a blow: it is asked with next to none.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import hypot, inf, sqrt
 
@@ -20,7 +20,6 @@ from stability.shapes.in_pose import reach_W
 from stability.statics.assembly import Assembly
 from stability.statics.facts import Placed, Stability, Tolerances
 from stability.statics.structure import Structure
-from stability.work_count import COUNT
 
 STRAIGHT = 1e-9  # [m/s]: what differs by less moves alike, or not at all
 WEIGHTLESS = 1e-6  # share of its mass with which a brick that stood is asked whether it bears a blow
@@ -74,6 +73,7 @@ class Dropping:
     gravity: float  # [m/s2]
     clear: float = inf  # until then no part catches up with another one [s]
     time: float = 0.0  # [s]
+    count: Callable[[int], None] = lambda _: None  # called with the number of bricks in each proof of a landing
     _proven: Part | None = None  # that stops where it lands, if nothing lands before
     _at_rest: dict[BodyId, BodyState] = field(default_factory=dict)
     _landed: list[BodyId] = field(default_factory=list)  # and nobody has asked
@@ -115,7 +115,7 @@ class Dropping:
         if self._proven is not part:
             down = part.lowered(part.room)
             below = [replace(other, brick=_weightless(other)) for other in self.standing.connected(down)]
-            COUNT.landings += len(down) + len(below)
+            self.count(len(down) + len(below))
             assembly = Assembly(self.planes, self.friction, self.gravity, overlap=inf)
             verdict = assembly.add_all([*down, *below], names_smallest=False)
             holds = verdict.stability is Stability.STABLE and all(_is_amid(assembly, placed) for placed in down)

@@ -63,6 +63,7 @@ class FallingParts:
     friction: GivenFriction  # of brick on brick
     gravity: float  # [m/s2]
     landed: Sequence[BodyId] = field(default=(), init=False)  # in the last steps: they are to be judged as set down
+    proven: int = field(default=0, init=False)  # bricks in all proofs of landings so far
     _awake: Collection[BodyId] = field(default=(), init=False)  # what moves from now on, if that may be known
     _coming: Motion | None = field(default=None, init=False)  # with which all of that begins
     _gently: bool = field(default=False, init=False)
@@ -170,7 +171,13 @@ class FallingParts:
         if len(moving) < len(states):
             return None
         others = list(self._placed(self.world.masses().keys() - states.keys()))
-        return dropping_of(moving, others, self.planes, self.friction, self.gravity)
+        found = dropping_of(moving, others, self.planes, self.friction, self.gravity)
+        if found is not None:
+            found.count = self._count
+        return found
+
+    def _count(self, bricks: int) -> None:
+        self.proven += bricks
 
     def _fall(self) -> KnownMotion | None:
         """How what begins to fall goes on, if that is known."""

@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from stability.geometry.given_numbers import LONGEST, SHORTEST, admit_in_range, admit_numbers, told
+from stability.geometry.given_numbers import LONGEST, SHORTEST, admit_in_range, admit_numbers, listed, told
 from stability.geometry.principal_axes import principal_axes
 from stability.geometry.vectors import norm, subtract, unit
 from stability.model import IDENTITY, Face, Quaternion, Vec3
@@ -64,7 +64,7 @@ def prism(outline: Sequence[tuple[float, float]], depth: float, centre_of_mass: 
 
 def _admitted(points: Sequence[tuple[float, ...]], count: int, what: str, parts: str) -> list[tuple[Any, ...]]:
     """Points with this number of coordinates. Raises TypeError for what is not a point, ValueError if out of range."""
-    points = _listed(points, f"{what}, each {parts}")
+    points = listed(points, f"{what}, each {parts}")
     for number, point in enumerate(points, start=1):
         _admit_place(f"point {number} is", point, count, f"write {parts}")
     made = [tuple(map(float, point)) for point in points]
@@ -80,16 +80,6 @@ def _admit_place(what: str, point: Sequence[float], count: int, remedy: str) -> 
         raise ValueError(f"{what} {told(tuple(point))}; {remedy}, within {LONGEST:g} m of the origin")
 
 
-def _listed(given: Iterable[Any], what: str) -> list[Any]:
-    """All items of an iterable. Raises TypeError, with what was expected, for anything else."""
-    if not isinstance(given, str):
-        try:
-            return list(given)
-        except TypeError:
-            pass
-    raise TypeError(f"expected a list of {what}, not {told(given)}")
-
-
 def _admit_centre(centre_of_mass: Vec3 | None) -> None:
     if centre_of_mass is not None:
         _admit_place("the centre of mass is", centre_of_mass, 3, "write x, y and z in metres")
@@ -97,7 +87,7 @@ def _admit_centre(centre_of_mass: Vec3 | None) -> None:
 
 def _admitted_loops(given: Sequence[Sequence[int]], count: int) -> list[list[int]]:
     """Faces that list corners by number. Raises TypeError or ValueError for others."""
-    loops = _listed(given, "faces, each the numbers of its corners")
+    loops = listed(given, "faces, each the numbers of its corners")
     for number, loop in enumerate(loops, start=1):
         sequence = isinstance(loop, Sequence) or (isinstance(loop, np.ndarray) and loop.ndim == 1)
         if not sequence or not all(isinstance(corner, Integral) and not isinstance(corner, bool) for corner in loop):

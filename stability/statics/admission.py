@@ -1,7 +1,6 @@
 """What statics takes in: bodies whose numbers mean something. Anything else is an error with its remedy."""
 
 from collections.abc import Collection, Iterable, Sequence
-from typing import TypeVar
 
 from stability.friction_law import GivenFriction, admit_friction
 from stability.geometry.given_numbers import LONGEST, SHORTEST, admit_in_range, admit_number, admit_numbers, told
@@ -9,8 +8,6 @@ from stability.model import BodyId, Brick, ConvexShape, Plane, Pose
 from stability.shapes.box import Box
 from stability.shapes.off_centre_box import OffCentreBox
 from stability.statics.facts import Forces, Placed, Problem
-
-Given = TypeVar("Given")
 
 UNIT = 1e-6  # how far the length of a quaternion or a normal may be from 1
 PLAIN = {float, int}  # types of numbers that need no closer look
@@ -163,16 +160,6 @@ def _admit_plane(plane: Plane) -> None:
         raise ValueError(f"plane '{plane.id}' has the normal {plane.normal_W}; divide it by its length")
     if not 0.0 <= plane.friction < float("inf"):
         raise ValueError(f"plane '{plane.id}' has the friction {plane.friction}; it is 0 or more")
-
-
-def listed(given: Iterable[Given], what: str) -> tuple[Given, ...]:
-    """All items of an iterable. Raises TypeError, with what was expected, for anything else."""
-    if isinstance(given, str) or not isinstance(given, Iterable):
-        raise TypeError(f"expected a collection of {what}, not {told(given)}")
-    try:
-        return tuple(given)
-    except TypeError as error:  # an array of numpy without an axis
-        raise TypeError(f"expected a collection of {what}, not {told(given)}") from error
 
 
 def admit_names(coming: Iterable[BodyId], known: Collection[BodyId]) -> None:

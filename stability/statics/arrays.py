@@ -11,11 +11,10 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stability.geometry.given_numbers import admit_numbers, told
+from stability.geometry.given_numbers import admit_numbers, listed, told
 from stability.model import IDENTITY, BodyId, Brick, ConvexShape, Pose, Quaternion, Vec3
 from stability.shapes.box import Box
 from stability.shapes.in_pose import bounds_W
-from stability.statics.admission import listed
 from stability.statics.assembly_answers import AssemblyAnswers
 from stability.statics.facts import Placed
 

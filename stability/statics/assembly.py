@@ -19,10 +19,10 @@ from typing import Any
 from stability.blas_threads import one_thread
 from stability.friction_law import GivenFriction
 from stability.garbage import rarely_collected
-from stability.geometry.given_numbers import told
+from stability.geometry.given_numbers import listed, told
 from stability.geometry.touching import BESIDE
 from stability.model import EARTH, GROUND, BodyId, Brick, Plane, Pose
-from stability.statics.admission import admit_brick, admit_names, admit_overlap, admit_site, listed
+from stability.statics.admission import admit_brick, admit_names, admit_overlap, admit_site
 from stability.statics.assembly_answers import LAST, AssemblyAnswers
 from stability.statics.facts import Contact, Placed, Stability, Tolerances, Verdict, by_place
 from stability.statics.intrusion import OVERLAP, refuse_overlaps

@@ -11,7 +11,7 @@ from typing import Final
 
 from stackdsl.compiling.compiler import bricks_at_most, compile_timeline
 from stackdsl.diagnostics import Diagnostic, Span, once
-from stackdsl.disk import LeadsOutsideError, leads_outside, visible
+from stackdsl.disk import LeadsOutsideError, leads_outside
 from stackdsl.importing.expansion import whole
 from stackdsl.language.choices import compact
 from stackdsl.language.schema import Scenario
@@ -21,6 +21,7 @@ from stackdsl.project_file import OWN_FILE, confined, home_of
 from stackdsl.reading.composing import Library
 from stackdsl.reading.source import MAX_BYTES, Loaded, Source, load, parsed
 from stackdsl.reading.uncollected import uncollected
+from stackdsl.shown_text import visible
 from stackdsl.snapshots.record import Identity
 from stackdsl.timeline import Timeline
 

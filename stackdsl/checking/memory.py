@@ -49,7 +49,7 @@ class Memory:
 
     @property
     def home(self) -> Path:
-        """What the directory is in, and everything in it."""
+        """The folder that holds the state directory; all files of the state must lie inside it."""
         return self.folder.parent
 
     @property

@@ -13,12 +13,13 @@ from stackdsl.asked_files import read_asked
 from stackdsl.checking.gathering import STDIN, Case, cases_of, files_under, gather, identity_of, loaded_from
 from stackdsl.checking.memory import Memory
 from stackdsl.diagnostics import Diagnostic
-from stackdsl.disk import read_file, visible
+from stackdsl.disk import read_file
 from stackdsl.importing.expansion import whole
 from stackdsl.importing.load_formats import MAX_IMPORTED
 from stackdsl.reading.composing import Library
 from stackdsl.reading.project import root_of
 from stackdsl.reading.source import Loaded
+from stackdsl.shown_text import visible
 from stackdsl.snapshots.record import Identity
 
 FIELDS = ("scenario_name", "parameters", "system", "tags", "lines")

@@ -20,11 +20,11 @@ from stackdsl.commands.check_options import Asked, with_options
 from stackdsl.commands.formats import Output, Style, outputs_of, write_report
 from stackdsl.commands.selecting import code_without_runs, warn_of_nothing
 from stackdsl.commands.terminal import progress, tell
-from stackdsl.disk import visible
 from stackdsl.exits import ExitCode
 from stackdsl.outcome import Report, exit_code
 from stackdsl.project_file import Project, ProjectError, project_of
 from stackdsl.reading.source import MAX_BYTES
+from stackdsl.shown_text import visible
 from stackdsl.snapshots.golden import GoldenWriteRefusedError, is_ci, refuse_in_ci
 from stackdsl.snapshots.pending import Waiting
 

@@ -15,9 +15,10 @@ import click
 
 from stackdsl.commands.new_command import SCHEMA
 from stackdsl.commands.terminal import write
-from stackdsl.disk import read_file, visible
+from stackdsl.disk import read_file
 from stackdsl.exits import ExitCode
 from stackdsl.project_file import LINKED, ProjectError, confined, project_of
+from stackdsl.shown_text import visible
 from stackdsl.systems.known_systems import KNOWN, needs_of
 
 LIBRARIES: Final = ("stackdsl", "numpy", "scipy", "clarabel", "pydantic", "pyyaml", "click", "rich")

@@ -11,7 +11,7 @@ import click
 from stackdsl.asked_files import make_asked, write_asked
 from stackdsl.commands.terminal import paper, write
 from stackdsl.outcome import Report
-from stackdsl.reading.characters import harmless
+from stackdsl.shown_text import harmless
 
 
 @dataclass(frozen=True, slots=True)

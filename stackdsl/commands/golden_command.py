@@ -18,9 +18,9 @@ from stackdsl.commands.check_command import goldens_and_state, project_around
 from stackdsl.commands.options import FilePath
 from stackdsl.commands.still_there import no_longer_cases, why_not
 from stackdsl.commands.terminal import paper, tell, write
-from stackdsl.disk import visible
 from stackdsl.exits import ExitCode
 from stackdsl.report.blocks import blocks_text, line, table
+from stackdsl.shown_text import visible
 from stackdsl.snapshots.golden import GoldenWriteRefusedError, refuse_in_ci, remove_obsolete
 from stackdsl.snapshots.moving import moved_to_new_names
 from stackdsl.snapshots.pending import Pending, StaleError, Waiting

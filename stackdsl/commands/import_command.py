@@ -14,7 +14,7 @@ from stackdsl.commands.import_faults import faults
 from stackdsl.commands.options import FilePath, Number
 from stackdsl.commands.terminal import tell, write
 from stackdsl.diagnostics import Diagnostic
-from stackdsl.disk import read_file, visible
+from stackdsl.disk import read_file
 from stackdsl.exits import ExitCode
 from stackdsl.importing.expansion import file_beside
 from stackdsl.importing.kept_surfaces import left_open
@@ -30,6 +30,7 @@ from stackdsl.language.imports import DECKS, FORMATS, Import, Units
 from stackdsl.language.mistakes import MistakeError
 from stackdsl.reading.project import root_of
 from stackdsl.report.diagnostic_text import diagnostic_text
+from stackdsl.shown_text import visible
 
 HANGS: Final = "SD202"  # of what has nothing under it
 

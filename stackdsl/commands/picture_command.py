@@ -13,9 +13,9 @@ from stackdsl.commands.keeping import write_file
 from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, Number
 from stackdsl.commands.selecting import code_without_runs, selected_of
 from stackdsl.commands.terminal import tell
-from stackdsl.disk import visible
 from stackdsl.playing.clearance import BlockedPlacementError
 from stackdsl.recording.recorder import Recorder
+from stackdsl.shown_text import visible
 from stackdsl.systems.known_systems import unplayable
 from stackdsl.viewing.pictures.films import FilmError, film_maker, mp4
 from stackdsl.viewing.pictures.picture import Panel, moving_frames, panels_at, picture, strip

@@ -74,7 +74,7 @@ def write(text: str) -> None:
 def tell(text: str) -> None:
     """Print on the error stream, as long as that takes anything."""
     try:
-        from stackdsl.disk import without_commands  # noqa: PLC0415 -- help does without
+        from stackdsl.shown_text import without_commands  # noqa: PLC0415 -- help does without
 
         click.echo(without_commands(text), err=True)
     except OSError:

@@ -1,4 +1,4 @@
-"""Refuses claims of margins of more bricks, or of more that touch, than one program of a proof may have."""
+"""Refuses claims of margins that would need too large a program: of too many bricks, or too many touching pairs."""
 
 from collections.abc import Callable, Iterator
 

@@ -36,7 +36,7 @@ _Scan: TypeAlias = Callable[[str, int], tuple[Any, int]]
 
 
 class _WrongError(ValueError):
-    """What the parser takes and a load does not: where it is, what is wrong, and what to do."""
+    """JSON that the parser accepts but a load must not have: its position, what is wrong, and the remedy."""
 
     def __init__(self, start: int, message: str, hint: str) -> None:
         super().__init__(message)
@@ -75,7 +75,7 @@ def _each_once(pairs: "list[tuple[str, Node]]") -> "dict[str, Node]":
 
 
 def _refuse_halves(text: str, start: int) -> None:
-    """Refuse half of a character (a lone surrogate), which an escape can say and no file can hold."""
+    """Raise an error for a lone surrogate, which a JSON escape can write but UTF-8 cannot encode."""
     if (half := _HALF.search(text)) is not None:
         escape = f"\\u{ord(half.group()):04x}"
         message = f"{escape} is half of a character, whose other half is not beside it"

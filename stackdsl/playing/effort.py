@@ -4,7 +4,6 @@ from dataclasses import astuple, dataclass
 from typing import TYPE_CHECKING
 
 from stability.engines.scene_scale import SAMPLING
-from stability.work_count import COUNT
 from stackdsl import work
 from stackdsl.playing.clearance import Blocked, BlockedPlacementError
 from stackdsl.systems.systems import Method, System
@@ -24,10 +23,9 @@ class Done:
 
     @classmethod
     def by(cls, parts: "list[Part]") -> "Done":
-        """By these parts; landings are those of the process."""
-        steps = sum(part.steps for part in parts)
-        known, looks = sum(part.known for part in parts), sum(part.hands.looks for part in parts)
-        return cls(steps, known, looks, COUNT.landings)
+        """By these parts."""
+        each = ((part.steps, part.known, part.hands.looks, part.falling.proven) for part in parts)
+        return cls(*map(sum, zip(*each, strict=True)))
 
     def since(self, before: "Done") -> "Done":
         """What was done since then."""
@@ -43,7 +41,6 @@ class Effort:
     _before: Done = Done()
 
     def __post_init__(self) -> None:
-        self._before = Done.by([])
         proven = self.system.method is Method.PROVEN
         self._most, self._step = (work.MOST_STEPS, work.STEP) if proven else (work.MOST_STEPS_BARE, work.STEP_BARE)
         self._dearer = self._most / work.MOST_STEPS  # what is not a step of an engine takes as long on every system

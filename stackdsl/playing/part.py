@@ -138,6 +138,7 @@ class Part:
         self.answers.absorb(other.answers)
         self.steps += other.steps
         self.known += other.known
+        self.falling.proven += other.falling.proven
         self.hands.looks += other.hands.looks
         self.hit = self.hit or other.hit
         self.to_come = deque(sorted([*self.to_come, *other.to_come]))

@@ -4,25 +4,9 @@ import re
 import unicodedata
 from collections.abc import Iterator
 from functools import cache
-from typing import Final
 
 from stackdsl.diagnostics import Diagnostic, Page, Span
-from stackdsl.disk import visible
-
-# What turns the direction of text, or takes no room: with it a line reads otherwise than it is.
-UNSEEN: Final = (
-    "\xad\u034f\u061c\u115f\u1160\u17b4\u17b5\u180b-\u180f\u200b\u200e\u200f\u202a-\u202e\u2060-\u206f\u3164\uffa0"
-    "\ufff0-\ufffb\U0001bca0-\U0001bca3\U0001d173-\U0001d17a\U000e0000-\U000e0fff"
-)
-# Joiners and variation selectors, which Persian, Hindi and emoji need; behind ASCII nobody does.
-JOINERS: Final = "\u200c\u200d\ufe00-\ufe0f"
-# What a terminal obeys or an eye cannot see, if it came in by an escape such as "\\e": control characters but for tabs
-# and line breaks, and what is unseen.
-COMMANDING = re.compile(f"[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029{UNSEEN}]|(?<![^\x00-\x7f])[{JOINERS}]")
-
-# The same in a text of many lines, which may end as those of CSV do; besides, byte order marks, and halves of
-# characters, which no file holds.
-_IN_LINES = re.compile(f"\r(?!\n)|(?!\r){COMMANDING.pattern}|[\ufeff\ud800-\udfff]")
+from stackdsl.shown_text import COMMANDING, JOINERS, UNSEEN
 
 UNSEEN_PATTERN = re.compile(f"[{UNSEEN}{JOINERS}]")
 
@@ -31,13 +15,6 @@ def commanding_character(text: str) -> str:
     """The name of the first character of a value that a terminal would obey; empty if there is none."""
     found = COMMANDING.search(text)
     return _name(found.group()) if found else ""
-
-
-def harmless(text: str) -> str:
-    """A text of many lines, such as a report, in which nothing turns the text, steers a terminal or has no UTF-8."""
-    if text.isascii() and not _IN_LINES.search(text):
-        return text
-    return _IN_LINES.sub(lambda found: visible(found.group()), text)
 
 
 def unreadable_characters(page: Page) -> Iterator[Diagnostic]:

@@ -15,7 +15,7 @@ import yaml
 
 from stackdsl.asked_files import read_asked
 from stackdsl.diagnostics import Diagnostic, Page, Span, Warned, page_of
-from stackdsl.disk import read_file, visible
+from stackdsl.disk import read_file
 from stackdsl.reading.characters import unreadable_characters
 from stackdsl.reading.nodes import (
     BEGIN,
@@ -34,6 +34,7 @@ from stackdsl.reading.nodes import (
 from stackdsl.reading.plain_scalars import MAX_EXACT, Scalar
 from stackdsl.reading.uncollected import uncollected
 from stackdsl.reading.yaml_syntax import UNKNOWN_ESCAPE, syntax_error
+from stackdsl.shown_text import visible
 
 __all__ = [
     "MAX_ALIASED",

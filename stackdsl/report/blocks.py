@@ -6,7 +6,7 @@ from io import StringIO
 from typing import TYPE_CHECKING, TypeAlias
 from unicodedata import combining, east_asian_width
 
-from stackdsl.disk import without_commands
+from stackdsl.shown_text import without_commands
 from stackdsl.trace import NUMERICAL_COLLAPSE, UNRELIABLE
 
 if TYPE_CHECKING:

@@ -13,12 +13,12 @@ from stability.geometry.vectors import scale
 from stability.model import GROUND, BodyId, Brick, Vec3
 from stackdsl.checking.gathering import Case
 from stackdsl.compiling.fitting import Fit, Sited, fits
-from stackdsl.disk import without_commands
 from stackdsl.judging.knobs import Knobs
 from stackdsl.judging.proofs import proofs_of
 from stackdsl.report.modified_text import modified_text
 from stackdsl.report.proof_text import Extent, proven_lines, stages_told
 from stackdsl.report.rubbing_text import rubbing_lines
+from stackdsl.shown_text import without_commands
 from stackdsl.systems.known_systems import system_named
 from stackdsl.systems.modification import as_played
 from stackdsl.systems.systems import Method

@@ -7,10 +7,10 @@ import re
 from itertools import groupby
 from xml.etree import ElementTree as ET
 
-from stackdsl.disk import visible
 from stackdsl.outcome import UNCHECKED, Report, RunStatus, VariantResult
 from stackdsl.report.outcome_text import unchecked_text
 from stackdsl.report.worst_first import findings_of
+from stackdsl.shown_text import visible
 
 NO_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # what XML 1.0 cannot hold
 

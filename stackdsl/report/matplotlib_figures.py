@@ -1,4 +1,4 @@
-"""Figures by matplotlib: without the settings of the working directory, and as bytes for whoever writes them."""
+"""Makes figures with matplotlib, as bytes, and ignores the settings file of the working directory."""
 
 from contextlib import chdir
 from io import BytesIO

@@ -5,8 +5,8 @@ import io
 from collections.abc import Iterator, Sequence
 from typing import Any, Final
 
-from stackdsl.disk import visible
 from stackdsl.report.ensemble_text import levels_told
+from stackdsl.shown_text import visible
 from stackdsl.sweeping.swept import SweptCase
 
 FORMAT: Final = 1  # of the JSON; raised when something in it changes its meaning

@@ -4,7 +4,6 @@ from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
-from stackdsl.disk import visible
 from stackdsl.outcome import GOLDEN_FAILURES, REFERENCE_SYSTEM, GoldenStatus, Outcome, Report, RunStatus, VariantResult
 from stackdsl.report.blocks import Block, Row, Table, blocks_text, line, table, titled
 from stackdsl.report.change_text import change_text
@@ -17,6 +16,7 @@ from stackdsl.report.modified_text import modified_text
 from stackdsl.report.outcome_text import TO_CLAIM, outcome_text, significant, unchecked_text
 from stackdsl.report.passing_text import passed_through
 from stackdsl.report.why_text import why_lines
+from stackdsl.shown_text import visible
 from stackdsl.wording import energy_fault, how_many, names_text, touching_text
 
 NOTHING = "-"

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 from stackdsl.diagnostics import Span
-from stackdsl.disk import visible
 from stackdsl.outcome import Report, RunStatus, VariantResult
 from stackdsl.report.outcome_text import TO_CLAIM, outcome_text, unchecked_text
 from stackdsl.report.why_text import cause_text
+from stackdsl.shown_text import visible
 
 MOST_SEEN = 3  # differences of one golden file; the rest is in the text
 

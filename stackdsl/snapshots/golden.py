@@ -19,9 +19,9 @@ from stackdsl.disk import (
     remove_file,
     remove_folder,
     replace_file,
-    visible,
 )
 from stackdsl.outcome import GoldenDifference, GoldenResult, GoldenStatus
+from stackdsl.shown_text import visible
 from stackdsl.snapshots.canonical import document
 from stackdsl.snapshots.compact import golden_text
 from stackdsl.snapshots.comparison import compare_documents

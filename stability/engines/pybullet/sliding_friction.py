@@ -61,9 +61,9 @@ def turn_to_sliding(client: int, duration: float) -> None:
 
 
 def presses_sideways(client: int) -> bool:
-    """Whether in the last step a body pressed on another, neither of them held, more sideways than down.
+    """Finds whether two free bodies pressed on each other more sideways than down in the last step.
 
-    In a crowd it is not asked, as above.
+    False in a world of more than `MOST_BODIES`, where looking would take too long.
     """
     if pybullet.getNumBodies(physicsClientId=client) > MOST_BODIES:
         return False

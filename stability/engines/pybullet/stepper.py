@@ -91,7 +91,7 @@ class Stepper:
         self.time += self.settings.time_step
 
     def _pushes_on(self) -> bool:
-        """Whether something that was hit is still pushed by what hit it."""
+        """True while a thrown or falling body still pushes the body that it hit."""
         return self._stepping.may_hit and presses_sideways(self.client)
 
     def _exert(self, duration: float) -> None:

@@ -3,9 +3,9 @@
 from collections.abc import Collection
 from dataclasses import dataclass
 
-from stability.geometry.given_numbers import admit_in_range
+from stability.geometry.given_numbers import admit_in_range, listed
 from stability.model import GROUND, BodyId
-from stability.statics.admission import STRONGEST, WEAKEST, admit_name, admit_problem, listed
+from stability.statics.admission import STRONGEST, WEAKEST, admit_name, admit_problem
 from stability.statics.facts import Problem
 from stability.statics.margins.acceleration import AccelerationMargin, acceleration, tilt
 from stability.statics.margins.friction import FrictionMargin, least_friction

@@ -10,9 +10,9 @@ from importlib.resources import files
 from typing import Final
 
 from stackdsl.outcome import UNCHECKED, Outcome, Report, VariantResult
-from stackdsl.reading.characters import harmless
 from stackdsl.report.outcome_text import outcome_text, significant, unchecked_text
 from stackdsl.report.text import closing_line
+from stackdsl.shown_text import harmless
 from stackdsl.viewing.check_report.charts import charts
 from stackdsl.viewing.check_report.shown_case import ShownCase
 from stackdsl.viewing.replay.replay_page import hash_of
