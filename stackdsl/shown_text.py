@@ -36,3 +36,15 @@ def harmless(text: str) -> str:
 def without_commands(text: str) -> str:
     """A text in which GitHub finds no workflow command; it obeys those in whatever a workflow prints."""
     return _COMMAND.sub(r"\1./::", text).replace("##[", "# #[")
+
+
+def data_without_commands(text: str, form: str) -> str:
+    """The same of data, with characters escaped as the format does, so that it says what it said.
+
+    CSV has no escapes: its writers let no row begin as a command. What is written for GitHub has commands of its own.
+    """
+    if form == "json":
+        return text.replace("##[", r"\u0023#[")  # which only strings can hold, and those are in one line
+    if form == "junit":
+        return _COMMAND.sub(r"\1&#58;:", text).replace("##[", "&#35;#[")
+    return text

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from stackdsl.commands.terminal import write
+from stackdsl.commands.terminal import write_data
 from stackdsl.report.orders_text import FORMAT, table_csv
 
 Rows = list[tuple[str, Mapping[str, Any]]]
@@ -19,11 +19,11 @@ AS = click.option(
 def told(rows: Rows, form: str, extra: Sequence[Mapping[str, Any]] = ()) -> None:
     """Write what is to be read by programs."""
     if form == "csv":
-        write(table_csv(rows))
+        write_data(table_csv(rows), "csv")
     elif form == "json":
         cases: dict[str, dict[str, Any]] = {}
         for one in extra:
             cases[one["case"]] = {**one, "rows": []}
         for name, row in rows:
             cases.setdefault(name, {"case": name, "rows": []})["rows"].append(dict(row))
-        write(json.dumps({"format": FORMAT, "cases": list(cases.values())}, indent=2) + "\n")
+        write_data(json.dumps({"format": FORMAT, "cases": list(cases.values())}, indent=2) + "\n", "json")

@@ -10,7 +10,7 @@ from stackdsl.checking.gathering import Case
 from stackdsl.checking.selection import Selection
 from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE, Number
 from stackdsl.commands.selecting import code_without_runs, selected_of, variants_of
-from stackdsl.commands.terminal import counted, tell, write
+from stackdsl.commands.terminal import counted, tell, write, write_data
 from stackdsl.exits import ExitCode
 from stackdsl.finding.find_limit import ACCURACY, FINEST, FoundLimit, Want, Wish, find_in
 from stackdsl.finding.sought import SoughtError
@@ -77,9 +77,9 @@ def find_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
                 write("\n".join(limit_lines(finding)) + "\n")
     finally:  # also of what is interrupted
         if form == "csv":
-            write(limit_csv(found))
+            write_data(limit_csv(found), "csv")
         elif form == "json":
-            write(json.dumps(limit_json(found), indent=2) + "\n")
+            write_data(json.dumps(limit_json(found), indent=2) + "\n", "json")
     context.exit(code_without_runs(gathered, selected) if found or not selected else ExitCode.USAGE)
 
 

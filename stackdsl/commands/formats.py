@@ -9,7 +9,7 @@ from typing import Final, TypeAlias
 import click
 
 from stackdsl.asked_files import make_asked, write_asked
-from stackdsl.commands.terminal import paper, write
+from stackdsl.commands.terminal import paper, write, write_data
 from stackdsl.outcome import Report
 from stackdsl.shown_text import harmless
 
@@ -96,7 +96,10 @@ def write_report(report: Report, outputs: Sequence[Output], style: Style) -> Non
     for output in sorted(outputs, key=lambda output: output.file is None):
         text = FORMATS[output.form](report, style)
         if output.file is None:
-            write(text)
+            if output.form in ("text", "markdown"):
+                write(text)
+            else:
+                write_data(text, output.form)
             continue
         try:
             make_asked(output.file.parent)

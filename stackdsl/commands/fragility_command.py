@@ -17,7 +17,7 @@ from stackdsl.checking.selection import Selection
 from stackdsl.commands.check_command import goldens_and_state, project_around
 from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, Number
 from stackdsl.commands.selecting import code_without_runs, complain, selected_of
-from stackdsl.commands.terminal import counted, tell, write
+from stackdsl.commands.terminal import counted, tell, write, write_data
 from stackdsl.exits import ExitCode
 from stackdsl.judging.fragility import Fragility, spaced
 from stackdsl.language.expressions import constant, unit_text
@@ -250,7 +250,7 @@ def _written(curves: Sequence[tuple[str, Fragility]], form: str) -> None:
         "json": lambda: json.dumps(fragility_json(curves), indent=2) + "\n",
     }
     if form in forms:
-        write(forms[form]())
+        write_data(forms[form](), form)
 
 
 def _draw(name: str, fragility: Fragility, path: Path) -> None:

@@ -9,7 +9,7 @@ import click
 from stackdsl.checking.survey import Listed, Surveyed
 from stackdsl.commands.formats import Output
 from stackdsl.commands.selecting import complain
-from stackdsl.commands.terminal import paper, write
+from stackdsl.commands.terminal import paper, write, write_data
 from stackdsl.report.statics_text import Said, said_of, statics_text
 
 FORMAT = 1  # of what is written as JSON; raised as that of the report is
@@ -68,4 +68,7 @@ def _write(
     for output in outputs:
         if output.form not in ("text", "json") or output.file is not None:
             raise click.UsageError(f"{option} writes text or json to the output, and no {output}")
-        write(text() if output.form == "text" else json.dumps(value(), indent=2) + "\n")
+        if output.form == "text":
+            write(text())
+        else:
+            write_data(json.dumps(value(), indent=2) + "\n", output.form)

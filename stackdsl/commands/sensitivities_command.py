@@ -10,7 +10,7 @@ from stackdsl.checking.gathering import Case
 from stackdsl.checking.selection import Selection
 from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE
 from stackdsl.commands.selecting import code_without_runs, selected_of, variants_of
-from stackdsl.commands.terminal import counted, tell, write
+from stackdsl.commands.terminal import counted, tell, write, write_data
 from stackdsl.finding.sensitivities import CHECKED, Of, Sensitivities, sensitivities_of
 from stackdsl.finding.sought import SoughtError
 from stackdsl.report.sensitivity_text import sensitivity_csv, sensitivity_json, sensitivity_lines
@@ -49,9 +49,9 @@ def sensitivities_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
                 write("\n".join(sensitivity_lines(each, top)) + "\n")
     finally:  # also of what is interrupted
         if form == "csv":
-            write(sensitivity_csv(found))
+            write_data(sensitivity_csv(found), "csv")
         elif form == "json":
-            write(json.dumps(sensitivity_json(found), indent=2) + "\n")
+            write_data(json.dumps(sensitivity_json(found), indent=2) + "\n", "json")
     context.exit(code_without_runs(gathered, selected))
 
 

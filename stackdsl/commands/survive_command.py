@@ -10,7 +10,7 @@ from stackdsl.checking.gathering import Case
 from stackdsl.checking.selection import Selection
 from stackdsl.commands.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, Number
 from stackdsl.commands.selecting import code_without_runs, selected_of, variants_of
-from stackdsl.commands.terminal import counted, tell, write
+from stackdsl.commands.terminal import counted, tell, write, write_data
 from stackdsl.judging.proofs import proofs_of
 from stackdsl.judging.survival import Survival, survival_of
 from stackdsl.report.matplotlib_figures import HINT
@@ -57,9 +57,9 @@ def survive_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
             if form == "text":
                 write("\n".join(survival_lines(name, survival)) + "\n")
     if form == "csv":
-        write(survival_csv(found))
+        write_data(survival_csv(found), "csv")
     elif form == "json":
-        write(json.dumps(survival_json(found), indent=2) + "\n")
+        write_data(json.dumps(survival_json(found), indent=2) + "\n", "json")
     if plot is not None and found:
         _draw(*found[0], plot)
     context.exit(code_without_runs(gathered, selected))

@@ -11,7 +11,7 @@ from stackdsl.checking.gathering import Case
 from stackdsl.checking.selection import Selection
 from stackdsl.commands.options import LONGEST_LIMIT, ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, Number
 from stackdsl.commands.selecting import selected_of
-from stackdsl.commands.terminal import counted, tell, write
+from stackdsl.commands.terminal import counted, tell, write, write_data
 from stackdsl.exits import ExitCode
 from stackdsl.report.sweep_text import sweep_csv, sweep_json, sweep_lines
 from stackdsl.supervising.executors import TIME_LIMIT
@@ -142,9 +142,9 @@ class _UnderWay:
 
     def _tell(self, found: Sequence[SweptCase]) -> None:
         if self.form == "csv":
-            write(sweep_csv(found))
+            write_data(sweep_csv(found), "csv")
         elif self.form == "json":
-            write(json.dumps(sweep_json(found), indent=2) + "\n")
+            write_data(json.dumps(sweep_json(found), indent=2) + "\n", "json")
         elif self.counts.rows:
             write("".join(f"{line}\n" for line in sweep_lines(found)))
         if self.counts.rows < self.plan.total:

@@ -7,6 +7,7 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from io import StringIO
 from math import inf
 from time import monotonic
 from typing import TYPE_CHECKING, Protocol, TextIO
@@ -61,7 +62,21 @@ def occupy_standard_streams() -> None:
 
 
 def write(text: str) -> None:
-    """Print on the output stream; a reader who has seen enough ends the reading, not the work nor its exit code."""
+    """Print on the output stream what people read. Whoever wrote it, no line of it is a workflow command of GitHub."""
+    from stackdsl.shown_text import without_commands  # noqa: PLC0415 -- help does without
+
+    _print(without_commands(text))
+
+
+def write_data(text: str, form: str) -> None:
+    """Print on the output stream what programs read, in a format such as `json`; they read the same from it."""
+    from stackdsl.shown_text import data_without_commands  # noqa: PLC0415 -- as in `write`
+
+    _print(data_without_commands(text, form))
+
+
+def _print(text: str) -> None:
+    """A reader who has seen enough ends the reading, not the work nor its exit code."""
     try:
         click.echo(text, nl=not text.endswith("\n"))
     except BrokenPipeError:
@@ -193,7 +208,6 @@ class _Lines:
 
 def show_error(error: click.ClickException) -> None:
     """Show what was wrong with the call."""
-    try:
-        error.show()
-    except OSError:
-        silence(sys.stderr)
+    shown = StringIO()
+    error.show(shown)
+    tell(shown.getvalue().removesuffix("\n"))

@@ -3,7 +3,7 @@
 from importlib.util import find_spec
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import BeforeValidator, Field, WithJsonSchema
+from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
 
 from stackdsl.language import author_types as t
 from stackdsl.language.author_models import Shorthand
@@ -11,10 +11,14 @@ from stackdsl.language.author_models import Shorthand
 Package = Literal["mujoco", "sapien"]  # that formats are read with, and engines are of
 
 
+def _in_one_line(text: str) -> str:
+    return " ".join(text.split())
+
+
 class Mark(Shorthand):
     """Why, and on which systems."""
 
-    reason: t.Text = Field(description="why")
+    reason: Annotated[t.Text, AfterValidator(_in_one_line)] = Field(description="why")
     system: Annotated[t.Systems, BeforeValidator(t.listed), WithJsonSchema(t.ONE_OR_MORE_SYSTEMS)] | None = Field(
         None, description="the system, or systems, that this is said of; default: all"
     )

@@ -1,7 +1,8 @@
 """The report as a table of comma-separated values, a row a case: what a study of parameters is plotted from.
 
 A variable is a column in units of the SI; one that is a word stays as written. Units stand at the end of the names.
-A file whose name a spreadsheet would take for a formula is told from the folder on: `./=1+1.yaml`.
+A file whose name a spreadsheet would take for a formula, or GitHub for a workflow command, is told from the folder on:
+`./=1+1.yaml`.
 """
 
 import csv
@@ -12,6 +13,7 @@ from stackdsl.report.quantity_text import quantity_of
 
 FIXED = ("file", "scenario", "variant", "system", "conclusion", "verdict", "collapse_level", "collapse_s", "drift_m")
 FORMULA = ("=", "+", "-", "@")  # as formulas begin in spreadsheets
+COMMAND = "::"  # as commands begin in the log of a workflow, which row by row may be shown there
 COSTS = ("expectations", "met", "least_margin", "least_margin_unit", "golden", "wall_s", "simulated_s", "steps")
 
 
@@ -33,7 +35,8 @@ def _number_or_word(written: str) -> object:
 
 
 def _fixed(result: VariantResult) -> list[object]:
-    file = f"./{result.file}" if result.file.startswith(FORMULA) else result.file
+    odd = result.file.lstrip().startswith((*FORMULA, COMMAND))
+    file = f"./{result.file}" if odd else result.file
     names = [file, result.scenario, result.variant, result.system, result.conclusion, result.verdict]
     level = result.collapse.level if result.collapse else ""
     time = result.collapse.time if result.collapse else ""

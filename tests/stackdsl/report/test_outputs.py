@@ -17,6 +17,7 @@ from stackdsl.report.github import report_github
 from stackdsl.report.json import report_json
 from stackdsl.report.junit import report_junit
 from stackdsl.report.markdown import report_markdown
+from stackdsl.shown_text import data_without_commands
 from stackdsl.viewing.check_report.index_page import index_page
 from tests.command_line import GOOD, Stackdsl, stackdsl_in_folder, write
 from tests.paths import ROOT
@@ -99,10 +100,53 @@ def test_no_text_of_an_author_is_a_command_in_what_people_read(stackdsl: Stackds
     text = GOOD.replace("scenario: good", f'scenario: good\ndescription: "{reason}"\nskip: "{reason}"')
     write(tmp_path, text, "::add-mask::e.yaml")
     write(tmp_path, "scenario: [", "::add-mask::f.yaml")
-    for command in (("check", "."), ("explain", "::add-mask::e.yaml"), ("check", "::add-mask::f.yaml")):
+    for command in (
+        ("check", "."),
+        ("check", "::add-mask::f.yaml"),
+        ("explain", "::add-mask::e.yaml"),
+        ("run", "::add-mask::e.yaml"),
+        ("sweep", "::add-mask::e.yaml", "--out", "add-mask.jsonl"),
+        ("check", "no\n::add-mask::file.yaml"),
+        ("find", "no\n::add-mask::file.yaml", "--most", "levels"),
+    ):
         said = stackdsl(*command).text
         assert "add-mask" in said
-        assert not [line for line in said.splitlines() if line.strip().startswith("::") or "##[" in line]
+        assert commands_in(said) == []
+
+
+def test_no_data_on_the_output_are_a_command_and_they_are_what_they_were(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    name = "::##[add-mask]e.yaml"
+    write(tmp_path, GOOD.replace("levels: 3", "levels: ${x}"), name)
+    junit, read = (stackdsl("check", name, "--format", form).out for form in ("junit", "json"))
+    assert commands_in(junit) == commands_in(read) == []
+    assert [case.get("name") for case in ET.fromstring(junit).iter("testcase")] == [f"{name}:3:23"]
+    assert json.loads(read)["diagnostics"][0]["span"]["file"] == name
+    write(tmp_path, GOOD, "::e.yaml")
+    table = stackdsl("check", "::e.yaml", "--format", "csv").out
+    assert commands_in(table) == []
+    assert [row["file"] for row in csv.DictReader(StringIO(table))] == ["./::e.yaml"]
+
+
+def test_the_later_lines_of_a_failure_in_junit_are_no_commands() -> None:
+    failed = report(replace(FAILED, file="::e.yaml"))
+    text = "\n".join(["<a>x", "  ::add-mask::e", "</a>"])
+    assert ET.fromstring(data_without_commands(text, "junit")).text == "x\n  ::add-mask::e\n"
+    shown = data_without_commands(report_junit(failed), "junit")
+    assert commands_in(shown) == []
+    assert ET.tostring(ET.fromstring(shown)) == ET.tostring(ET.fromstring(report_junit(failed)))
+
+
+def test_the_reason_of_a_mark_is_told_in_one_line(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, GOOD + 'skip: "for now,\\nas it is"\n')
+    assert "skipped: for now, as it is\n" in stackdsl("run", "scene.yaml").out
+    write(tmp_path, GOOD.replace("stands: all", "height: 1 mm ± 0.1 mm") + 'xfail: "for now,\\nas it is"\n')
+    (told,) = json.loads(stackdsl("check", "scene.yaml", "--format", "json").out)["results"]
+    assert told["xfail"]["reason"] == "for now, as it is"
+
+
+def commands_in(text: str) -> list[str]:
+    """The lines that GitHub would take for workflow commands."""
+    return [line for line in text.splitlines() if line.strip().startswith("::") or "##[" in line]
 
 
 @pytest.mark.parametrize("form", sorted(FORMATS))
