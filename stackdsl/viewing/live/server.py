@@ -21,9 +21,9 @@ from stackdsl.viewing.live.sites import EVENTS, Site
 HOST: Final = "127.0.0.1"
 SLOWEST: Final = 30.0  # [s] for a browser to say what it wants, and to take what it gets
 ALIVE: Final = 10.0  # [s] between signs of life, by which a reader that is gone is noticed
+FRAMED: Final = "frame-ancestors 'self'"
 HEADERS: Final = {
     "Cache-Control": "no-store",
-    "Content-Security-Policy": "frame-ancestors 'self'",  # what else is allowed, each page says itself
     "Cross-Origin-Resource-Policy": "same-origin",
     "Referrer-Policy": "no-referrer",
     "X-Content-Type-Options": "nosniff",
@@ -74,12 +74,14 @@ class Handler(BaseHTTPRequestHandler):
         elif path == EVENTS:
             self._stream()
         elif (page := self.server.site.page(path)) is not None:
-            self._answer(HTTPStatus.OK, "text/html", page)
+            self._answer(HTTPStatus.OK, "text/html", page, self.server.site.policy(path))
         else:
             self._answer(HTTPStatus.NOT_FOUND, "text/plain", b"there is no such page\n")
 
-    def _answer(self, status: HTTPStatus, kind: str, body: bytes) -> None:
-        self._head(status, f"{kind}; charset=utf-8", {"Content-Length": str(len(body))})
+    def _answer(self, status: HTTPStatus, kind: str, body: bytes, policy: str = "") -> None:
+        allowed = "; ".join(filter(None, [policy, FRAMED]))
+        more = {"Content-Length": str(len(body)), "Content-Security-Policy": allowed}
+        self._head(status, f"{kind}; charset=utf-8", more)
         self.wfile.write(body)
 
     def _head(self, status: HTTPStatus, kind: str, more: dict[str, str]) -> None:

@@ -7,7 +7,7 @@ puts it on the page as text. The policy in the head lets nothing run but the two
 import base64
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from html import escape
 from importlib.resources import files
 from string import Template
@@ -44,13 +44,10 @@ def told(run: RunView, hurried: bool = False) -> str:
 
 def page_of(runs: Sequence[str], title: str, live: bool = False) -> str:
     """The page of runs that are `told`."""
-    program, style = (_packaged(name) for name in ("replay.js", "replay.css"))
+    program, style = program_and_style()
     return Template(_packaged("replay.html")).substitute(
         title=escape(title),
-        policy=(
-            f"default-src 'none'; script-src {hash_of(LOADER)} {hash_of(program)}; style-src {hash_of(style)}; "
-            f"base-uri 'none'; form-action 'none'{LIVE_POLICY if live else ''}"
-        ),
+        policy=policy_of((LOADER, program), (style,)) + (LIVE_POLICY if live else ""),
         live=" data-live" if live else "",
         style=style,
         licence=_packaged("replay.LICENSE.txt"),
@@ -67,6 +64,17 @@ def harmless(data: str) -> str:
 
 def _packaged(name: str) -> str:
     return files("stackdsl.viewing.replay").joinpath(name).read_text(encoding="utf-8")
+
+
+def program_and_style() -> tuple[str, str]:
+    """What every page that plays runs is made of, beside the LOADER."""
+    return _packaged("replay.js"), _packaged("replay.css")
+
+
+def policy_of(scripts: Iterable[str], styles: Iterable[str]) -> str:
+    """The content security policy by which these scripts run and these styles hold, and nothing else does."""
+    run, hold = (" ".join(map(hash_of, texts)) for texts in (scripts, styles))
+    return f"default-src 'none'; script-src {run}; style-src {hold}; base-uri 'none'; form-action 'none'"
 
 
 def hash_of(text: str) -> str:

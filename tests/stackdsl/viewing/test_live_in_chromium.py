@@ -2,18 +2,22 @@
 
 import json
 from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
 
 from stackdsl.checking.gathering import cases_of
+from stackdsl.outcome import Report
 from stackdsl.reading.source import parse
+from stackdsl.viewing.check_report.index_page import index_page
 from stackdsl.viewing.live.live_runs import preview
 from stackdsl.viewing.live.run_page import RunPage
 from stackdsl.viewing.live.showing import showing
-from stackdsl.viewing.live.sites import OnePage
-from stackdsl.viewing.replay.replay_page import live_page
+from stackdsl.viewing.live.sites import Folder, OnePage
+from stackdsl.viewing.replay.replay_page import live_page, page_of
 from tests.stackdsl.viewing.chromium import chromium, wait_for
+from tests.stackdsl.viewing.test_check_report import result
 
 if TYPE_CHECKING:
     from selenium.webdriver import Chrome
@@ -43,6 +47,25 @@ def preview_of(levels: int) -> str:
 
 def text_of(page: "Chrome", place: str) -> str:
     return str(page.execute_script(f"return document.querySelector({json.dumps(place)}).textContent"))
+
+
+def test_a_served_folder_runs_its_report_and_no_script_of_who_sent_it(browser: "Chrome", tmp_path: Path) -> None:
+    report = Report((result("tower"), result("wall", -1.0)))
+    (tmp_path / "index.html").write_text(index_page(report, {}, {}), encoding="utf-8")
+    (case,), _ = cases_of(parse(COLUMN.format(levels=3), "scene.yaml"))
+    (tmp_path / "replay.html").write_text(page_of([preview(case)], "scene.yaml"), encoding="utf-8")
+    foreign = "<title>as sent</title><body onload='document.title=1'><script>document.title='it ran'</script>"
+    (tmp_path / "theirs.html").write_text(foreign, encoding="utf-8")
+    with showing(Folder(tmp_path)) as served:
+        browser.get(served.url)
+        browser.switch_to.frame(0)
+        wait_for(lambda: browser.find_element("css selector", ".filter").is_displayed())
+        browser.get(f"{served.url}replay.html")
+        wait_for(lambda: "proven to stand" in text_of(browser, "h1"))
+        assert browser.get_log("browser") == []  # type: ignore[no-untyped-call]
+        browser.get(f"{served.url}theirs.html")
+        assert browser.title == "as sent"
+        assert any("Content Security Policy" in str(each) for each in browser.get_log("browser"))  # type: ignore[no-untyped-call]
 
 
 def test_the_page_shows_what_is_saved_and_keeps_it_beside_a_mistake(browser: "Chrome") -> None:

@@ -9,9 +9,11 @@ from pathlib import Path
 
 import pytest
 
+from stackdsl.viewing.check_report.index_page import script_and_style
 from stackdsl.viewing.live.board import Board
 from stackdsl.viewing.live.server import PageServer, events, listening
 from stackdsl.viewing.live.sites import Folder, OnePage, Site
+from stackdsl.viewing.replay.replay_page import LOADER, hash_of, program_and_style
 from tests.command_line import AMPLE
 
 TOKEN = "a-token-that-nobody-guesses"
@@ -34,6 +36,11 @@ class Served:
             connection.endheaders()
             answer = connection.getresponse()
             return answer.status, answer.read()
+
+    def policy(self, path: str) -> str:
+        with closing(http.client.HTTPConnection(self.host, timeout=AMPLE)) as connection:
+            connection.request("GET", path)
+            return connection.getresponse().headers["Content-Security-Policy"]
 
     def end(self) -> None:
         self.server.shutdown()
@@ -95,6 +102,16 @@ def test_pages_of_a_folder_are_served_and_nothing_outside_of_it(folder: Served) 
     for name in (*outside, "notes.txt", "replays", "pipe.html", "a%00.html", "%ff.html", "x" * 5000 + ".html"):
         status, said = folder.got(f"/{TOKEN}/{name}")
         assert (status, b"secret" in said) == (404, False), name
+
+
+def test_a_page_of_a_folder_runs_the_scripts_of_reports_alone_whoever_wrote_it(folder: Served) -> None:
+    script, _ = script_and_style()
+    program, _ = program_and_style()
+    for name in ("index.html", "replays/a%3D1.html"):
+        policy = folder.policy(f"/{TOKEN}/{name}")
+        rules = dict(rule.split(" ", 1) for rule in policy.split("; "))
+        assert set(rules["script-src"].split()) == {hash_of(each) for each in (script, program, LOADER)}
+        assert (rules["default-src"], rules["frame-ancestors"]) == ("'none'", "'self'")
 
 
 def test_a_reader_gets_all_there_is_and_then_every_change(page: Served) -> None:
