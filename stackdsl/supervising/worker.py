@@ -32,6 +32,7 @@ LONGEST_MESSAGE = 2_000  # [characters] of the error of a task, and ten times as
 BEGUN = b"begun"  # a worker's word that it has all it needs and calls the function now
 _STARTING = threading.Lock()
 _OURS: set[Connection] = set()  # the ends of pipes to workers that this process has open
+SAFE_PATH = "PYTHONSAFEPATH"  # what keeps Python from looking for modules in the working directory
 START_LIMIT = 120.0  # [s] for a worker to start and import what a task needs, before the task's own limit counts
 
 
@@ -94,7 +95,7 @@ class Worker:
         ours, theirs = multiprocessing.Pipe()
         _OURS.add(ours)
         process = _process(start, imported, theirs)
-        with _may_have_children():
+        with _may_start_processes():
             process.start()
         # As long as this end is open here, the death of the worker would not end the stream.
         theirs.close()
@@ -150,21 +151,27 @@ class Worker:
 
 
 @contextmanager
-def _may_have_children() -> Iterator[None]:
-    """Let a process start others though it is a daemon, as workers of Dask are.
+def _may_start_processes() -> Iterator[None]:
+    """Let a process start others though it is a daemon, as workers of Dask are, and let them import safely.
 
-    The library forbids that, since nobody would end them; a worker of ours ends by itself once its parent has.
+    The library forbids the first, since nobody would end them; a worker of ours ends by itself once its parent has.
+    And it starts Python by a command, which would find modules in the working directory, before those of the library.
     """
     own = multiprocessing.current_process()
-    with _STARTING:  # two threads that put the mark back would each see the other's
-        was = own.daemon
+    with _STARTING:  # two threads that put back what was would each see the other's
+        was, path = own.daemon, os.environ.get(SAFE_PATH)
         try:
             if was:
                 own.daemon = False
+            os.environ[SAFE_PATH] = "1"
             yield
         finally:
             if was:
                 own.daemon = True
+            if path is None:
+                del os.environ[SAFE_PATH]
+            else:
+                os.environ[SAFE_PATH] = path
 
 
 def _process(start: Start, imported: Sequence[str], connection: Connection) -> BaseProcess:
@@ -201,7 +208,8 @@ def interrupts_held_back(start: Start = Start.COPY) -> Iterator[None]:
     if start is not Start.COPY:
         from multiprocessing import resource_tracker  # noqa: PLC0415 -- copies do without
 
-        resource_tracker.ensure_running()  # else starting a process would start it, which lets interrupts through again
+        with _may_start_processes():
+            resource_tracker.ensure_running()  # else a process would start it, which lets interrupts through again
     pressed: list[int] = []
     main = threading.current_thread() is threading.main_thread()  # of another thread interrupts are no affair
     held = INTERRUPTS if main else ()

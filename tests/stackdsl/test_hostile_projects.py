@@ -353,6 +353,47 @@ def test_a_module_of_the_project_is_not_run_in_place_of_one_of_python(tmp_path: 
     assert done.returncode == 0
 
 
+@pytest.mark.parametrize("start", ["reads a load", "NEW", "PREPARED"])
+def test_a_module_of_the_project_is_not_run_for_a_library_beside_a_thread(
+    tmp_path: Path, project: Path, start: str
+) -> None:
+    write(project, "open('ran', 'w').close()\n", "multiprocessing.py")
+    script = write(tmp_path, BESIDE_A_THREAD, "script.py")
+    write(project, "name,length,width,height,mass,x,y,z\na,1,1,1,1,0,0,0\n", "load.csv")
+    done = run_by_python(project, str(script), start)
+    assert (done.stdout, done.stderr) == ("done, and the environment is as it was\n", "")
+    assert not (project / "ran").exists()
+
+
+# A program of somebody else, with a thread: no copy of it is safe.
+BESIDE_A_THREAD = """
+import os
+import sys
+import threading
+from pathlib import Path
+
+from stackdsl.importing.supervised_reading import load_supervised
+from stackdsl.language.imports import Import
+from stackdsl.supervising.processes import run_supervised
+from stackdsl.supervising.worker import Start, Task, TaskStatus
+
+if __name__ == "__main__":
+    end, before = threading.Event(), dict(os.environ)
+    threading.Thread(target=end.wait).start()
+    try:
+        if sys.argv[1] in Start.__members__:
+            ran = run_supervised([Task(os.getpid, (), 60.0)], 1, start=Start[sys.argv[1]])
+            assert ran.results[0].status is TaskStatus.DONE, ran
+        else:
+            units = {"length": "m", "mass": "kg"}
+            asked = Import.model_validate({"file": "load.csv", "point": "corner", "units": units})
+            assert load_supervised(Path("load.csv").read_bytes(), "load.csv", asked, lambda name: b"").boxes
+    finally:
+        end.set()
+    print("done, and the environment is", "as it was" if dict(os.environ) == before else "another")
+"""
+
+
 def run_by_python(project: Path, *arguments: str) -> "subprocess.CompletedProcess[str]":
     """Python, called in the project by somebody whose own settings let it import modules from there."""
     environment = {key: value for key, value in os.environ.items() if key != "PYTHONSAFEPATH"}
