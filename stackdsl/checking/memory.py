@@ -2,9 +2,11 @@
 
 A pass is remembered under a digest of all that it came from: the program, the text of the file, the text of the golden
 file that it was compared with, and what was asked for. Whatever else happens to these files, it is played again: so is
-what failed, always. A record says its own digest; one that does not fit, is cut short or is somebody else's is none.
+what failed, always. A record is signed with a key of this user; one that does not fit, is cut short or is somebody
+else's is none. Where there is no such key, nothing is remembered but what failed.
 """
 
+import hmac
 import json
 import os
 import re
@@ -18,6 +20,7 @@ from time import time
 from typing import TYPE_CHECKING, Final
 
 from stackdsl.checking.code_digest import code_is_older, program_digest
+from stackdsl.checking.own_key import made_own_key, own_key
 from stackdsl.disk import make_folder, read_file, remove_file, remove_folder, replace_file, unlinked
 from stackdsl.outcome import UNCHECKED, GoldenStatus, VariantResult
 
@@ -67,7 +70,8 @@ class Memory:
             return None
         with suppress(OSError, ValueError, RecursionError):
             head, _, text = read_file(unlinked(self._records, f"{key}.json"), within=self.home).partition(b"\n")
-            if head.decode() == _digest(key.encode() + text):
+            secret = own_key()
+            if secret is not None and hmac.compare_digest(head, _signature(secret, key, text)):
                 value: object = json.loads(text)
                 return value
         return None
@@ -82,13 +86,14 @@ class Memory:
         if not self._written:
             return
         with suppress(OSError):  # a disk that takes nothing costs time only
-            if code_is_older() and program_digest() == self.program:
+            secret = made_own_key()
+            if secret is not None and code_is_older() and program_digest() == self.program:
                 records = self._records
                 self._prepare(records)
                 for key, value in self._written:
                     text = json.dumps(value).encode()
-                    digest = _digest(key.encode() + text).encode()
-                    replace_file(records / f"{key}.json", digest + b"\n" + text, self.home)
+                    signed = _signature(secret, key, text) + b"\n" + text
+                    replace_file(records / f"{key}.json", signed, self.home)
                 self._forget_others()
         self._written.clear()
 
@@ -160,6 +165,10 @@ def _adapter() -> "TypeAdapter[VariantResult]":
 
 def _digest(data: bytes) -> str:
     return sha256(data).hexdigest()
+
+
+def _signature(secret: bytes, key: str, text: bytes) -> bytes:
+    return hmac.new(secret, key.encode() + text, sha256).hexdigest().encode()
 
 
 def _remove_records(folder: Path, home: Path) -> None:

@@ -4,6 +4,7 @@ import json
 import os
 import shutil
 import time
+from hashlib import sha256
 from pathlib import Path
 
 import pytest
@@ -113,6 +114,39 @@ def test_one_bit_that_flips_makes_a_record_none(stackdsl: Stackdsl, passed: Path
         data[-3] ^= 1
         record.write_bytes(bytes(data))
     assert "2 passed in" in stackdsl("check", "scene.yaml").out
+
+
+def test_a_record_that_somebody_else_sent_is_none(stackdsl: Stackdsl, passed: Path, tmp_path: Path) -> None:
+    # Whoever sent the project may have played it with the same program: only the key is another.
+    other = str(tmp_path / "states")
+    assert "2 passed in" in stackdsl("check", "scene.yaml", XDG_STATE_HOME=other).out
+    assert "2 remembered" in stackdsl("check", "scene.yaml", XDG_STATE_HOME=other).out
+    for record in (passed / ".stackdsl" / "passed").rglob("*.json"):
+        _, _, text = record.read_bytes().partition(b"\n")
+        record.write_bytes(sha256(record.stem.encode() + text).hexdigest().encode() + b"\n" + text)
+    assert "2 passed in" in stackdsl("check", "scene.yaml").out
+
+
+def test_the_key_is_for_its_owner_alone_and_is_made_once(stackdsl: Stackdsl, passed: Path, tmp_path: Path) -> None:
+    states = tmp_path / "states"
+    stackdsl("check", "scene.yaml", XDG_STATE_HOME=str(states))
+    key = states / "stackdsl" / "key"
+    first = key.read_bytes()
+    assert (len(first), key.stat().st_mode & 0o777, key.parent.stat().st_mode & 0o777) == (32, 0o600, 0o700)
+    assert [path.name for path in key.parent.iterdir()] == ["key"]
+    stackdsl("check", "scene.yaml", "--no-cache", XDG_STATE_HOME=str(states))
+    assert key.read_bytes() == first
+    key.chmod(0o644)
+    assert "2 passed in" in stackdsl("check", "scene.yaml", XDG_STATE_HOME=str(states)).out
+
+
+def test_where_there_can_be_no_key_nothing_is_remembered(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, TWO)
+    nowhere = str(write(tmp_path, "", "a file"))
+    for _ in range(3):
+        said = stackdsl("check", "scene.yaml", XDG_STATE_HOME=nowhere)
+        assert (said.code, "remembered" in said.out) == (0, False)
+    assert not (tmp_path / ".stackdsl" / "passed").exists()
 
 
 def test_code_that_was_written_after_the_start_is_not_what_played(
