@@ -9,7 +9,7 @@ from stability.engines.pybullet.free_fall import FreeFall
 from stability.engines.pybullet.parameters import step_parameters
 from stability.engines.pybullet.pybullet_binding import pybullet
 from stability.engines.pybullet.pybullet_settings import PyBulletSettings
-from stability.engines.pybullet.sliding_friction import presses_sideways, turn_to_sliding
+from stability.engines.pybullet.sliding_friction import SlidingFriction, presses_sideways
 from stability.engines.pybullet.stepping import Awake, Stepping, stepping
 
 
@@ -21,6 +21,7 @@ class Stepper:
     settings: PyBulletSettings
     fall: FreeFall
     presses: Presses = field(default_factory=Presses, init=False)
+    sliding: SlidingFriction = field(init=False)
     time: float = field(default=0.0, init=False)  # [s]
     _fastest: float = field(default=0.0, init=False)  # [m/s]
     _eased: int = field(default=0, init=False)  # steps to come in which bodies begin to press, or push on
@@ -29,6 +30,7 @@ class Stepper:
 
     def __post_init__(self) -> None:
         self._stepping = stepping(self.settings, Awake())
+        self.sliding = SlidingFriction(self.client)
 
     @property
     def lively(self) -> bool:
@@ -75,6 +77,7 @@ class Stepper:
         """Let one time step pass, in the parts that it was suited to."""
         parts = self._stepping.parts
         duration = self.settings.time_step / parts
+        self.sliding.begin()
         for part in range(parts):
             self._exert(duration)
             if part == 0:
@@ -82,7 +85,7 @@ class Stepper:
             else:
                 self.fall.go_on(duration)
             if self.settings.sliding_cones and self.lively:
-                turn_to_sliding(self.client, duration * sqrt(self.settings.scale))
+                self.sliding.turn(duration * sqrt(self.settings.scale))
         if self._eased:
             self._eased -= 1
             if self._eased == self.settings.first_steps and not self._pushes_on():
