@@ -8,7 +8,7 @@ with sharp boxes take one of these faces instead where the edges are parallel (d
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from math import acos, ceil, cos, radians
-from typing import Self, TypeAlias
+from typing import TypeAlias
 
 from stability.engines.protocol import World
 from stability.geometry.nearest_points import nearest_points
@@ -60,7 +60,7 @@ def true_normals(a: Block, b: Block, touching_W: Vec3, radii: Radii) -> Iterator
     the points that are nearest there. Then that between the points that are nearest of all; and, where the boxes are
     deeper in each other than their edges are rounded, with edges that are rounded by more.
     """
-    core_a, core_b, on_a = _Core.of(a, radii[0]), _Core.of(b, radii[1]), touching_W
+    core_a, core_b, on_a = _Core(a, radii[0]), _Core(b, radii[1]), touching_W
     for _ in range(ROUNDS):
         on_b = core_b.nearest(on_a)
         on_a = core_a.nearest(on_b)
@@ -71,7 +71,7 @@ def true_normals(a: Block, b: Block, touching_W: Vec3, radii: Radii) -> Iterator
     more = -2.0 * blocks_apart(a, b).gap / sum(radii)
     if more > 1.0:
         deeper = more * radii[0], more * radii[1]
-        yield from _normal_of_all(_Core.of(a, deeper[0]), _Core.of(b, deeper[1]), deeper)
+        yield from _normal_of_all(_Core(a, deeper[0]), _Core(b, deeper[1]), deeper)
 
 
 def _normal_of_all(a: "_Core", b: "_Core", radii: Radii) -> Iterator[Vec3]:
@@ -90,40 +90,48 @@ def _normal(on_a: Vec3, on_b: Vec3, radii: Radii) -> Iterator[Vec3]:
 
 def nearest_of(a: Block, b: Block, radius: float) -> tuple[Vec3, Vec3] | None:
     """The points of two boxes without their rounding that are nearest to each other [m]; None if these overlap."""
-    core_a, core_b = _Core.of(a, radius), _Core.of(b, radius)
+    core_a, core_b = _Core(a, radius), _Core(b, radius)
     return nearest_points(core_a.farthest, core_b.farthest, subtract(a.p_WC, b.p_WC))
 
 
-@dataclass(frozen=True, slots=True)
 class _Core:
-    """A box without its rounding: its middle, and along each of its axes half of what it measures."""
+    """A box without its rounding: its middle, and along each of its axes half of what it measures.
 
-    middle_W: Vec3
-    axes: tuple[tuple[Vec3, float], ...]
+    Both methods are the inner loop: in plain numbers, and without loops of their own.
+    """
 
-    @classmethod
-    def of(cls, box: Block, radius: float) -> Self:
+    __slots__ = ("axes_W", "half", "middle_W")
+
+    def __init__(self, box: Block, radius: float) -> None:
         """A box without so much rounding [m]."""
-        axes = zip(box.axes_W, box.half, strict=True)
-        return cls(box.p_WC, tuple((axis, max(half - radius, 0.0)) for axis, half in axes))
+        self.middle_W, self.axes_W = box.p_WC, box.axes_W
+        x, y, z = box.half
+        self.half = (max(x - radius, 0.0), max(y - radius, 0.0), max(z - radius, 0.0))
 
     def nearest(self, point_W: Vec3) -> Vec3:
-        """Its point that is nearest to another; the inner loop, so in plain numbers."""
+        """Its point that is nearest to another."""
         x, y, z = self.middle_W
+        (ux, uy, uz), (vx, vy, vz), (wx, wy, wz) = self.axes_W
+        most_u, most_v, most_w = self.half
         from_x, from_y, from_z = point_W[0] - x, point_W[1] - y, point_W[2] - z
-        for (ux, uy, uz), most in self.axes:
-            along = from_x * ux + from_y * uy + from_z * uz
-            along = most if along > most else -most if along < -most else along
-            x, y, z = x + along * ux, y + along * uy, z + along * uz
-        return x, y, z
+        u = from_x * ux + from_y * uy + from_z * uz
+        u = most_u if u > most_u else -most_u if u < -most_u else u
+        v = from_x * vx + from_y * vy + from_z * vz
+        v = most_v if v > most_v else -most_v if v < -most_v else v
+        w = from_x * wx + from_y * wy + from_z * wz
+        w = most_w if w > most_w else -most_w if w < -most_w else w
+        return x + u * ux + v * vx + w * wx, y + u * uy + v * vy + w * wy, z + u * uz + v * vz + w * wz
 
     def farthest(self, along_W: Vec3) -> Vec3:
         """Its corner that lies farthest along a direction."""
+        a, b, c = along_W
         x, y, z = self.middle_W
-        for (ux, uy, uz), most in self.axes:
-            way = most if ux * along_W[0] + uy * along_W[1] + uz * along_W[2] > 0.0 else -most
-            x, y, z = x + way * ux, y + way * uy, z + way * uz
-        return x, y, z
+        (ux, uy, uz), (vx, vy, vz), (wx, wy, wz) = self.axes_W
+        u, v, w = self.half
+        u = u if ux * a + uy * b + uz * c > 0.0 else -u
+        v = v if vx * a + vy * b + vz * c > 0.0 else -v
+        w = w if wx * a + wy * b + wz * c > 0.0 else -w
+        return x + u * ux + v * vx + w * wx, y + u * uy + v * vy + w * wy, z + u * uz + v * vz + w * wz
 
 
 def wrong_normals(engine: World, states: Mapping[BodyId, BodyState], gravity: float) -> Iterator[WrongNormal]:
@@ -205,15 +213,15 @@ class Agreement:
     holds_for: float  # so far the boxes may slide along each other before the true one may be another [m]
 
 
-def agreement(point: ContactPoint, a: tuple[Box, Pose], b: tuple[Box, Pose], rounding: float) -> Agreement:
+def agreement(point: ContactPoint, block_a: Block, block_b: Block, rounding: float) -> Agreement:
     """How well the normal of a contact of two boxes fits; sharp edges are taken to be rounded by so much [m]."""
-    (box_a, pose_a), (box_b, pose_b) = a, b
     radii = _radii(point, rounding)
     radius = 0.5 * sum(radii)
     middle_W = add_scaled(point.position_W, 0.5 * point.gap, point.normal_BA_W)
-    block_a, block_b = block(box_a.size, pose_a), block(box_b.size, pose_b)
-    within = max(_within_face(point.normal_BA_W, middle_W, each) for each in (block_a, block_b))
-    if within > 2.0 * max(radii) and max(_outside(middle_W, each) for each in (block_a, block_b)) < radius:
+    within_a, outside_a = _on_face(point.normal_BA_W, middle_W, block_a)
+    within_b, outside_b = _on_face(point.normal_BA_W, middle_W, block_b)
+    within = max(within_a, within_b)
+    if within > 2.0 * max(radii) and max(outside_a, outside_b) < radius:
         return Agreement(1.0, within)
     cosine, normal = 1.0, None
     for normal in true_normals(block_a, block_b, middle_W, radii):
@@ -226,23 +234,27 @@ def agreement(point: ContactPoint, a: tuple[Box, Pose], b: tuple[Box, Pose], rou
     return Agreement(cosine, radius if on_face else TURNS * radius)
 
 
-def _within_face(normal_W: Vec3, touching_W: Vec3, box: Block) -> float:
-    """How far from the rim a contact across a face is; less than 0 of one beyond it, or askew to all faces [m]."""
-    across = max(range(3), key=lambda i: abs(dot(box.axes_W[i], normal_W)))
-    if abs(dot(box.axes_W[across], normal_W)) < FACE_ON:
-        return -1.0
-    from_middle = subtract(touching_W, box.p_WC)
-    return min(
-        dot(half_edge, axis) - abs(dot(from_middle, axis))
-        for i, (axis, half_edge) in enumerate(zip(box.axes_W, box.half_edges_W, strict=True))
-        if i != across
-    )
+def _on_face(normal_W: Vec3, touching_W: Vec3, box: Block) -> tuple[float, float]:
+    """How far from the rim a contact across a face is [m], and how far outside of the face that it is farthest from.
 
-
-def _outside(point_W: Vec3, box: Block) -> float:
-    """How far a point is outside of the face of a box that it is farthest from [m]; less than 0 inside."""
-    from_middle = subtract(point_W, box.p_WC)
-    return max(abs(dot(from_middle, axis)) - half for axis, half in zip(box.axes_W, box.half, strict=True))
+    The first is less than 0 beyond the rim, and askew to all faces; the second is so inside the box.
+    """
+    a, b, c = normal_W
+    (ux, uy, uz), (vx, vy, vz), (wx, wy, wz) = box.axes_W
+    half_u, half_v, half_w = box.half
+    x, y, z = subtract(touching_W, box.p_WC)
+    u, v, w = abs(x * ux + y * uy + z * uz), abs(x * vx + y * vy + z * vz), abs(x * wx + y * wy + z * wz)
+    outside = max(u - half_u, v - half_v, w - half_w)
+    across_u, across_v = abs(ux * a + uy * b + uz * c), abs(vx * a + vy * b + vz * c)
+    across_w = abs(wx * a + wy * b + wz * c)
+    if max(across_u, across_v, across_w) < FACE_ON:
+        return -1.0, outside
+    edge_u, edge_v, edge_w = map(dot, box.half_edges_W, box.axes_W)
+    if across_u >= across_v and across_u >= across_w:
+        return min(edge_v - v, edge_w - w), outside
+    if across_v >= across_w:
+        return min(edge_u - u, edge_w - w), outside
+    return min(edge_u - u, edge_v - v), outside
 
 
 def velocity_at(state: BodyState, point_W: Vec3) -> Vec3:

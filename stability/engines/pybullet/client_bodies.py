@@ -121,13 +121,23 @@ class ClientBodies:
         # both it keeps first. Asked for the second, it turns nothing.
         kept = pybullet.getContactPoints(bodyB=self.numbers[name], physicsClientId=self.client) or ()
         turned = {point[1] for point in kept}
-        return [self._contact_point(point, -1.0 if point[2] in turned else 1.0) for point in points]
+        signs = (-1.0 if point[2] in turned else 1.0 for point in points)
+        return [
+            self._contact_point(point, self._friction(point, sign)) for point, sign in zip(points, signs, strict=True)
+        ]
 
-    def _contact_point(self, point: Sequence[Any], sign: float) -> ContactPoint:
-        a, b = (self.name_of(number) for number in point[1:3])
-        on_a, on_b, normal, gap, force, along, way, across, other_way = point[5:14]
+    def touching(self, name: BodyId) -> list[ContactPoint]:
+        """The same points without their friction, which is told as none."""
+        return [self._contact_point(point) for point in self.raw_contacts(name)]
+
+    def _friction(self, point: Sequence[Any], sign: float) -> Vec3:
+        along, way, across, other_way = point[10:14]
         along, across = sign * along / self.mass_unit, sign * across / self.mass_unit
-        friction_W = add_scaled(scale(along, way), across, other_way)
+        return add_scaled(scale(along, way), across, other_way)
+
+    def _contact_point(self, point: Sequence[Any], friction_W: Vec3 = AT_REST) -> ContactPoint:
+        _, a, b, _, _, on_a, on_b, normal, gap, force = point[:10]
+        a, b = self.name_of(a), self.name_of(b)
         on_b_W = scale(1.0 / self.scale, on_b)
         rounded = (0.0, 0.0) if a in self.sharp and b in self.sharp else (self._rounding(a), self._rounding(b))
         slid = norm(add_scaled(subtract(on_a, on_b), -gap, normal)) / self.scale

@@ -6,7 +6,7 @@ touches it, in microseconds. Of a hull only one point a step is found: the other
 and fro by less than anything is told apart by.
 """
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from math import cos, inf, radians, sqrt
 
@@ -16,8 +16,9 @@ from stability.engines.pybullet.brick_bodies import BrickBodies
 from stability.engines.pybullet.joined_groups import JoinedGroups
 from stability.engines.pybullet.pybullet_binding import pybullet
 from stability.geometry.rotations import multiply, turn_between
+from stability.geometry.separation import Block, block
 from stability.geometry.vectors import dot, norm, subtract
-from stability.model import BodyId, BodyState, Brick, Pose, Quaternion
+from stability.model import BodyId, BodyState, Brick, ContactPoint, Pose, Quaternion
 from stability.shapes.box import Box, as_box
 
 STALE = radians(4.0)  # a brick that has turned so far since its contacts were found has them found anew
@@ -41,6 +42,47 @@ TO_AND_FRO: tuple[Quaternion, ...] = tuple(
 )
 
 
+@dataclass(slots=True)
+class _Seen:
+    """A brick at a look, with what is worked out of it once."""
+
+    state: BodyState
+    brick: Brick
+    _block: Block | None = field(default=None, init=False)
+    _leans: bool | None = field(default=None, init=False)
+
+    @property
+    def block(self) -> Block:
+        """The box that it is."""
+        if self._block is None:
+            self._block = block(as_box(self.brick.shape, "PyBullet").size, self.state.pose)
+        return self._block
+
+    @property
+    def leans(self) -> bool:
+        """Whether no axis of it is upright."""
+        if self._leans is None:
+            self._leans = leans(self.state.pose)
+        return self._leans
+
+
+@dataclass(slots=True)
+class _Look:
+    """What is known at a look: of bricks, and which of them have wrong contacts and lean."""
+
+    seen: dict[BodyId, _Seen]
+    mistaken: dict[BodyId, None] = field(default_factory=dict, init=False)
+
+    def of(self, name: BodyId, state: BodyState, brick: Brick) -> _Seen:
+        """A brick that is looked at in this state."""
+        seen = self.seen.get(name)
+        return seen if seen is not None and seen.state is state else _Seen(state, brick)
+
+    def is_known(self, name: BodyId, other: BodyId, its: _Seen) -> bool:
+        """Whether one more wrong contact of a brick with another would change nothing."""
+        return name in self.mistaken and (other in self.mistaken or not its.leans)
+
+
 @dataclass
 class FreshContacts:
     """Knows how each brick lay when its contacts were found, and when it may have turned too far since."""
@@ -55,7 +97,7 @@ class FreshContacts:
         self._found = {name: self._found.get(name, state.pose) for name, state in states.items()}
         self._due = {}
         self.bricks.let_go.clear()
-        self._renew(states, until)
+        self._renew(states, until, _Look({}))  # some may have got other bodies since they were asked
 
     def look(self, until: float) -> None:
         """Look before a step at those that turn fast, or were just let go; all will be seen again at a time [s]."""
@@ -69,28 +111,26 @@ class FreshContacts:
         if awake:
             states = self.bricks.states(awake)
             self._found |= {name: state.pose for name, state in states.items() if name not in self._found}
-            self._renew(states, until)
+            own = self.bricks.own.bricks
+            self._renew(states, until, _Look({name: _Seen(state, own[name]) for name, state in states.items()}))
 
-    def _renew(self, states: Mapping[BodyId, BodyState], until: float) -> None:
+    def _renew(self, states: Mapping[BodyId, BodyState], until: float, look: _Look) -> None:
         """Find contacts anew of all of these that have wrong ones; boxes that touch others on edges become hulls."""
         anew: list[BodyId] = []
-        mistaken: dict[BodyId, None] = {}
+        mistaken, crowd = look.mistaken, self._crowd()
         for name, state in states.items():
             lasts, slid_off = inf, False
-            if (
-                self.bricks.maker.settings.fresh_edges
-                and self._is_box(name)
-                and (leans(state.pose) or not self._crowd())
-            ):
-                wrong, lasts = self._seen_edges(name, state)
+            if self.bricks.maker.settings.fresh_edges and self._is_box(name) and (not crowd or leans(state.pose)):
+                wrong, lasts = self._seen_edges(name, state, look)
                 leaning = [each for each, pose in wrong if leans(pose)]
                 mistaken |= dict.fromkeys(leaning)
                 slid_off = bool(wrong) and not leaning
-            stale = turn_between(self._found[name], state.pose) > STALE and self._may_lose_its_forces(name)
+            turned = turn_between(self._found[name], state.pose)
+            stale = turned > STALE and self._may_lose_its_forces(name)
             if name in mistaken or stale or slid_off:
                 anew.append(name)
                 self._found[name] = state.pose
-            turned = turn_between(self._found[name], state.pose)
+                turned = turn_between(state.pose, state.pose)
             turning, left = norm(state.angular_velocity_W), STALE - turned if turned <= STALE else inf
             when = self.bricks.stepper.time + (min(lasts, left / turning) if turning > 0.0 else lasts)
             if when < until:
@@ -119,47 +159,66 @@ class FreshContacts:
     def _moves_by_itself(self, name: BodyId) -> bool:
         return name in self.bricks.bodies.numbers and not self.bricks.holds(name)
 
-    def _seen_edges(self, name: BodyId, state: BodyState) -> tuple[list[tuple[BodyId, Pose]], float]:
-        """The bricks of contacts with wrong normals, and how long the others may stay right [s]."""
-        own, radius = self.bricks.own.bricks, self.bricks.maker.edge_radius
-        speed, crowd = norm(state.velocity_W), self._crowd()
-        again = inf if crowd and not leans(state.pose) else AGAIN  # what lies still may be hit
-        if speed < STILL * radius(own[name]):
+    def _seen_edges(self, name: BodyId, state: BodyState, look: _Look) -> tuple[list[tuple[BodyId, Pose]], float]:
+        """The bricks of contacts with wrong normals, and how long the others may stay right [s].
+
+        Of what is seen again before the next step anyway, it is not found for how much less long; and of two bricks
+        with a wrong contact not whether they have another.
+        """
+        own, maker, time = self.bricks.own.bricks, self.bricks.maker, self.bricks.stepper.time
+        crowd, mine, radius = self._crowd(), look.of(name, state, own[name]), maker.edge_radius(own[name])
+        speed, next_step = norm(state.velocity_W), time + maker.settings.time_step
+        again = inf if crowd and not mine.leans else AGAIN  # what lies still may be hit
+        if speed < STILL * radius:
             return [], again
-        wrong, lasts = list[tuple[BodyId, Pose]](), min(again, radius(own[name]) / speed)
+        wrong, lasts = list[tuple[BodyId, Pose]](), min(again, radius / speed)
+        known = set[BodyId]()
         # What would be wrong in the middle of a step is looked at before that, but in a crowd.
-        ahead, gravity = (0.0, 0.0) if crowd else (self.bricks.maker.settings.time_step, self.bricks.maker.gravity)
-        others: dict[BodyId, BodyState] = {}  # two bricks may touch at several points
-        for point in self.groups.contacts(name, self.bricks.stepper.time):
-            if point.a not in own or point.b not in own:
+        ahead, gravity = (0.0, 0.0) if crowd else (maker.settings.time_step, maker.gravity)
+        for point, other, its in self._on_boxes(name, look):
+            soon = time + lasts <= next_step
+            if soon and (other in known or look.is_known(name, other, its)):
                 continue
-            if point.normal_force <= 0.0 and crowd:
-                continue  # it presses on nothing
-            other = point.b if point.a == name else point.a
-            if not self._is_box(other):
-                continue  # hulls are rounded all over
-            its = others.get(other) or others.setdefault(other, self.groups.states([other])[other])
-            slip_W = subtract(velocity_at(state, point.position_W), velocity_at(its, point.position_W))
-            turning = norm(subtract(state.angular_velocity_W, its.angular_velocity_W))
-            if point.slid > CLOSE * radius(own[name]) and turning * norm(slip_W) > LEFT_OUT * gravity and not crowd:
-                wrong += [(name, state.pose), (other, its.pose)]
-                continue
+            slip_W = subtract(velocity_at(state, point.position_W), velocity_at(its.state, point.position_W))
+            slip = norm(slip_W)
+            if point.slid > CLOSE * radius and not crowd:
+                turning = norm(subtract(state.angular_velocity_W, its.state.angular_velocity_W))
+                if turning * slip > LEFT_OUT * gravity:
+                    wrong += [(name, state.pose), (other, its.state.pose)]
+                    known.add(other)
+                    continue
             if point.normal_force <= 0.0:
                 parting = dot(slip_W, point.normal_BA_W) * (1.0 if point.a == name else -1.0)
                 # The gap that is told is that of before the engine's last step.
-                near = point.gap + parting * self.bricks.stepper.part - CLOSE * radius(own[name])
+                near = point.gap + parting * self.bricks.stepper.part - CLOSE * radius
                 presses_in = _takes(near, -parting, gravity)
                 if presses_in > ahead:
                     lasts = min(lasts, presses_in - ahead)
                     continue  # it presses on nothing, and will not in the next step
-            rounding = min(radius(own[name]), radius(own[other]))
-            box, its_box = (_as_box(own[each]) for each in (name, other))
-            pair = (box, state.pose), (its_box, its.pose)
-            found = agreement(point, *(pair if point.a == name else pair[::-1]), rounding)
+            pair = (mine.block, its.block) if point.a == name else (its.block, mine.block)
+            found = agreement(point, *pair, min(radius, maker.edge_radius(own[other])))
             if found.cosine < WRONG:
-                wrong += [(name, state.pose), (other, its.pose)]
-            lasts = min(lasts, _takes(found.holds_for, norm(slip_W), gravity) - ahead)
+                wrong += [(name, state.pose), (other, its.state.pose)]
+                known.add(other)
+            if not soon:
+                lasts = min(lasts, _takes(found.holds_for, slip, gravity) - ahead)
         return wrong, lasts
+
+    def _on_boxes(self, name: BodyId, look: _Look) -> Iterator[tuple[ContactPoint, BodyId, _Seen]]:
+        """The points at which a brick touches others that are boxes, since hulls are rounded all over, with these.
+
+        In a crowd those at which it presses.
+        """
+        own, crowd = self.bricks.own.bricks, self._crowd()
+        for point in self.groups.touching(name, self.bricks.stepper.time):
+            other = point.b if point.a == name else point.a
+            if point.a not in own or point.b not in own or not self._is_box(other):
+                continue
+            if point.normal_force <= 0.0 and crowd:
+                continue
+            if other not in look.seen:
+                look.seen[other] = _Seen(self.groups.states([other])[other], own[other])
+            yield point, other, look.seen[other]
 
 
 def _takes(way: float, speed: float, acceleration: float) -> float:
@@ -168,10 +227,6 @@ def _takes(way: float, speed: float, acceleration: float) -> float:
         return 0.0
     at_end = sqrt(speed * speed + 2.0 * acceleration * way)
     return 2.0 * way / (speed + at_end) if speed + at_end > 0.0 else inf
-
-
-def _as_box(brick: Brick) -> Box:
-    return as_box(brick.shape, "PyBullet")
 
 
 def find_contacts_anew(bricks: BrickBodies, names: Collection[BodyId]) -> None:

@@ -203,8 +203,8 @@ def _give(normals: Array, levers: Array, answers: Array, shared: NDArray[np.intp
     parts = np.empty((3, 3, 3, len(shared)))
     np.multiply(np.abs(answers[:3]), shared, out=parts[0])
     np.multiply(levers[:, :, None] * answers[3 + ABOUT], shared, out=parts[1:])
-    parts = parts.reshape(3, 9, -1, 2).transpose(3, 0, 1, 2).reshape(6, 9, -1)
-    lighter = np.add.reduce(parts, axis=0, initial=0.0)
+    one_by_one = parts.reshape(3, 9, -1, 2).transpose(3, 0, 1, 2).reshape(6, 9, -1)
+    lighter = np.add.reduce(one_by_one, axis=0, initial=0.0)
     beside = (normals[:, None] * lighter.reshape(3, 3, -1) * normals).reshape(9, -1)
     gives: Array = lighter[0] + lighter[4] + lighter[8] - np.add.reduce(beside, axis=0)
     return gives
