@@ -8,7 +8,7 @@ supports, also where edges or faces are almost parallel and going to and fro bet
 from collections.abc import Callable, Sequence
 from typing import TypeAlias
 
-from stability.geometry.vectors import add_scaled, cross, dot, scale, subtract
+from stability.geometry.vectors import cross, dot, scale, subtract
 from stability.model import Vec3
 
 Support: TypeAlias = Callable[[Vec3], Vec3]  # from a direction to the point of a body that lies farthest along it [m]
@@ -73,28 +73,31 @@ def _affine_shares(points: Sequence[Vec3]) -> Sequence[float]:
     first, *others = points
     match [subtract(other, first) for other in others]:
         case []:
-            found: Sequence[float] = ()
+            return (1.0,)
         case [u]:
-            found = (-dot(first, u) / dot(u, u),)
+            share = -dot(first, u) / dot(u, u)
+            return 1.0 - share, share
         case [u, v]:
             across = cross(u, v)
             area = dot(across, across)
-            found = (-dot(cross(first, v), across) / area, -dot(cross(u, first), across) / area)
+            two = -dot(cross(first, v), across) / area, -dot(cross(u, first), across) / area
+            return 1.0 - (two[0] + two[1]), *two
         case [u, v, w]:
-            volume = dot(u, cross(v, w))
-            found = (
-                -dot(first, cross(v, w)) / volume,
+            across = cross(v, w)
+            volume = dot(u, across)
+            three = (
+                -dot(first, across) / volume,
                 -dot(u, cross(first, w)) / volume,
                 -dot(u, cross(v, first)) / volume,
             )
+            return 1.0 - (three[0] + three[1] + three[2]), *three
         case _:
             raise ValueError("corners in space span a tetrahedron at most")
-    return (1.0 - sum(found), *found)
 
 
 def _mixed(shares: Sequence[float], points: Sequence[Vec3]) -> Vec3:
     """The mean of points, by their shares."""
-    mixed: Vec3 = (0.0, 0.0, 0.0)
-    for share, point in zip(shares, points, strict=True):
-        mixed = add_scaled(mixed, share, point)
-    return mixed
+    x = y = z = 0.0
+    for share, (a, b, c) in zip(shares, points, strict=True):
+        x, y, z = x + share * a, y + share * b, z + share * c
+    return x, y, z
