@@ -6,7 +6,7 @@ with sharp boxes take one of these faces instead where the edges are parallel (d
 """
 
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import acos, ceil, cos, radians
 from typing import TypeAlias
 
@@ -60,24 +60,48 @@ def true_normals(a: Block, b: Block, touching_W: Vec3, radii: Radii) -> Iterator
     the points that are nearest there. Then that between the points that are nearest of all; and, where the boxes are
     deeper in each other than their edges are rounded, with edges that are rounded by more.
     """
-    core_a, core_b, on_a = _Core(a, radii[0]), _Core(b, radii[1]), touching_W
-    for _ in range(ROUNDS):
-        on_b = core_b.nearest(on_a)
-        on_a = core_a.nearest(on_b)
-    if norm(subtract(on_a, on_b)) < TOUCHING * sum(radii):
-        yield from _normal(on_a, on_b, radii)
-    # To go on until these are the nearest of all would take edges that cross by a few degrees thousands of rounds.
-    yield from _normal_of_all(core_a, core_b, radii)
-    more = -2.0 * blocks_apart(a, b).gap / sum(radii)
-    if more > 1.0:
-        deeper = more * radii[0], more * radii[1]
-        yield from _normal_of_all(_Core(a, deeper[0]), _Core(b, deeper[1]), deeper)
+    yield from BoxPair(a, b).true_normals(touching_W, radii)
 
 
-def _normal_of_all(a: "_Core", b: "_Core", radii: Radii) -> Iterator[Vec3]:
-    nearest = nearest_points(a.farthest, b.farthest, subtract(a.middle_W, b.middle_W))
-    if nearest is not None:
-        yield from _normal(*nearest, radii)
+@dataclass(slots=True)
+class BoxPair:
+    """Two boxes that touch, with what is worked out once for all points at which they do."""
+
+    a: Block
+    b: Block
+    _cores: dict[Radii, "tuple[_Core, _Core]"] = field(default_factory=dict, init=False)
+    _nearest: dict[Radii, tuple[Vec3, Vec3] | None] = field(default_factory=dict, init=False)
+    _gap: float | None = field(default=None, init=False)
+
+    def true_normals(self, touching_W: Vec3, radii: Radii) -> Iterator[Vec3]:
+        """As `true_normals` says."""
+        (core_a, core_b), on_a = self._without(radii), touching_W
+        for _ in range(ROUNDS):
+            on_b = core_b.nearest(on_a)
+            on_a = core_a.nearest(on_b)
+        if norm(subtract(on_a, on_b)) < TOUCHING * sum(radii):
+            yield from _normal(on_a, on_b, radii)
+        # To go on until these are the nearest of all would take edges that cross by a few degrees thousands of rounds.
+        yield from self._normal_of_all(radii)
+        if self._gap is None:
+            self._gap = blocks_apart(self.a, self.b).gap
+        more = -2.0 * self._gap / sum(radii)
+        if more > 1.0:
+            yield from self._normal_of_all((more * radii[0], more * radii[1]))
+
+    def _without(self, radii: Radii) -> "tuple[_Core, _Core]":
+        """Both without their rounding."""
+        if radii not in self._cores:
+            self._cores[radii] = _Core(self.a, radii[0]), _Core(self.b, radii[1])
+        return self._cores[radii]
+
+    def _normal_of_all(self, radii: Radii) -> Iterator[Vec3]:
+        if radii not in self._nearest:
+            a, b = self._without(radii)
+            self._nearest[radii] = nearest_points(a.farthest, b.farthest, subtract(a.middle_W, b.middle_W))
+        nearest = self._nearest[radii]
+        if nearest is not None:
+            yield from _normal(*nearest, radii)
 
 
 def _normal(on_a: Vec3, on_b: Vec3, radii: Radii) -> Iterator[Vec3]:
@@ -213,24 +237,24 @@ class Agreement:
     holds_for: float  # so far the boxes may slide along each other before the true one may be another [m]
 
 
-def agreement(point: ContactPoint, block_a: Block, block_b: Block, rounding: float) -> Agreement:
+def agreement(point: ContactPoint, pair: BoxPair, rounding: float) -> Agreement:
     """How well the normal of a contact of two boxes fits; sharp edges are taken to be rounded by so much [m]."""
     radii = _radii(point, rounding)
     radius = 0.5 * sum(radii)
     middle_W = add_scaled(point.position_W, 0.5 * point.gap, point.normal_BA_W)
-    within_a, outside_a = _on_face(point.normal_BA_W, middle_W, block_a)
-    within_b, outside_b = _on_face(point.normal_BA_W, middle_W, block_b)
+    within_a, outside_a = _on_face(point.normal_BA_W, middle_W, pair.a)
+    within_b, outside_b = _on_face(point.normal_BA_W, middle_W, pair.b)
     within = max(within_a, within_b)
     if within > 2.0 * max(radii) and max(outside_a, outside_b) < radius:
         return Agreement(1.0, within)
     cosine, normal = 1.0, None
-    for normal in true_normals(block_a, block_b, middle_W, radii):
+    for normal in pair.true_normals(middle_W, radii):
         cosine = dot(normal, point.normal_BA_W)
         if cosine > FACE_ON:
             break
     if normal is None:
         return Agreement(1.0, radius)
-    on_face = any(abs(dot(axis, normal)) > FACE_ON for axis in (*block_a.axes_W, *block_b.axes_W))
+    on_face = any(abs(dot(axis, normal)) > FACE_ON for axis in (*pair.a.axes_W, *pair.b.axes_W))
     return Agreement(cosine, radius if on_face else TURNS * radius)
 
 

@@ -10,7 +10,7 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from math import cos, inf, radians, sqrt
 
-from stability.engines.edge_normals import agreement, leans, velocity_at
+from stability.engines.edge_normals import BoxPair, agreement, leans, velocity_at
 from stability.engines.pybullet.body_making import ALL, ROUNDED, SHARP
 from stability.engines.pybullet.brick_bodies import BrickBodies
 from stability.engines.pybullet.joined_groups import JoinedGroups
@@ -49,7 +49,6 @@ class _Seen:
     state: BodyState
     brick: Brick
     _block: Block | None = field(default=None, init=False)
-    _leans: bool | None = field(default=None, init=False)
 
     @property
     def block(self) -> Block:
@@ -57,30 +56,6 @@ class _Seen:
         if self._block is None:
             self._block = block(as_box(self.brick.shape, "PyBullet").size, self.state.pose)
         return self._block
-
-    @property
-    def leans(self) -> bool:
-        """Whether no axis of it is upright."""
-        if self._leans is None:
-            self._leans = leans(self.state.pose)
-        return self._leans
-
-
-@dataclass(slots=True)
-class _Look:
-    """What is known at a look: of bricks, and which of them have wrong contacts and lean."""
-
-    seen: dict[BodyId, _Seen]
-    mistaken: dict[BodyId, None] = field(default_factory=dict, init=False)
-
-    def of(self, name: BodyId, state: BodyState, brick: Brick) -> _Seen:
-        """A brick that is looked at in this state."""
-        seen = self.seen.get(name)
-        return seen if seen is not None and seen.state is state else _Seen(state, brick)
-
-    def is_known(self, name: BodyId, other: BodyId, its: _Seen) -> bool:
-        """Whether one more wrong contact of a brick with another would change nothing."""
-        return name in self.mistaken and (other in self.mistaken or not its.leans)
 
 
 @dataclass
@@ -97,7 +72,7 @@ class FreshContacts:
         self._found = {name: self._found.get(name, state.pose) for name, state in states.items()}
         self._due = {}
         self.bricks.let_go.clear()
-        self._renew(states, until, _Look({}))  # some may have got other bodies since they were asked
+        self._renew(states, until, {})  # some may have got other bodies since they were asked
 
     def look(self, until: float) -> None:
         """Look before a step at those that turn fast, or were just let go; all will be seen again at a time [s]."""
@@ -112,16 +87,17 @@ class FreshContacts:
             states = self.bricks.states(awake)
             self._found |= {name: state.pose for name, state in states.items() if name not in self._found}
             own = self.bricks.own.bricks
-            self._renew(states, until, _Look({name: _Seen(state, own[name]) for name, state in states.items()}))
+            self._renew(states, until, {name: _Seen(state, own[name]) for name, state in states.items()})
 
-    def _renew(self, states: Mapping[BodyId, BodyState], until: float, look: _Look) -> None:
+    def _renew(self, states: Mapping[BodyId, BodyState], until: float, seen: dict[BodyId, _Seen]) -> None:
         """Find contacts anew of all of these that have wrong ones; boxes that touch others on edges become hulls."""
         anew: list[BodyId] = []
-        mistaken, crowd = look.mistaken, self._crowd()
+        mistaken: dict[BodyId, None] = {}
+        crowd = self._crowd()
         for name, state in states.items():
             lasts, slid_off = inf, False
             if self.bricks.maker.settings.fresh_edges and self._is_box(name) and (not crowd or leans(state.pose)):
-                wrong, lasts = self._seen_edges(name, state, look)
+                wrong, lasts = self._seen_edges(name, state, seen)
                 leaning = [each for each, pose in wrong if leans(pose)]
                 mistaken |= dict.fromkeys(leaning)
                 slid_off = bool(wrong) and not leaning
@@ -159,33 +135,30 @@ class FreshContacts:
     def _moves_by_itself(self, name: BodyId) -> bool:
         return name in self.bricks.bodies.numbers and not self.bricks.holds(name)
 
-    def _seen_edges(self, name: BodyId, state: BodyState, look: _Look) -> tuple[list[tuple[BodyId, Pose]], float]:
+    def _seen_edges(
+        self, name: BodyId, state: BodyState, seen: dict[BodyId, _Seen]
+    ) -> tuple[list[tuple[BodyId, Pose]], float]:
         """The bricks of contacts with wrong normals, and how long the others may stay right [s].
 
-        Of what is seen again before the next step anyway, it is not found for how much less long; and of two bricks
-        with a wrong contact not whether they have another.
+        Of what is seen again before the next step anyway, it is not found for how much less long.
         """
         own, maker, time = self.bricks.own.bricks, self.bricks.maker, self.bricks.stepper.time
-        crowd, mine, radius = self._crowd(), look.of(name, state, own[name]), maker.edge_radius(own[name])
+        crowd, mine, radius = self._crowd(), self._as_seen(name, state, seen), maker.edge_radius(own[name])
         speed, next_step = norm(state.velocity_W), time + maker.settings.time_step
-        again = inf if crowd and not mine.leans else AGAIN  # what lies still may be hit
+        again = inf if crowd and not leans(state.pose) else AGAIN  # what lies still may be hit
         if speed < STILL * radius:
             return [], again
         wrong, lasts = list[tuple[BodyId, Pose]](), min(again, radius / speed)
-        known = set[BodyId]()
+        pairs = dict[tuple[BodyId, BodyId], BoxPair]()
         # What would be wrong in the middle of a step is looked at before that, but in a crowd.
         ahead, gravity = (0.0, 0.0) if crowd else (maker.settings.time_step, maker.gravity)
-        for point, other, its in self._on_boxes(name, look):
-            soon = time + lasts <= next_step
-            if soon and (other in known or look.is_known(name, other, its)):
-                continue
+        for point, other, its in self._on_boxes(name, seen):
             slip_W = subtract(velocity_at(state, point.position_W), velocity_at(its.state, point.position_W))
             slip = norm(slip_W)
             if point.slid > CLOSE * radius and not crowd:
                 turning = norm(subtract(state.angular_velocity_W, its.state.angular_velocity_W))
                 if turning * slip > LEFT_OUT * gravity:
                     wrong += [(name, state.pose), (other, its.state.pose)]
-                    known.add(other)
                     continue
             if point.normal_force <= 0.0:
                 parting = dot(slip_W, point.normal_BA_W) * (1.0 if point.a == name else -1.0)
@@ -195,16 +168,21 @@ class FreshContacts:
                 if presses_in > ahead:
                     lasts = min(lasts, presses_in - ahead)
                     continue  # it presses on nothing, and will not in the next step
-            pair = (mine.block, its.block) if point.a == name else (its.block, mine.block)
-            found = agreement(point, *pair, min(radius, maker.edge_radius(own[other])))
+            if (point.a, point.b) not in pairs:
+                blocks = (mine.block, its.block) if point.a == name else (its.block, mine.block)
+                pairs[point.a, point.b] = BoxPair(*blocks)
+            found = agreement(point, pairs[point.a, point.b], min(radius, maker.edge_radius(own[other])))
             if found.cosine < WRONG:
                 wrong += [(name, state.pose), (other, its.state.pose)]
-                known.add(other)
-            if not soon:
+            if time + lasts > next_step:
                 lasts = min(lasts, _takes(found.holds_for, slip, gravity) - ahead)
         return wrong, lasts
 
-    def _on_boxes(self, name: BodyId, look: _Look) -> Iterator[tuple[ContactPoint, BodyId, _Seen]]:
+    def _as_seen(self, name: BodyId, state: BodyState, seen: Mapping[BodyId, _Seen]) -> _Seen:
+        known = seen.get(name)
+        return known if known is not None and known.state is state else _Seen(state, self.bricks.own.bricks[name])
+
+    def _on_boxes(self, name: BodyId, seen: dict[BodyId, _Seen]) -> Iterator[tuple[ContactPoint, BodyId, _Seen]]:
         """The points at which a brick touches others that are boxes, since hulls are rounded all over, with these.
 
         In a crowd those at which it presses.
@@ -216,9 +194,9 @@ class FreshContacts:
                 continue
             if point.normal_force <= 0.0 and crowd:
                 continue
-            if other not in look.seen:
-                look.seen[other] = _Seen(self.groups.states([other])[other], own[other])
-            yield point, other, look.seen[other]
+            if other not in seen:
+                seen[other] = _Seen(self.groups.states([other])[other], own[other])
+            yield point, other, seen[other]
 
 
 def _takes(way: float, speed: float, acceleration: float) -> float:
