@@ -8,10 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from stability.engines.edge_normals import wrong_normals
+from stability.engines.edge_normals import BoxPair, true_normals, wrong_normals
 from stability.engines.pybullet import PyBulletWorld
 from stability.engines.pybullet.fresh_contacts import find_all_points, find_contacts_anew
 from stability.geometry.rotations import about, multiply
+from stability.geometry.separation import block
 from stability.model import AT_REST, GROUND, Brick, Plane, Pose
 from stability.shapes.box import Box
 from stackdsl.checking.gathering import cases_of, gather
@@ -201,3 +202,23 @@ def test_a_plank_that_slides_over_an_edge_tips_as_fast_as_its_equations_of_motio
             engine.step()
             spin = max(spin, engine.states(["plank"])["plank"].angular_velocity_W[0])
     assert spin == pytest.approx(spin_after_sliding_over_an_edge(speed, friction), rel=0.05)
+
+
+def test_what_a_look_asks_of_contacts_is_what_all_are_told_but_for_friction() -> None:
+    with world(friction=0.5) as engine:
+        engine.add_brick(Brick("below", Box(SIZE), MASS), Pose((0.0, 0.0, 0.5 * THICKNESS)))
+        engine.add_brick(Brick("above", Box(SIZE), MASS), Pose((0.02, 0.0, 1.5 * THICKNESS)), (0.3, 0.1, 0.0))
+        for _ in range(20):
+            engine.step()
+        told = engine.contacts("above")
+        assert any(point.friction_W != AT_REST for point in told)
+        assert engine.groups.touching("above", engine.time()) == [replace(each, friction_W=AT_REST) for each in told]
+
+
+def test_a_pair_of_boxes_tells_the_same_normals_at_each_point_whatever_was_asked_before() -> None:
+    leaning = Pose((0.0, 0.0, 0.03), about((0.0, 1.0, 0.0), 0.7))
+    one, other = block(SIZE, leaning), block(SIZE, Pose((0.02, 0.001, -0.0151), about((1.0, 0.0, 0.0), 0.02)))
+    pair, radii = BoxPair(one, other), (1e-4, 1e-4)
+    points = [(x, y, -0.0112) for x in (0.03, 0.045, 0.06) for y in (-0.011, 0.0, 0.011)]
+    for point in points + points[::-1]:
+        assert list(pair.true_normals(point, radii)) == list(true_normals(one, other, point, radii))
