@@ -123,7 +123,10 @@ class Prover:
             self._enter(answer.group)
             return None
         if answer.verdict is not None:
-            self._in_doubt |= dict.fromkeys(self._unproven.keys() & {*answer.verdict.moving, name}, answer.verdict)
+            about = set(answer.verdict.moving)
+            if about & self.structure.component(name):  # else what falls is elsewhere, and may change without this one
+                about.add(name)
+            self._in_doubt |= dict.fromkeys(self._unproven.keys() & about, answer.verdict)
         return answer.verdict
 
     def _asked_together(self, name: BodyId) -> bool:

@@ -199,6 +199,24 @@ def test_a_table_above_holds_nothing_up() -> None:
     assert (verdict.stability, verdict.moving) == (Stability.UNSTABLE, ("a",))
 
 
+@pytest.mark.parametrize("change", ["remove", "move"])
+def test_the_fall_of_one_structure_is_not_remembered_of_another(change: str) -> None:
+    #   The plank that hovers apart falls first, so nothing is known yet of the stack that leans.
+    leaning = [
+        replace(placed, pose=replace(placed.pose, position_W=(x + (0.005 * number if number > 1 else 0.0), y, z)))
+        for number, placed in enumerate(four_stack(6))
+        for x, y, z in [placed.pose.position_W]
+    ]
+    alone = assembly_of(*leaning).verdict()
+    assembly = assembly_of(*leaning, plank("hovering", (-5.0, 0.0), level=1000))
+    assert assembly.verdict().moving == ("hovering",)
+    if change == "remove":
+        after = assembly.remove(["hovering"])
+    else:
+        after = assembly.move("hovering", plank("hovering", (-5.0, 0.0)).pose)
+    assert (after.stability, after.moving) == (alone.stability, alone.moving)
+
+
 def _unpacked(placed: Placed) -> tuple[Brick, Pose]:
     return placed.brick, placed.pose
 
