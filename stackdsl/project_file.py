@@ -95,7 +95,7 @@ def _marked(start: Path) -> tuple[Path, Path, Mapping[str, object]] | None:
         found = _settings(folder)
         if found is not None:
             return folder, *found
-        if (folder / REPOSITORY).exists():
+        if os.path.exists(folder / REPOSITORY):
             return None
     return None
 
@@ -111,9 +111,9 @@ def _common(paths: Sequence[Path]) -> Path:
 def _settings(folder: Path) -> tuple[Path, Mapping[str, object]] | None:
     """The file that makes this directory a project, and its settings; None if there is none."""
     own, shared = folder / OWN_FILE, folder / SHARED_FILE
-    if own.is_file():
+    if os.path.isfile(own):
         return own, _read(own)
-    if shared.is_file() and "stackdsl" in (table := _table(_read(shared), "tool", shared)):
+    if os.path.isfile(shared) and "stackdsl" in (table := _table(_read(shared), "tool", shared)):
         return shared, _table(table, "stackdsl", shared)
     return None
 
@@ -207,7 +207,7 @@ def confined(path: Path, *folders: Path) -> str:
 def _around(written: str) -> Iterator[Path]:
     yield home_of(Path())
     for folder in Path(written).parents:
-        if _is_marked(folder) or (folder / REPOSITORY).exists():
+        if _is_marked(folder) or os.path.exists(folder / REPOSITORY):
             yield folder
 
 

@@ -266,4 +266,4 @@ def is_whole_set(paths: Sequence[Path], golden: Path, scenarios: Path | None = N
     home = Path(os.path.realpath(golden)).parent
     beside = scenarios if scenarios is not None else home / "scenarios"
     wholes = [Path(os.path.realpath(beside)), home, *home.parents]
-    return any(path.is_dir() and Path(os.path.realpath(path)) in wholes for path in paths)
+    return any(os.path.isdir(path) and Path(os.path.realpath(path)) in wholes for path in paths)

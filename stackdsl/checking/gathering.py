@@ -211,7 +211,8 @@ def _folders(
 
 def _can_be_read(file: Path, unreadable: list[Diagnostic]) -> bool:
     """Whether it is no pipe and no device, of which nobody knows when they end; those are added to `unreadable`."""
-    if file.is_file() or file.is_dir() or not file.exists():  # the latter two are told when they are read
+    # What is a directory or not there is told when it is read.
+    if os.path.isfile(file) or os.path.isdir(file) or not os.path.exists(file):
         return True
     unreadable.append(_unreadable(file.as_posix(), "it is no regular file", "move it elsewhere, or rename it"))
     return False
@@ -222,7 +223,7 @@ def _unreadable(file: str, why: str, hint: str) -> Diagnostic:
 
 
 def _is_folder(path: Path) -> bool:
-    return path.is_dir() and not _is_named_alike(path)
+    return os.path.isdir(path) and not _is_named_alike(path)
 
 
 def _is_named_alike(path: Path) -> bool:

@@ -170,7 +170,7 @@ def survey(paths: Sequence[Path], memory: Memory) -> Surveyed:
 
 def _digest_of(path: Path, within: str = "") -> str:
     """The digest of a file's text; empty where it cannot be read, or is not to be."""
-    if path == STDIN or not path.is_file():  # what a shell gives as a pipe can be read only once
+    if path == STDIN or not os.path.isfile(path):  # what a shell gives as a pipe can be read only once
         return ""
     try:
         data = read_file(path, MAX_IMPORTED + 1, within) if within else read_asked(path, MAX_IMPORTED + 1)

@@ -177,7 +177,7 @@ def _places(written: Sequence[Path]) -> tuple[tuple[Path, ...], list[tuple[str, 
 def _refuse_beyond(path: Path, line: int | None) -> None:
     """Raise a usage error for a line beyond the end of a file."""
     try:
-        lines = read_asked(path, MAX_BYTES).splitlines() if line is not None and path.is_file() else []
+        lines = read_asked(path, MAX_BYTES).splitlines() if line is not None and os.path.isfile(path) else []
     except OSError:
         return  # which is told when the file is read for its scenarios
     if lines and line is not None and line > len(lines):
@@ -186,7 +186,7 @@ def _refuse_beyond(path: Path, line: int | None) -> None:
 
 def _split(path: Path) -> tuple[Path, int | None]:
     place = PLACE.fullmatch(str(path))
-    if place is None or path.exists() or not place[1].lower().endswith(SUFFIXES):
+    if place is None or os.path.exists(path) or not place[1].lower().endswith(SUFFIXES):
         return path, None
     return Path(place[1]), int(place[2])
 

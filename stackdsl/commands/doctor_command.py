@@ -104,7 +104,7 @@ def _project() -> Iterator[Finding]:
     schema = (project.root or Path()) / SCHEMA
     if project.root is not None:
         yield Finding(State.OK, f"the root of the project is {project.root.resolve()}")
-    if not scenarios.is_dir():
+    if not os.path.isdir(scenarios):
         there = "scenarios here" if scenarios == Path("scenarios") else str(scenarios)
         yield Finding(State.NOTE, f"there is no directory {there}; begin one by: stackdsl init")
         return
@@ -115,9 +115,9 @@ def _project() -> Iterator[Finding]:
         return
     count = sum(name.lower().endswith((".yaml", ".yml")) for _, _, names in os.walk(scenarios) for name in names)
     yield Finding(State.OK, f"{count} files in {scenarios}")
-    if golden.is_dir() and not os.access(golden, os.W_OK):
+    if os.path.isdir(golden) and not os.access(golden, os.W_OK):
         yield Finding(State.WRONG, f"{golden} cannot be written, so --update cannot accept anything; let it be written")
-    elif not golden.is_dir():
+    elif not os.path.isdir(golden):
         yield Finding(State.NOTE, "there are no golden files yet; write them by: stackdsl check")
     if os.path.lexists(schema):
         yield from _schema(schema)

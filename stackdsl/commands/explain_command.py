@@ -1,5 +1,6 @@
 """`stackdsl explain`: prints what a file was compiled to, and what statics says of it; or what a diagnostic means."""
 
+import os
 from itertools import groupby
 from pathlib import Path
 
@@ -33,7 +34,7 @@ def explain_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     times: bool,
 ) -> None:
     """Print what FILE was compiled to, and what statics says of it; or what a CODE such as SD104 means."""
-    if CODE.fullmatch(str(file)) and not file.exists():
+    if CODE.fullmatch(str(file)) and not os.path.exists(file):
         write(_meaning(str(file)))
         return
     gathered, selected = selected_of(file, Selection(systems, keyword))

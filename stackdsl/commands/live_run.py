@@ -4,6 +4,7 @@ A save while something is still played ends that: what is shown is always of wha
 mistake in it, of what was there before, with the mistake beside it.
 """
 
+import os
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -42,7 +43,7 @@ def watch_run(file: Path, selection: Selection) -> int:
     """Play now and at every save, until interrupted; the exit code of what was played last."""
     if file == STDIN:
         raise click.UsageError("--watch needs a file that can be saved; leave one of --watch and - out")
-    if not file.exists():
+    if not os.path.exists(file):
         raise click.UsageError(f"{file} is not there to be watched")
     try:
         with showing(OnePage(live_page(file.name))) as page:

@@ -42,7 +42,7 @@ def schema_seen_from(folder: Path) -> str:
     """The relative path of the schema: the project's own, or the packaged one within it; a project may move."""
     inside = os.path.realpath(folder)
     for home in (Path(inside), *Path(inside).parents):
-        if (own := home / SCHEMA).is_file():
+        if os.path.isfile(own := home / SCHEMA):
             return Path(os.path.relpath(own, inside)).as_posix()
     packaged = Path(str(files("stackdsl").joinpath(SCHEMA))).resolve()
     return Path(os.path.relpath(packaged, inside)).as_posix() if packaged.is_relative_to(Path.cwd()) else ""

@@ -1,5 +1,6 @@
 """Which of what waits is still a case: its scenario may have been renamed, or taken out, since it was checked."""
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -31,6 +32,6 @@ def _is_own(file: str, home: Path) -> bool:
 
 def why_not(pending: Pending, waiting: Waiting) -> str:
     """What is told of one that cannot be accepted, as it is no case any more."""
-    there = (waiting.home / Path(pending.file)).is_file()
+    there = os.path.isfile(waiting.home / Path(pending.file))
     lacks = f"{pending.file} has no case {pending.case} any more" if there else f"{pending.file} is gone"
     return f"{lacks}: it was renamed, taken out or mistaken since; check again, or forget it by stackdsl golden reject"

@@ -54,13 +54,13 @@ def _watch(paths: Sequence[Path], on_checked: Callable[[], None] = lambda: None)
         raise click.UsageError(
             "--watch needs watchfiles, which is not installed; try: pip install watchfiles"
         ) from error
-    missing = [path for path in paths if not path.exists()]
+    missing = [path for path in paths if not os.path.exists(path)]
     if missing:
         raise click.UsageError(f"{missing[0]} is not there to be watched")
     # -P: without it, modules of the folder that is watched would be run in place of our own.
     command = [sys.executable, "-P", "-m", "stackdsl", *(word for word in sys.argv[1:] if word != "--watch")]
     # A scenario may be made of any file of its project. What does not concern it costs little: the rest is remembered.
-    folders = {Path(root_of(str(path / "any" if path.is_dir() else path))) for path in paths}
+    folders = {Path(root_of(str(path / "any" if os.path.isdir(path) else path))) for path in paths}
     for folder in folders:
         _refuse_links_out(folder)
 

@@ -31,7 +31,7 @@ def root_of(file: str) -> str:
         root = root_around(folder)
     except ProjectError as error:
         raise OutsideError(str(error), "mend that file, so that it can be known what is inside the project") from error
-    marked = (each for each in (folder, *folder.parents) if any((each / mark).exists() for mark in OTHER_MARKS))
+    marked = (each for each in (folder, *folder.parents) if any(os.path.exists(each / mark) for mark in OTHER_MARKS))
     return str(root or next(marked, folder))
 
 

@@ -50,7 +50,7 @@ def is_there(keeper: str, golden: Path) -> bool:
     if keeper in ("", ELSEWHERE):
         return bool(keeper)
     try:
-        return not leads_outside(golden.parent / keeper, golden.parent) and (golden.parent / keeper).is_file()
+        return not leads_outside(golden.parent / keeper, golden.parent) and os.path.isfile(golden.parent / keeper)
     except OSError as error:  # where one may not look, it may be there
         return error.errno != ENAMETOOLONG
     except ValueError:  # a name that no file has

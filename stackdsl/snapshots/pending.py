@@ -92,7 +92,7 @@ class Waiting:
                 remove_file(unlinked(self.state, FOLDER) / self._file(key).name, self.home)
                 return
             renamed = os.path.relpath(golden.renamed_from, self.home) if golden.renamed_from else ""
-            source = os.path.relpath(file, self.home) if Path(file).is_file() else ""
+            source = os.path.relpath(file, self.home) if os.path.isfile(file) else ""
             kept = Pending(key, case, golden.status.value, golden.digest, renamed, failed, golden.offered, source)
             write_golden(unlinked(self.state, FOLDER) / self._file(key).name, json.dumps(asdict(kept)), self.home)
             ignored = self.state / ".gitignore"
